@@ -1,0 +1,78 @@
+"""Checks of what a user gives: each error names the value, the limit and the cure."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any
+
+
+def count(name: str, value: Any, *, least: int = 1, cure: str = "") -> int:
+    """Return `value` as an int of at least `least`.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a whole number.
+    ValueError
+        If it is below `least`.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        if isinstance(value, Real) and float(value).is_integer():
+            value = int(value)
+        else:
+            raise TypeError(f"{name}={value!r}: must be a whole number of at least {least}")
+    if value < least:
+        raise ValueError(f"{name}={value}: must be at least {least}" + (f"; {cure}" if cure else ""))
+    return int(value)
+
+
+def number(
+    name: str, value: Any, *, above: float | None = None, least: float | None = None, most: float | None = None
+) -> float:
+    """Return `value` as a finite float within the limits.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a real number.
+    ValueError
+        If it is NaN, infinite, or outside the limits.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError(f"{name}={value!r}: must be a number")
+    value = float(value)
+    limits = []
+    if above is not None:
+        limits.append(f"above {above:g}")
+    if least is not None:
+        limits.append(f"at least {least:g}")
+    if most is not None:
+        limits.append(f"at most {most:g}")
+    wrong = (
+        not math.isfinite(value)
+        or (above is not None and value <= above)
+        or (least is not None and value < least)
+        or (most is not None and value > most)
+    )
+    if wrong:
+        raise ValueError(f"{name}={value}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
+    return value
+
+
+def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
+    """Return `value` if it is one of `allowed`; otherwise suggest the nearest.
+
+    Raises
+    ------
+    ValueError
+        If `value` is not among `allowed`.
+    """
+    names = sorted(allowed)
+    if value in names:
+        return str(value)
+    near = difflib.get_close_matches(str(value).lower(), names, n=1, cutoff=0.4)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise ValueError(f"{name}={value!r}: unknown; {hint}known are {', '.join(names)}")

@@ -1,0 +1,4 @@
+"""PLACEHOLDER"""
+
+if __name__ != "teamsight.world":
+    raise ImportError("import teamsight.world: the folder world/ is a part of the package teamsight, not a package of its own")
