@@ -16,6 +16,8 @@ from teamsight import checks
 
 # Midpoints over the disc's area; more of them change no prediction in its first six digits.
 _RINGS = 2000
+_BLOCK = 64
+_NEVER = 1e-40
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,12 @@ def degree_tail(team_size: int, arena_radius: float, reach: float) -> NDArray[np
     """
     rho = arena_radius * np.sqrt((np.arange(_RINGS) + 0.5) / _RINGS)
     share = overlap_share(rho, arena_radius, reach)
-    k = np.arange(team_size)[:, np.newaxis]
-    tail: NDArray[np.float64] = stats.binom.sf(k - 1, team_size - 1, share).mean(axis=1)
+    tail = np.zeros(team_size)
+    for first in range(0, team_size, _BLOCK):
+        k = np.arange(first, min(first + _BLOCK, team_size))
+        tail[k] = stats.binom.sf(k[:, np.newaxis] - 1, team_size - 1, share).mean(axis=1)
+        if tail[k[-1]] < _NEVER:
+            break  # large teams: all larger degrees are less likely still
     return tail
 
 
@@ -134,9 +140,9 @@ def predict(
 
     *Source:* this package; the paper only measures (Figs. 4 and 5).
 
-    *Departs:* robots neither attract nor repel each other, and the robots of one snapshot count as independent. A policy
-    that keeps robots apart (A-CMOMMT) stays below the prediction, one that gathers them exceeds it; then only the
-    simulation counts.
+    *Departs:* robots neither attract nor repel each other, and the robots of one snapshot count as independent. A
+    policy that keeps robots apart (A-CMOMMT) stays below the prediction, one that gathers them exceeds it; then only
+    the simulation counts.
     """
     team_size = checks.count("team_size", team_size)
     steps, runs = checks.count("steps", steps), checks.count("runs", runs)

@@ -1,8 +1,8 @@
 """Who is a neighbour of whom: degrees, components and cliques of the proximity graph, at one time and over time.
 
-Everything works on the flat arrays of a `ProximityGraph`; networkx is used for cliques and handed out on request. With
-unequal ranges the graph is directed: degrees count what a robot senses, while edges, components and cliques are those of
-its mutual edges, where both robots sense each other.
+Everything works on the flat arrays of a `ProximityGraph`; networkx is used for cliques and handed out on request.
+With unequal ranges the graph is directed: degrees count what a robot senses, while edges, components and cliques are
+those of its mutual edges, where both robots sense each other.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> In
 
     Notes
     -----
-    A robot of a clique of c has a core number of at least c − 1. So only robots whose core number is at least the size of
-    a clique already found can be in a larger one; in sparse teams this leaves few or none to search.
+    A robot of a clique of c has a core number of at least c − 1. So only robots whose core number is at least the size
+    of a clique already found can be in a larger one; in sparse teams this leaves few or none to search.
     """
     if not len(edges):
         return np.arange(min(size, 1), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""The search space that a learner faces under each degree of awareness: how many inputs, how many situations (Fig. 2)."""
+"""The search space of a learner under each degree of awareness: how many inputs, how many situations (Fig. 2)."""
 
 from __future__ import annotations
 

@@ -24,9 +24,7 @@ def _uniform(rng: np.random.Generator, count: int, radius: float) -> np.ndarray:
     return np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])
 
 
-@given(
-    radius=st.floats(0.3, 9.0), reach=st.floats(0.1, 4.0), share=st.floats(0.0, 1.0), seed=st.integers(0, 2**32 - 1)
-)
+@given(radius=st.floats(0.3, 9.0), reach=st.floats(0.1, 4.0), share=st.floats(0.0, 1.0), seed=st.integers(0, 2**32 - 1))
 def test_overlap_is_the_share_of_sampled_points(radius: float, reach: float, share: float, seed: int) -> None:
     points = _uniform(np.random.default_rng(seed), 20_000, radius)
     sampled = (np.hypot(points[:, 0] - share * radius, points[:, 1]) <= reach).mean()
@@ -43,7 +41,15 @@ def test_degree_tail_is_that_of_uniform_robots() -> None:
     assert tail[0] == pytest.approx(1.0)
     for k in range(1, 12):
         # Robots of one snapshot are correlated: at worst 4000 independent values. Six standard errors.
-        assert tail[k] == pytest.approx((degree >= k).mean(), abs=6 * np.sqrt(max(tail[k] * (1 - tail[k]), 1e-4) / 4000))
+        error = np.sqrt(max(tail[k] * (1 - tail[k]), 1e-4) / 4000)
+        assert tail[k] == pytest.approx((degree >= k).mean(), abs=6 * error)
+
+
+def test_a_huge_team_costs_little_and_agrees_with_the_whole_sum() -> None:
+    tail = closed_form.degree_tail(50_000, 100.0, 1.0)
+    assert tail[0] == pytest.approx(1.0)
+    mean = 49_999 * closed_form.overlap_share(100.0 * np.sqrt((np.arange(4000) + 0.5) / 4000), 100.0, 1.0).mean()
+    assert tail[1:].sum() == pytest.approx(mean, rel=1e-4)  # E[degree] both ways; the two use different midpoints
 
 
 @given(team=st.integers(1, 40), radius=st.floats(0.5, 9.0), speed=st.floats(0.0, 2.0), risk=st.floats(1e-6, 0.5))
