@@ -1,4 +1,6 @@
 """PLACEHOLDER"""
 
 if __name__ != "teamsight.analysis":
-    raise ImportError("import teamsight.analysis: the folder analysis/ is a part of the package teamsight, not a package of its own")
+    raise ImportError(
+        "import teamsight.analysis: the folder analysis/ is a part of the package teamsight, not a package of its own"
+    )
