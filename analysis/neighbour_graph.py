@@ -137,10 +137,10 @@ def frame(graph: ProximityGraph, *, cliques: bool = True) -> Frame:
     return Frame(
         robots=size,
         mean_degree=float(degree.mean()) if size else 0.0,
-        max_degree=int(degree.max(initial=0)),
+        max_degree=int(np.max(degree, initial=0)),
         edges=len(edges),
-        components=int(label.max(initial=-1)) + 1,
-        largest_component=int(np.bincount(label).max(initial=0)),
+        components=int(np.max(label, initial=-1)) + 1,
+        largest_component=int(np.max(np.bincount(label), initial=0)),
         largest_clique=None if clique is None else len(clique),
     )
 

@@ -8,7 +8,7 @@ import networkx as nx
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -30,6 +30,7 @@ def _geometric(position: np.ndarray, reach: float) -> nx.Graph:
     return network
 
 
+@settings(deadline=None)  # the first example compiles
 @given(position=teams)
 def test_frame_is_what_networkx_finds(position: np.ndarray) -> None:
     network = _geometric(position, 1.0)
@@ -47,6 +48,7 @@ def test_frame_is_what_networkx_finds(position: np.ndarray) -> None:
     )
 
 
+@settings(deadline=None)  # the first example compiles
 @given(position=teams)
 def test_flat_arrays_hold_the_same_graph(position: np.ndarray) -> None:
     network = _geometric(position, 1.0)
@@ -62,6 +64,7 @@ def test_flat_arrays_hold_the_same_graph(position: np.ndarray) -> None:
     assert all(network.has_edge(one, other) for one in clique for other in clique if one < other)
 
 
+@settings(deadline=None)  # the first example compiles
 @given(position=teams, seed=st.integers(0, 2**32 - 1))
 def test_unequal_ranges_leave_the_mutual_edges(position: np.ndarray, seed: int) -> None:
     reach = np.random.default_rng(seed).uniform(0.2, 2.0, len(position))
