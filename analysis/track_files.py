@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 import pandas as pd
+
+#: Called with the parts of the work done and the parts in all.
+Progress = Callable[[int, int], None]
 
 #: What a record needs; other columns are ignored.
 COLUMNS = ("time", "robot", "x", "y")
@@ -18,7 +22,7 @@ _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 _NAMES = 100_000
 
 
-def read_tracks(path: str | os.PathLike[str], *, sort: bool = False) -> pd.DataFrame:
+def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None) -> pd.DataFrame:
     """Read the recorded positions of a team.
 
     Parameters
@@ -29,6 +33,8 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False) -> pd.DataF
         samples are rows that are not there.
     sort : bool
         Sort the rows of each robot by time instead of refusing those that go back in time.
+    progress : callable, optional
+        Called with the parts of the work done and the parts in all.
 
     Returns
     -------
@@ -50,12 +56,21 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False) -> pd.DataF
     name = place.name.lower()
     if not name.endswith(_EXTENSIONS):
         raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
+    _tell(progress, 0)
     try:
         table = _read_csv(place) if name.endswith((".csv", ".csv.gz")) else _read_parquet(place)
     except OSError as error:
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
-    return check_tracks(table, sort=sort, name=str(place))
+    _tell(progress, 1)
+    checked = check_tracks(table, sort=sort, name=str(place))
+    _tell(progress, 2)
+    return checked
+
+
+def _tell(progress: Progress | None, done: int) -> None:
+    if progress is not None:
+        progress(done, 2)
 
 
 def _read_csv(place: Path) -> pd.DataFrame:

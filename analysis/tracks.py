@@ -28,6 +28,8 @@ __all__ = ["DeltaReport", "delta_from_tracks", "neighbours_over_time", "read_tra
 Progress = Callable[[int, int], None]
 
 _WINDOWS = 20
+# A window with fewer robots than this share of the usual number tells little of the team.
+_PRESENT = 0.5
 # About how many robots and times are asked for the bearings of their neighbours.
 _LOOKED_AT = 200_000
 
@@ -43,6 +45,7 @@ class Neighbours(NamedTuple):
     bearings: Bearings
     grid: Grid
     robots: int
+    awareness_range: float
     move: float
 
 
@@ -86,6 +89,8 @@ def neighbours_over_time(
     grid = make_grid(tracks, step, max_gap)
     robots = tracks["robot"].cat.categories.size
     every = max(1, grid.frames * robots // _LOOKED_AT)
+    if progress is not None:
+        progress(0, grid.frames)
     counts, looks, square, moves = [], [], 0.0, 0
     for block in blocks(tracks, grid, (0.0, 0.0) if arena is None else arena.period):
         block = block._replace(position=_wrapped(block.position, arena))
@@ -103,7 +108,8 @@ def neighbours_over_time(
             progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
     table.insert(0, "time", grid.time(0, grid.frames))
-    return Neighbours(table, occupancy.gather(looks), grid, robots, float(np.sqrt(square / max(moves, 1))))
+    move = float(np.sqrt(square / max(moves, 1)))
+    return Neighbours(table, occupancy.gather(looks), grid, robots, awareness_range, move)
 
 
 def delta_from_tracks(
@@ -156,7 +162,8 @@ def delta_from_tracks(
     -----
     Windows that follow each other resemble each other, so they count as fewer independent ones: see
     `exceedance.effective_number`, taken of their largest and of their mean degree, whichever gives less. What is left
-    after the last whole window counts for the largest degree only.
+    after the last whole window counts for the largest degree only; so do windows in which fewer than half as many
+    robots are present as in the median window, as while a team is being switched on.
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
@@ -173,14 +180,14 @@ def delta_from_tracks(
         confidence=confidence,
         independent=independent,
         largest=int(found.over_time["max_degree"].max()),
-        prediction=_predict(found, length, awareness_range, arena),
+        prediction=_predict(found, length, arena),
         source="tracks",
         subject=subject or _describe(tracks, found),
-        awareness_range=float(awareness_range),
+        awareness_range=found.awareness_range,
         length=length * found.grid.step,
         unit="time units",
         over_time=found.over_time,
-        notes=_notes(found, window, length, awareness_range),
+        notes=_notes(found, window, length, len(maxima)),
     )
 
 
@@ -200,25 +207,27 @@ def _window_frames(grid: Grid, window: float | None) -> int:
 
 
 def _window_maxima(over_time: pd.DataFrame, length: int) -> pd.DataFrame:
-    """Return the largest degree of each whole window."""
+    """Return the largest degree of each whole window with enough robots."""
     windows = max(1, len(over_time) // length)
-    shape = (windows, -1)
-    used = over_time.iloc[: windows * length]
-    time = used["time"].to_numpy().reshape(shape)
-    return pd.DataFrame(
+    frames = {name: over_time[name].to_numpy()[: windows * length].reshape(windows, -1) for name in over_time}
+    table = pd.DataFrame(
         {
             "window": np.arange(windows),
-            "start": time[:, 0],
-            "end": time[:, -1],
-            "max_neighbours": used["max_degree"].to_numpy().reshape(shape).max(axis=1),
-            "mean_neighbours": used["mean_degree"].to_numpy().reshape(shape).mean(axis=1),
+            "start": frames["time"][:, 0],
+            "end": frames["time"][:, -1],
+            "robots": frames["robots"].mean(axis=1),
+            "max_neighbours": frames["max_degree"].max(axis=1),
+            "mean_neighbours": frames["mean_degree"].mean(axis=1),
         }
     )
+    enough = table["robots"] >= _PRESENT * table["robots"].median()
+    return table[enough].reset_index(drop=True)
 
 
-def _predict(found: Neighbours, length: int, reach: float, arena: Arena | None) -> Prediction | None:
+def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction | None:
     if not isinstance(arena, Disc):
         return None
+    reach = found.awareness_range
     return closed_form.predict(found.robots, arena.radius, steps=length, awareness_range=reach, speed=found.move)
 
 
@@ -227,7 +236,7 @@ def _describe(tracks: pd.DataFrame, found: Neighbours) -> str:
     return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}"
 
 
-def _notes(found: Neighbours, window: float | None, length: int, reach: float) -> tuple[str, ...]:
+def _notes(found: Neighbours, window: float | None, length: int, windows: int) -> tuple[str, ...]:
     """Return what a reader must know of the frames to trust the degrees."""
     grid, present = found.grid, float(found.over_time["robots"].mean()) / found.robots
     said = [
@@ -243,7 +252,10 @@ def _notes(found: Neighbours, window: float | None, length: int, reach: float) -
             f"On average {present:.0%} of the robots are present in a frame; absent ones are nobody's neighbour, "
             "so degrees may be too low."
         )
-    if found.move > 0.5 * reach:
+    left_out = max(1, found.grid.frames // length) - windows
+    if left_out:
+        said.append(f"{left_out} windows with few robots present are left out of the exceedance.")
+    if found.move > 0.5 * found.awareness_range:
         said.append(
             f"Robots move {found.move:.3g} between frames, over half the awareness range: "
             "larger degrees in between go unseen."

@@ -41,8 +41,10 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         given.to_csv(path, index=False)
     else:
         given.to_parquet(path, index=False)
-    found = tracks.read_tracks(path)
+    seen: list[tuple[int, int]] = []
+    found = tracks.read_tracks(path, progress=lambda done, total: seen.append((done, total)))
     assert list(found.columns) == ["time", "robot", "x", "y"]
+    assert seen == [(0, 2), (1, 2), (2, 2)]
     plain = found.assign(robot=found["robot"].astype(str)).sort_values(["robot", "time"], ignore_index=True)
     expected = given[["time", "robot", "x", "y"]].sort_values(["robot", "time"], ignore_index=True)
     pd.testing.assert_frame_equal(plain, expected, check_dtype=False)
@@ -192,6 +194,14 @@ def test_dependent_windows_count_for_less() -> None:
     assert near.trials == 1000
     assert near.independent < 500
     assert apart.trials == 10
+
+
+def test_windows_with_few_robots_are_left_out() -> None:
+    record = _walk(10, 100, np.random.default_rng())
+    late = record[(record["time"] >= 20) | (record["robot"] < 3)]
+    report = tracks.delta_from_tracks(late, 1.0, window=10.0)
+    assert report.maxima["window"].tolist() == list(range(2, 10))
+    assert "2 windows with few robots present are left out" in report.to_markdown()
 
 
 def test_robots_that_never_move_are_one_trial() -> None:
