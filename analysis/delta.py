@@ -228,7 +228,7 @@ def _predict(world: Any, steps: int) -> Prediction | None:
     reach = _awareness_range(world)
     if reach is None or not isinstance(world.arena, Disc):
         return None
-    speed = float(np.sqrt(np.mean(np.square(world.robots.speed))))
+    speed = float(np.sqrt(np.mean(np.square(world.robots.bodies.speed))))
     return closed_form.predict(len(world.robots), world.arena.radius, steps=steps, awareness_range=reach, speed=speed)
 
 
