@@ -27,10 +27,8 @@ Factory = Callable[[int], Any]
 #: Called with the runs done and the runs in all.
 Progress = Callable[[int, int], None]
 
-# How many times the bearings of neighbours are looked at: in all runs, in one run at most, and at how many robots. With
-# many runs one look at the end of each is best: looks in different runs are independent, and the run is one stretch.
-_LOOKS = 1000
-_LOOKS_A_RUN = 10
+# How many times in a run the bearings of neighbours are looked at, and at how many robots at most in all runs.
+_LOOKS = 10
 _MOST_LOOKED_AT = 500_000
 
 
@@ -91,7 +89,6 @@ def explore(
     runs, steps = checks.count("runs", runs), checks.count("steps", steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
     make, seed_of = _factory(model, root)
-    looks_a_run = min(max(1, _LOOKS // runs), _LOOKS_A_RUN, steps)
     rows, looks, looked_at, prediction, size, reach = [], [], 0, None, 0, None
     for run in range(runs):
         seed = seed_of(run)
@@ -100,7 +97,7 @@ def explore(
             if run == 0:
                 size, reach, prediction = len(world.robots), _awareness_range(world), _predict(world, steps)
             if looked_at < _MOST_LOOKED_AT:
-                looks.append(_run_looking(world, steps, looks_a_run))
+                looks.append(_run_looking(world, steps))
                 looked_at += len(looks[-1].degree)
             else:
                 world.run(steps)
@@ -211,9 +208,9 @@ def _run_seed(root: int, run: int) -> int:
     return int.from_bytes(digest, "big") >> 1
 
 
-def _run_looking(world: Any, steps: int, times: int) -> Bearings:
+def _run_looking(world: Any, steps: int) -> Bearings:
     """Run in stretches, which changes nothing in the run, and note the bearings after each."""
-    ends = np.linspace(0, steps, times + 1).astype(int)
+    ends = np.linspace(0, steps, min(_LOOKS, steps) + 1).astype(int)
     looks = []
     for stretch in np.diff(ends).tolist():
         world.run(stretch)

@@ -33,7 +33,7 @@ def test_maxima_are_those_of_the_models_run_by_hand(report: delta.DeltaReport) -
 
 
 def test_looking_at_bearings_changes_no_run() -> None:
-    few = delta.explore(EXPLORER, runs=4, steps=100, rng=8)  # looks ten times in each run
+    few = delta.explore(EXPLORER, runs=4, steps=100, rng=8)
     for seed, largest in zip(few.maxima["seed"], few.maxima["max_neighbours"], strict=True):
         model = CMOMMT(**EXPLORER, rng=int(seed))
         model.run(100)
