@@ -1,0 +1,192 @@
+"""A crew of worker processes: jobs in, results in the order of the jobs, whoever did them.
+
+The standard library's pools either hang when a worker is killed, or cannot stop work that has begun when Ctrl-C comes;
+and neither starts its workers before there is work. This one does all three, and nothing else.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import multiprocessing
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from types import TracebackType
+from typing import Any, NamedTuple, TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class JobError(RuntimeError):
+    """Raised when a job fails; the message tells what went wrong."""
+
+
+class _Worker(NamedTuple):
+    process: BaseProcess
+    pipe: Connection
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+_tell: Callable[[str], None] = print
+
+
+def tell(text: str) -> None:
+    """Send a line from within a job to whoever watches the crew."""
+    _tell(text)
+
+
+class Crew:
+    """Workers that begin to start with the crew, side by side, and end with it.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes; 1 works in this process.
+    imports : sequence of str
+        Modules that each worker imports while it waits for its first job.
+    told : callable
+        Called with each line that a job tells.
+    """
+
+    def __init__(
+        self, workers: int, imports: Sequence[str] = (), told: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self._told = told
+        context = multiprocessing.get_context("spawn")
+        self._workers: list[_Worker] = []
+        # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them.
+        with _interrupts_held():
+            for _ in range(workers if workers > 1 else 0):
+                here, there = context.Pipe()
+                process = context.Process(target=_serve, args=(there, tuple(imports)), daemon=True)
+                process.start()
+                there.close()
+                self._workers.append(_Worker(process, here))
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
+        for worker in self._workers:
+            if kind is None:
+                with contextlib.suppress(OSError):
+                    worker.pipe.send(None)
+            else:
+                worker.process.kill()
+        for worker in self._workers:
+            worker.process.join()
+            worker.pipe.close()
+        self._workers.clear()
+
+    def map(
+        self,
+        function: Callable[[T], R],
+        jobs: Sequence[T],
+        done: Callable[[int], None] = lambda index: None,
+        describe: Callable[[T], str] = repr,
+    ) -> list[R]:
+        """Return ``[function(job) for job in jobs]``.
+
+        Parameters
+        ----------
+        function : callable
+            A function of a module, so that workers can find it.
+        jobs : sequence
+            What it is called with; begun in this order.
+        done : callable
+            Called with the index of each job when it is done.
+        describe : callable
+            Names a job whose worker died; a job that raises is expected to name itself.
+
+        Raises
+        ------
+        JobError
+            If a job raises or its worker dies. Leave the crew then: its other workers may still be at work.
+        """
+        results: list[Any] = [None] * len(jobs)
+        for index, kind, value in self._outcomes(function, jobs):
+            if kind == "died":
+                raise JobError(f"a worker ended with exit code {value} in {describe(jobs[index])}")
+            if kind == "failed":
+                raise JobError(value)
+            results[index] = value
+            done(index)
+        return results
+
+    def _outcomes(self, function: Callable[[T], R], jobs: Sequence[T]) -> Iterator[tuple[int, str, Any]]:
+        if not self._workers:
+            for index, job in enumerate(jobs):
+                with _telling(self._told):
+                    yield index, *_attempt(function, job)
+            return
+        waiting, idle, busy = deque(range(len(jobs))), deque(self._workers), dict[Connection, int]()
+        while waiting or busy:
+            while waiting and idle:
+                worker = idle.popleft()
+                index = waiting.popleft()
+                busy[worker.pipe] = index
+                with contextlib.suppress(OSError):  # a dead worker is noticed below
+                    worker.pipe.send((function, jobs[index]))
+            for worker in [worker for worker in self._workers if worker.pipe in wait(list(busy))]:
+                try:
+                    kind, value = worker.pipe.recv()
+                except (EOFError, OSError):
+                    worker.process.join()
+                    yield busy.pop(worker.pipe), "died", worker.process.exitcode
+                    return
+                if kind == "told":
+                    self._told(value)
+                    continue
+                idle.append(worker)
+                yield busy.pop(worker.pipe), kind, value
+
+
+def _attempt(function: Callable[[T], R], job: T) -> tuple[str, Any]:
+    try:
+        return "done", function(job)
+    except Exception as error:
+        return "failed", str(error) or type(error).__name__
+
+
+def _serve(pipe: Connection, imports: tuple[str, ...]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for name in imports:
+        # One that fails will fail again within a job, where it can be reported.
+        with contextlib.suppress(Exception):
+            importlib.import_module(name)
+    with contextlib.suppress(EOFError, OSError), _telling(lambda text: pipe.send(("told", text))):
+        while (message := pipe.recv()) is not None:
+            pipe.send(_attempt(*message))
+
+
+@contextlib.contextmanager
+def _telling(told: Callable[[str], None]) -> Iterator[None]:
+    global _tell
+    before, _tell = _tell, told
+    try:
+        yield
+    finally:
+        _tell = before
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,0 +1,171 @@
+"""Simulate many worlds on a crew of workers and gather what they observed in tidy tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from numbers import Real
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from teamsight.analysis.crew import Crew, JobError, tell
+from teamsight.analysis.study import Experiment, Run
+
+#: What a worker imports before its first run.
+IMPORTS = ("teamsight.agents.cmommt",)
+# Steps of a middling world in a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
+_CHUNK = 200_000.0
+
+
+class Outcome(NamedTuple):
+    """What a run leaves behind."""
+
+    observed_fraction: float
+    max_neighbours: int
+
+
+class Request(NamedTuple):
+    """Experiments to be made under one setting."""
+
+    setting: Mapping[str, Any]
+    experiments: Sequence[Experiment]
+
+
+def simulate(run: Run) -> Outcome:
+    """Make one run in this process."""
+    from teamsight.agents.cmommt import CMOMMT
+
+    model = CMOMMT(**run.parameters, rng=run.seed)
+    try:
+        model.run(run.steps)
+        return Outcome(float(model.observed_fraction), int(model.max_neighbours))
+    finally:
+        model.close()
+
+
+def compile_kinds(runs: Sequence[Run]) -> None:
+    """Make a step of one run of each kind, so that all that has to be compiled is, once and by one process alone."""
+    from teamsight import kernel
+
+    told: list[str] = []
+
+    def announce(name: str) -> None:
+        if not told:
+            tell("compiling the simulation: this happens once per machine and takes under a minute")
+        told.append(name)
+
+    before, kernel.announce = kernel.announce, announce
+    try:
+        for run in runs:
+            _simulate_or_tell(run)
+    finally:
+        kernel.announce = before
+
+
+def make_tables(
+    crew: Crew,
+    requests: Sequence[Request],
+    *,
+    root: int,
+    runs: int,
+    steps: int,
+    progress: Callable[[float, float], None] = lambda done, total: None,
+) -> list[dict[str, pd.DataFrame]]:
+    """Return for each request its tables by name of the experiment; a run that several need is made once.
+
+    Parameters
+    ----------
+    crew : Crew
+        Who does the work; the tables do not depend on it.
+    requests : sequence of Request
+        What is asked for.
+    root : int
+        Seed of the whole study.
+    runs, steps : int
+        Replicates of each cell, and steps of each run.
+    progress : callable
+        Called with the work done and the work in all, in arbitrary units, whenever some is done.
+
+    Returns
+    -------
+    list of dict of str to DataFrame
+        One row a run, columns robots, targets, radius, whatever is swept, replicate, seed, observed_fraction,
+        max_neighbours; rows in the order of the experiment's cells.
+
+    Raises
+    ------
+    JobError
+        If a run fails; the message tells its settings.
+    """
+    planned = [
+        (experiment.name, number, columns, run)
+        for number, request in enumerate(requests)
+        for experiment in request.experiments
+        for columns, run in experiment.rows(request.setting, root, runs, steps)
+    ]
+    outcomes = run_all(crew, [run for *_, run in planned], progress)
+    rows: list[dict[str, list[dict[str, Any]]]] = [{} for _ in requests]
+    for name, number, columns, run in planned:
+        rows[number].setdefault(name, []).append(columns | outcomes[run.key]._asdict())
+    return [{name: pd.DataFrame(table) for name, table in tables.items()} for tables in rows]
+
+
+def run_all(
+    crew: Crew, runs: Iterable[Run], progress: Callable[[float, float], None] = lambda done, total: None
+) -> dict[tuple[str, ...], Outcome]:
+    """Make each distinct run once and return its outcome under its key; see `make_tables`."""
+    distinct = list({run.key: run for run in runs}.values())
+    total = sum(run.cost for run in distinct)
+    progress(0.0, total)
+    crew.map(compile_kinds, [_one_of_each_kind(distinct)])
+    chunks = _chunks(distinct)
+    done = 0.0
+
+    def count(index: int) -> None:
+        nonlocal done
+        done += sum(run.cost for run in chunks[index])
+        progress(done, total)
+
+    outcomes = crew.map(
+        _simulate_chunk, chunks, count, lambda chunk: f"the {len(chunk)} runs from {chunk[0].describe()}"
+    )
+    return {
+        run.key: outcome
+        for chunk, found in zip(chunks, outcomes, strict=True)
+        for run, outcome in zip(chunk, found, strict=True)
+    }
+
+
+def _chunks(runs: Sequence[Run]) -> list[list[Run]]:
+    chunks: list[list[Run]] = []
+    room = 0.0
+    for run in runs:
+        if room <= 0:
+            chunks.append([])
+            room = _CHUNK
+        chunks[-1].append(run)
+        room -= run.cost
+    return chunks
+
+
+def _one_of_each_kind(runs: Sequence[Run]) -> list[Run]:
+    """Return a short run for each combination of components; numbers do not change what is compiled."""
+    kinds: dict[tuple[str, ...], Run] = {}
+    for run in runs:
+        kind = tuple(
+            f"{k}={v!r}" for k, v in sorted(run.parameters.items()) if isinstance(v, bool) or not isinstance(v, Real)
+        )
+        kinds.setdefault(kind, replace(run, steps=1))
+    return list(kinds.values())
+
+
+def _simulate_chunk(chunk: Sequence[Run]) -> list[Outcome]:
+    return [_simulate_or_tell(run) for run in chunk]
+
+
+def _simulate_or_tell(run: Run) -> Outcome:
+    try:
+        return simulate(run)
+    except Exception as error:
+        raise JobError(f"{error} (in the run {run.describe()})") from error

@@ -1,0 +1,73 @@
+"""Means and paired differences of tables of runs, with their uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+CELL = ("robots", "radius")
+_PAIR = ["robots", "targets", "radius", "replicate", "seed"]
+
+
+def half_width(se: NDArray[np.float64], count: NDArray[np.int64], level: float = 0.95) -> NDArray[np.float64]:
+    """Return half the width of Student's confidence interval; infinite where one run leaves the spread unknown."""
+    with np.errstate(invalid="ignore"):
+        wide = stdtrit(np.maximum(count - 1, 1), 0.5 + level / 2) * se
+    return np.where(count > 1, wide, np.inf)
+
+
+def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level: float = 0.95) -> pd.DataFrame:
+    """Return mean, standard error and confidence interval of `value` over the replicates of each cell.
+
+    Parameters
+    ----------
+    table : DataFrame
+        One row a run.
+    value : str
+        Column to average.
+    by : sequence of str
+        Columns that tell cells apart.
+    level : float
+        Probability that the interval covers.
+
+    Returns
+    -------
+    DataFrame
+        Columns `by`, mean, se, low, high, count; se is NaN and the interval infinite for a single run.
+    """
+    grouped = table.groupby(list(by), sort=True)[value]
+    cells = grouped.agg(mean="mean", se="sem", count="count").reset_index()
+    wide = half_width(cells["se"].to_numpy(), cells["count"].to_numpy(), level)
+    return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide)
+
+
+def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fraction") -> pd.DataFrame:
+    """Return, run by run, how much more of `value` there is in `table` than in `base` on the same stage and noise.
+
+    Returns
+    -------
+    DataFrame
+        Columns robots, targets, radius, replicate, seed, with, without, difference.
+
+    Raises
+    ------
+    ValueError
+        If a run of one table has no partner in the other: the difference would not be paired.
+    """
+    both = table[[*_PAIR, value]].merge(base[[*_PAIR, value]], on=_PAIR, suffixes=("_with", "_without"), validate="1:1")
+    if len(both) != len(table) or len(both) != len(base):
+        raise ValueError(
+            f"{len(table)} and {len(base)} runs, of which {len(both)} pair up: both tables need the same stages, "
+            "replicates and root seed"
+        )
+    both = both.rename(columns={f"{value}_with": "with", f"{value}_without": "without"})
+    return both.assign(difference=both["with"] - both["without"])
+
+
+def grid_of(cells: pd.DataFrame, value: str = "mean") -> pd.DataFrame:
+    """Return `value` as a table with one row a team size and one column a radius."""
+    return cells.pivot(index="robots", columns="radius", values=value).sort_index(axis=0).sort_index(axis=1)

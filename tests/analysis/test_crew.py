@@ -1,0 +1,87 @@
+"""A crew returns results in order, survives nothing silently, and leaves no process behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from teamsight.analysis.crew import Crew, JobError
+
+sys.path.insert(0, str(Path(__file__).parent))
+import jobs
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_results_come_in_the_order_of_the_jobs(workers: int) -> None:
+    done: list[int] = []
+    with Crew(workers) as crew:
+        assert crew.map(jobs.square, range(20), done.append) == [number**2 for number in range(20)]
+        assert sorted(done) == list(range(20))
+        assert crew.map(jobs.square, [5]) == [25]
+        assert crew.map(jobs.square, []) == []
+
+
+def test_all_workers_take_part() -> None:
+    with Crew(2) as crew:
+        assert len(set(crew.map(jobs.process_of, range(20))) - {os.getpid()}) == 2
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_failing_job_is_reported_with_its_own_words(workers: int) -> None:
+    with pytest.raises(JobError, match=r"^delta=0: a ring needs at least 1 sector$"), Crew(workers) as crew:
+        crew.map(jobs.fail_at_three, range(6))
+
+
+def test_a_killed_worker_is_reported_with_its_job() -> None:
+    with pytest.raises(JobError, match=r"exit code -9 in job <7>"), Crew(2) as crew:
+        crew.map(jobs.die, [7], describe=lambda job: f"job <{job}>")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_what_a_job_tells_arrives(workers: int) -> None:
+    lines: list[str] = []
+    with Crew(workers, told=lines.append) as crew:
+        crew.map(jobs.talk, range(4))
+    assert sorted(lines) == [f"line {number}" for number in range(4)]
+
+
+_LONG = """
+import sys
+sys.path.insert(0, {tests!r})
+import jobs
+from teamsight.analysis.crew import Crew
+if __name__ == "__main__":
+    try:
+        with Crew(2) as crew:
+            print(*(worker.process.pid for worker in crew._workers), flush=True)
+            crew.map(jobs.sleep_long, range(4))
+    except KeyboardInterrupt:
+        sys.exit(130)
+"""
+
+
+def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> None:
+    script = tmp_path / "long.py"
+    script.write_text(_LONG.format(tests=str(Path(__file__).parent)))
+    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[2]))
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+        start_new_session=True, text=True,
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        workers = [int(word) for word in process.stdout.readline().split()]
+        # As a terminal does: to every process of the group, whether it has come up yet or not.
+        os.killpg(process.pid, signal.SIGINT)
+        began = time.monotonic()
+        _, errors = process.communicate(timeout=20)
+        assert time.monotonic() - began < 10
+    assert (process.returncode, errors) == (130, "")
+    for worker in workers:
+        with pytest.raises(ProcessLookupError):
+            os.kill(worker, 0)

@@ -1,0 +1,69 @@
+"""Means and paired differences against what can be computed by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from teamsight.analysis.observation import cell_means, grid_of, paired
+
+
+def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
+    return pd.DataFrame(
+        {"robots": robots, "targets": 15, "radius": radius, "replicate": replicate, "seed": shift + 100 * robots + replicate,
+         "observed_fraction": value}
+        for (robots, radius), found in values.items()
+        for replicate, value in enumerate(found)
+    )  # fmt: skip
+
+
+def test_cell_means_agree_with_scipy() -> None:
+    sample = [0.1, 0.4, 0.35, 0.8, 0.2]
+    cells = cell_means(runs({(2, 1.0): sample, (1, 1.0): [1.0] * 5}), "observed_fraction")
+    low, high = stats.ttest_1samp(sample, 0).confidence_interval(0.95)
+    second = cells.iloc[1]
+    assert (second["robots"], second["count"]) == (2, 5)
+    assert [second["mean"], second["se"], second["low"], second["high"]] == pytest.approx(
+        [np.mean(sample), stats.sem(sample), low, high]
+    )
+    assert cells.iloc[0][["se", "low", "high"]].tolist() == [0.0, 1.0, 1.0]
+
+
+def test_the_interval_of_a_single_run_is_infinite() -> None:
+    cell = cell_means(runs({(2, 1.0): [0.5]}), "observed_fraction").iloc[0]
+    assert cell["mean"] == 0.5
+    assert np.isnan(cell["se"])
+    assert (cell["low"], cell["high"]) == (-np.inf, np.inf)
+
+
+def test_the_interval_covers_as_often_as_it_says() -> None:
+    noise = np.random.default_rng(1).normal(0.5, 0.1, (4000, 5))
+    cells = cell_means(runs({(1 + row, 1.0): list(noise[row]) for row in range(len(noise))}), "observed_fraction")
+    covered = ((cells["low"] < 0.5) & (cells["high"] > 0.5)).mean()
+    assert covered == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / len(cells)))  # four standard errors
+
+
+def test_differences_pair_runs_whatever_the_order_of_rows() -> None:
+    table, base = runs({(1, 1.0): [0.5, 0.9], (2, 1.0): [0.7, 0.7]}), runs({(1, 1.0): [0.4, 0.5], (2, 1.0): [0.9, 0.6]})
+    both = paired(table, base.iloc[::-1])
+    assert both["difference"].tolist() == pytest.approx([0.1, 0.4, -0.2, 0.1])
+    assert both["seed"].tolist() == table["seed"].tolist()
+
+
+@pytest.mark.parametrize("shift", [0, 1])
+def test_runs_without_a_partner_are_refused(shift: int) -> None:
+    table = runs({(1, 1.0): [0.5, 0.9]})
+    base = runs({(1, 1.0): [0.5, 0.9]}, shift) if shift else runs({(1, 1.0): [0.5]})
+    with pytest.raises(ValueError, match="pair up"):
+        paired(table, base)
+
+
+def test_grid_has_team_sizes_down_and_radii_across() -> None:
+    cells = cell_means(
+        runs({(10, 2.0): [0.5], (2, 1.0): [0.25], (2, 2.0): [1.0], (10, 1.0): [0.75]}), "observed_fraction"
+    )
+    grid = grid_of(cells)
+    assert (list(grid.index), list(grid.columns)) == ([2, 10], [1.0, 2.0])
+    assert grid.to_numpy().tolist() == [[0.25, 1.0], [0.75, 0.5]]
