@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.kernel import inlined
+from teamsight.kernel import inlined, plain
 
 
 def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.float64]:
@@ -34,10 +34,12 @@ def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.f
     *Source:* §7, Fig. 9.
     """
     check_ascending(d1=d1, d2=d2)
-    return np.asarray(np.vectorize(repel.py_func, otypes=[float])(np.asarray(distance, float), d1, d2))
+    return np.asarray(np.vectorize(plain(repel), otypes=[float])(np.asarray(distance, float), d1, d2))
 
 
-def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float) -> npt.NDArray[np.float64]:
+def attraction(
+    distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float
+) -> npt.NDArray[np.float64]:
     """Return the force along the way to a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 from `predictive` on.
 
     Parameters
@@ -54,7 +56,7 @@ def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, pred
     """
     check_ascending(do1=do1, do2=do2, do3=do3, predictive=predictive)
     return np.asarray(
-        np.vectorize(attract.py_func, otypes=[float])(np.asarray(distance, float), do1, do2, do3, predictive)
+        np.vectorize(plain(attract), otypes=[float])(np.asarray(distance, float), do1, do2, do3, predictive)
     )
 
 
