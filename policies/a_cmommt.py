@@ -25,7 +25,7 @@ _PREDICTIVE = _ATTRACTION + 3
 
 
 @inlined
-def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
+def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
     mates = percept.mates
     first = mates.start[i]
@@ -151,8 +151,8 @@ def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 class ACmommt(CompiledPolicy):
     """Follow targets that no teammate is nearer to, and keep away from teammates.
 
-    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units of
-    the sensing range.
+    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units
+    of the sensing range.
 
     Parameters
     ----------
@@ -162,7 +162,8 @@ class ACmommt(CompiledPolicy):
         When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
     weights : {"nearest", "shared", "per-teammate", "none"}
         The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
-        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's "Local").
+        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's
+        "Local").
     shared_weight, teammate_loss : float
         Constants of these rules, 0..1.
     do1, do2, do3, predictive : float

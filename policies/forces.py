@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.kernel import inlined
+from teamsight.kernel import inlined, plain
 
 
 def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.float64]:
@@ -37,10 +37,12 @@ def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.f
     """
     check_ascending(d1=d1, d2=d2)
     corners = repulsion_corners(d1, d2)
-    return np.asarray(np.vectorize(lambda d: repel.py_func(d, corners), otypes=[float])(np.asarray(distance, float)))
+    return np.asarray(np.vectorize(lambda d: plain(repel)(d, corners), otypes=[float])(np.asarray(distance, float)))
 
 
-def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float) -> npt.NDArray[np.float64]:
+def attraction(
+    distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float
+) -> npt.NDArray[np.float64]:
     """Return the force along the way to a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 from `predictive` on.
 
     Parameters
@@ -57,7 +59,7 @@ def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, pred
     """
     check_ascending(do1=do1, do2=do2, do3=do3, predictive=predictive)
     corners = attraction_corners(do1, do2, do3, predictive)
-    return np.asarray(np.vectorize(lambda d: attract.py_func(d, corners), otypes=[float])(np.asarray(distance, float)))
+    return np.asarray(np.vectorize(lambda d: plain(attract)(d, corners), otypes=[float])(np.asarray(distance, float)))
 
 
 def check_ascending(**limits: float) -> None:

@@ -66,7 +66,7 @@ class Arena(ABC):
         way = np.asarray(end, float) - np.asarray(start, float)
         period = np.asarray(self.period)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(period > 0, way - period * np.rint(way / period), way)
+            return np.asarray(np.where(period > 0, way - period * np.rint(way / period), way))
 
     def check_reach(self, reach: float) -> None:
         """Refuse a range that would see the same body twice.

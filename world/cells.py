@@ -78,7 +78,12 @@ def _settle(graph: Any, first: int, edge: int) -> None:
 
 @kernel
 def _search_span(
-    here: tuple[float, float, float, int], span: tuple[int, int], observed: Observed, cells: Cells, graph: Any, edges: Any
+    here: tuple[float, float, float, int],
+    span: tuple[int, int],
+    observed: Observed,
+    cells: Cells,
+    graph: Any,
+    edges: tuple[int, int],
 ) -> int:
     """Find the edges from one observer to the bodies of a row of cells; return the number of the next edge."""
     x, y, limit, myself = here

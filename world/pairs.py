@@ -14,7 +14,7 @@ BLOCK = 64
 """How many bodies are compared at once: one bit of a word for each."""
 
 FAR_AWAY = 1e150
-"""Where to put bodies that do not exist, so that the last lanes are full: out of any range, and its square is finite."""
+"""Where to put bodies that do not exist, to fill the last lanes: out of any range, and its square is finite."""
 
 _ONE = np.uint64(1)
 
