@@ -66,7 +66,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
-        limit = reach[i] * reach[i]
+        limit = min(reach[i] * reach[i], 0.5 * FAR_AWAY * FAR_AWAY)
         myself = i + observed.own if observed.own >= 0 else -1
         for first in range(0, size, BLOCK):
             last = min(first + BLOCK, size)

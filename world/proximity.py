@@ -125,7 +125,9 @@ class Search:
         low, high = arena.bounds
         side = high - low
         # Cells narrower than the range would need more than nine looks; far more cells than bodies cost time to clear.
-        width = max(float(self.reach.max(initial=0.0)), math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
+        # They are a hair wider, because rounding may push a body into the next cell.
+        reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
+        width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
         wraps = arena.period[0] > 0
         if wraps and min(columns, rows) < 3:
