@@ -25,7 +25,7 @@ def moved(angle: float, limit: float, speed: float, action: tuple[float, float, 
         heading=np.array([[math.cos(angle), math.sin(angle)]]), moved=np.ones((1, 2)), speed=np.array([speed]),
         turn_cosine=np.array([cosine]), turn_sine=np.array([sine]), arena_size=np.array([1000.0, 1000.0]),
     )  # fmt: skip
-    move = motion(Box(1000, 1000), bodies, np.array([action[:2]]), np.array([action[2]]))
+    move = motion(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
     return move.entry(move.record.ctypes.data), bodies
 
 
