@@ -168,27 +168,32 @@ static int tracked(const track *list, int count, int wanted) {
 }
 
 static int update_tracks(track *list, int old, vector moved, const sight *sights, int sight_count) {
-    int count = 0;
+    int count = 0, matched = 0;
     for (int slot = 0; slot < old; slot++) {
-        track t = list[slot];
-        vector expected = {t.place.x + t.step.x - moved.x, t.place.y + t.step.y - moved.y};
-        int k = find(sights, sight_count, t.target);
-        t.age++;
+        track *t = list + slot;
+        /* Tracks and sights both tend to keep their order: look first at the sight after the last one found. */
+        int k = matched < sight_count && sights[matched].other == t->target ? matched : find(sights, sight_count, t->target);
+        int age = t->age + 1;
         if (k >= 0) {
-            t.step.x += (sights[k].offset.x - expected.x) / t.age;
-            t.step.y += (sights[k].offset.y - expected.y) / t.age;
-            t.place = sights[k].offset;
-            t.age = 0;
+            vector expected = {t->place.x + t->step.x - moved.x, t->place.y + t->step.y - moved.y};
+            t->step.x += (sights[k].offset.x - expected.x) / age;
+            t->step.y += (sights[k].offset.y - expected.y) / age;
+            t->place = sights[k].offset;
+            t->age = 0;
+            matched++;
         } else {
-            t.place.x += t.step.x - moved.x;
-            t.place.y += t.step.y - moved.y;
-            double square = square_of(t.place);
-            if (square <= REACH * REACH || square >= PREDICTIVE * PREDICTIVE || t.age > OLDEST)
+            t->place.x += t->step.x - moved.x;
+            t->place.y += t->step.y - moved.y;
+            t->age = age;
+            double square = square_of(t->place);
+            if (square <= REACH * REACH || square >= PREDICTIVE * PREDICTIVE || age > OLDEST)
                 continue;
         }
-        list[count++] = t;
+        if (slot != count)
+            list[count] = *t;
+        count++;
     }
-    for (int k = 0; k < sight_count && count < TRACKS; k++)
+    for (int k = 0; matched < sight_count && k < sight_count && count < TRACKS; k++)
         if (!tracked(list, count, sights[k].other))
             list[count++] = (track){sights[k].offset, {0.0, 0.0}, sights[k].other, 0};
     return count;
