@@ -67,6 +67,12 @@ class Engine:
             self.is_seen = True
             self.looks += 1
 
+    def perceive(self, group: Group) -> None:
+        """Bring a group's percept up to the present positions."""
+        self.prepare()
+        while not group.perceive():
+            self._bind_groups()
+
     def run(self, steps: int) -> None:
         """Make `steps` steps in one compiled call; all policies have kernels."""
         self._make_room(steps)

@@ -12,8 +12,8 @@ from teamsight.analysis.observation import cell_means, grid_of, paired
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
     return pd.DataFrame(
-        {"robots": robots, "targets": 15, "radius": radius, "replicate": replicate, "seed": shift + 100 * robots + replicate,
-         "observed_fraction": value}
+        {"robots": robots, "targets": 15, "radius": radius, "replicate": replicate,
+         "seed": shift + 100 * robots + replicate, "observed_fraction": value}
         for (robots, radius), found in values.items()
         for replicate, value in enumerate(found)
     )  # fmt: skip

@@ -34,9 +34,14 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
     tmp_path: Path, trouble: type[BaseException]
 ) -> None:
     store.write_text(tmp_path / "result.md", "old")
-    with pytest.raises(trouble), store.complete(tmp_path / "result.md") as draft:
-        draft.write_text("half")
-        raise trouble
+
+    def write_half() -> None:
+        with store.complete(tmp_path / "result.md") as draft:
+            draft.write_text("half")
+            raise trouble
+
+    with pytest.raises(trouble):
+        write_half()
     assert [path.name for path in tmp_path.iterdir()] == ["result.md"]
     assert (tmp_path / "result.md").read_text() == "old"
 
