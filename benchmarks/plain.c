@@ -127,14 +127,17 @@ static inline double square_of(vector v) { return v.x * v.x + v.y * v.y; }
 
 /* Forces. */
 
-static inline double repel(double d) { return d < DR1 ? -1.0 : (d - DR2) / (DR2 - DR1); }
+/* Straight lines between corners: slopes instead of divisions, limits instead of branches. */
+
+static inline double at_most(double x, double limit) { return x < limit ? x : limit; }
+static inline double at_least(double x, double limit) { return x > limit ? x : limit; }
+
+static inline double repel(double d) { return at_least(at_most((d - DR2) * (1.0 / (DR2 - DR1)), 0.0), -1.0); }
 
 static inline double attract(double d) {
-    if (d < DO1) return d / DO1 - 1.0;
-    if (d < DO2) return (d - DO1) / (DO2 - DO1);
-    if (d <= DO3) return 1.0;
-    if (d < PREDICTIVE) return (PREDICTIVE - d) / (PREDICTIVE - DO3);
-    return 0.0;
+    if (d < DO1) return d * (1.0 / DO1) - 1.0;
+    if (d <= DO3) return at_most((d - DO1) * (1.0 / (DO2 - DO1)), 1.0);
+    return at_least((PREDICTIVE - d) * (1.0 / (PREDICTIVE - DO3)), 0.0);
 }
 
 /* The force of a target at `way`; none when a teammate is strictly nearer to it. */
@@ -176,8 +179,13 @@ static int update_tracks(track *list, int old, vector moved, const sight *sights
         int age = t->age + 1;
         if (k >= 0) {
             vector expected = {t->place.x + t->step.x - moved.x, t->place.y + t->step.y - moved.y};
-            t->step.x += (sights[k].offset.x - expected.x) / age;
-            t->step.y += (sights[k].offset.y - expected.y) / age;
+            vector wrong = {sights[k].offset.x - expected.x, sights[k].offset.y - expected.y};
+            if (age > 1) {
+                wrong.x /= age;
+                wrong.y /= age;
+            }
+            t->step.x += wrong.x;
+            t->step.y += wrong.y;
             t->place = sights[k].offset;
             t->age = 0;
             matched++;
@@ -209,7 +217,8 @@ static void decide(int i, long tick) {
     for (int k = 0; k < mate_count; k++) {
         if (mate[k].square >= DR2 * DR2 || mate[k].square == 0.0)
             continue;
-        double d = sqrt(mate[k].square), push = repel(d) / d;
+        double d = sqrt(mate[k].square), push = repel(d);
+        push /= d;
         force.x += push * mate[k].offset.x;
         force.y += push * mate[k].offset.y;
     }
@@ -236,8 +245,8 @@ static void decide(int i, long tick) {
     }
     double square = square_of(force);
     if (square > 1e-18) {
-        double length = sqrt(square);
-        aim[i] = (vector){force.x / length, force.y / length};
+        double length = sqrt(square), shrink = 1.0 / length;
+        aim[i] = (vector){force.x * shrink, force.y * shrink};
         distance[i] = (length < 1.0 ? length : 1.0) * ROBOT_SPEED;
     } else {
         aim[i] = direction(number(robot_noise + i, tick));
