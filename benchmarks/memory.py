@@ -50,7 +50,7 @@ def main(policy: str, degree: str) -> None:
     model = CMOMMT(
         robots=ROBOTS, targets=ROBOTS, radius=radius_for(ROBOTS), policy=policy, awareness=degree, rng=1
     )  # fmt: skip
-    model.run(5)
+    model.run(50)
     unit = 1 if sys.platform == "darwin" else 1024
     print(json.dumps({"peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**30}))
 
