@@ -80,14 +80,14 @@ static block philox(uint32_t c0, uint32_t c1, uint32_t c2, uint32_t c3) {
     return (block){{c0, c1, c2, c3}};
 }
 
-/* Identities count from 1, robots first; the counter is (tick / 4, identity, channel, stream). */
+/* The counter is (tick / 4, member, channel, stream); members of a group count from 0. */
 static void draw_blocks(long tick) {
     uint32_t four = (uint32_t)(tick / 4);
     for (int i = 0; i < robots; i++)
-        robot_noise[i] = philox(four, 1 + i, 0, 1);
+        robot_noise[i] = philox(four, i, 0, 1);
     for (int j = 0; j < targets; j++) {
-        target_noise[j] = philox(four, 1 + robots + j, 0, 257);
-        turn_noise[j] = philox(four, 1 + robots + j, 1, 257);
+        target_noise[j] = philox(four, j, 0, 257);
+        turn_noise[j] = philox(four, j, 1, 257);
     }
 }
 
