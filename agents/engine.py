@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.kernel import Entry
 
+# About a quarter of a second's work.
+_BODY_STEPS_A_CALL = 4_000_000
+
 
 class Engine:
     """What stands between a `World` and the compiled loop.
@@ -43,7 +46,7 @@ class Engine:
         self._sensed: list[tuple[Group, Group]] = []
         self._every = 0
         self.relations: list[Relation] = []
-        self.is_bound = self.is_seen = False
+        self.is_bound = self.is_seen = self._is_recorded = False
         self.looks = 0
         self.trails: list[Trail] = []
         self.stretch: Stretch = world._history.begin([])
@@ -64,8 +67,14 @@ class Engine:
             self.is_bound, self.is_seen = True, False
         if not self.is_seen:
             self._call(SEE)
-            self.is_seen = True
+            self.is_seen, self._is_recorded = True, False
             self.looks += 1
+
+    def perceive(self, group: Group) -> None:
+        """Bring a group's percept up to the present positions."""
+        self.prepare()
+        while not group.perceive():
+            self._bind_groups()
 
     def run(self, steps: int) -> None:
         """Make `steps` steps in one compiled call; all policies have kernels."""
@@ -86,14 +95,27 @@ class Engine:
                 decisions.decide(group, world.tick, world.key)
         self._call(END_STEP)
 
+    @property
+    def longest_call(self) -> int:
+        """How many steps to make in one call: so many that calls cost nothing, so few that Ctrl-C is heard at once."""
+        return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._world.groups)), 1), 1)
+
     def record_positions(self, every: int) -> None:
         """Keep positions each `every` steps, from now on."""
         self._every = every
         self.is_bound = False
 
+    def forget(self) -> None:
+        """Begin to record anew."""
+        self.is_bound = self.is_seen = self._is_recorded = False
+        self.trails = []
+        self.stretch = self._world._history.begin([])
+
     def present(self, name: str) -> float:
         """Return a column of the history as it would be for the present positions."""
         self.prepare()
+        if self._is_recorded:
+            return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
         seen: dict[int, npt.NDArray[np.bool_]] = {}
         edges = robots = 0
         for relation in self.relations:
@@ -219,6 +241,7 @@ class Engine:
         record = self._world_record
         self._world.tick = int(record["tick"])
         if record["history"]:
+            self._is_recorded = self._is_recorded or int(record["row"]) > self.stretch.rows
             self.stretch.rows = int(record["row"])
             self.stretch.sum_up()
         if self._every and record["trail"]:

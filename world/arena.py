@@ -84,11 +84,21 @@ class Arena(ABC):
             )
 
 
-@kernel
+@inlined
 def _confine_disc(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
-    radius = size[0]
+    end_x = x + step_x
+    end_y = y + step_y
+    if end_x * end_x + end_y * end_y <= size[0] * size[0]:
+        return end_x, end_y, heading_x, heading_y
+    return _bounce(x, y, step_x, step_y, heading_x, heading_y, size[0])
+
+
+@kernel
+def _bounce(
+    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, radius: float
+) -> tuple[float, float, float, float]:
     square = radius * radius
     for _ in range(64):
         end_x = x + step_x
@@ -127,7 +137,7 @@ def _fold(place: float, half: float) -> tuple[float, float]:
     return min(max(3.0 * half - shifted, -half), half), -1.0
 
 
-@kernel
+@inlined
 def _confine_box(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
@@ -145,7 +155,7 @@ def _wrap(place: float, side: float) -> float:
     return place if place >= -0.5 * side and place < 0.5 * side else -0.5 * side
 
 
-@kernel
+@inlined
 def _confine_torus(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from teamsight.kernel import inlined, kernel
-from teamsight.world.edges import Observed, append, shortest
+from teamsight.world.edges import Observed, append, shortest, take_roots
 
 
 class Cells(NamedTuple):
@@ -136,4 +136,5 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
                 span = (cells.start[base + far], cells.start[base + far + 1])
                 edge = _search_span(here, span, observed, cells, graph, (first, edge))
     graph.start[position.shape[0]] = edge
+    take_roots(graph, edge)
     return edge

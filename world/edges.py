@@ -60,4 +60,12 @@ def append(graph: Any, edge: int, j: Any, way_x: float, way_y: float, square: fl
     graph.index[edge] = j
     graph.offset[edge, 0] = way_x
     graph.offset[edge, 1] = way_y
-    graph.distance[edge] = math.sqrt(square)
+    # The square for now; `take_roots` takes all roots at once, in SIMD lanes.
+    graph.distance[edge] = square
+
+
+@inlined
+def take_roots(graph: Any, edges: int) -> None:
+    """Turn the squares that `append` has written into distances."""
+    for k in range(min(edges, graph.distance.shape[0])):
+        graph.distance[k] = math.sqrt(graph.distance[k])
