@@ -59,6 +59,7 @@ def test_each_way_to_a_policy_takes_under_20_lines() -> None:
     assert sizes["lean"] < 20
 
 
+@pytest.mark.short
 def test_events_happen_at_their_times(run: Run) -> None:
     told = run("events")
     assert [int(time) for time in re.findall(r"tick +(\d+)", told)] == [100, 150, 250, 300, 400, 450, 550]
@@ -72,11 +73,13 @@ def test_neighbours_are_counted_over_time(run: Run) -> None:
     assert sum(groups) == 30
 
 
+@pytest.mark.short
 def test_delta_comes_from_the_tracks_file(run: Run) -> None:
     delta, safe = map(int, re.findall(r"δ = (\d+); to rely on: (\d+)", run("delta_from_tracks"))[0])
     assert 1 <= delta <= safe <= 19
 
 
+@pytest.mark.short
 def test_a_sweep_gives_what_each_model_gives_alone() -> None:
     from teamsight import CMOMMT
 
