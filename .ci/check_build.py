@@ -44,8 +44,10 @@ def main(folder: Path) -> int:
     if not {"teamsight/py.typed", "teamsight/agents/model.py", "teamsight/world/arena.py"} <= built:
         print("the wheel lacks py.typed or a room")
         return 1
+    if missing or strange:
+        return 1
     print(f"{len(everything)} files of the package, the same in the repository, the sdist and the wheel")
-    return 1 if missing or strange else 0
+    return 0
 
 
 if __name__ == "__main__":
