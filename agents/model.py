@@ -155,6 +155,7 @@ class World(mesa.Model):  # type: ignore[misc]
             if membership.steps_by_itself(group):
                 for agent in list(group.agents):
                     agent.step()
+        self._engine.prepare()
         self._engine.step()
         self._after_step()
 
@@ -184,9 +185,12 @@ class World(mesa.Model):  # type: ignore[misc]
             self._let_events_happen()
             if not self.running:
                 break
+            # An event may have brought in what needs Python.
+            reason = self._needs_python()
+            if reason:
+                continue
             quiet = max(self.clock.ticks_until_event(self.tick), 1)
             self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
-            reason = self._needs_python()
 
     def _run_stretch(self, steps: int) -> None:
         self._engine.prepare()
