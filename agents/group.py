@@ -120,7 +120,8 @@ class Group:
     @property
     def is_compiled(self) -> bool:
         """Whether the group can run without Python."""
-        return isinstance(self.policy, CompiledPolicy) and not self.decides_alone
+        kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
+        return kernel_decides and not self.decides_alone
 
     def sightings(self, kind: str) -> Sightings:
         """Return who is truly within range: `targets` or `mates`."""
