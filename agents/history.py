@@ -84,15 +84,13 @@ class History:
     def before(self) -> tuple[float, int, int]:
         """Of all stretches but the last: the sum of shares observed, and the number of rows; and the largest degree."""
         earlier = self._stretches[:-1]
-        share = sum(stretch.observed_sum / stretch.targets for stretch in earlier if stretch.targets)
-        return float(share), sum(stretch.rows for stretch in earlier), self.max_neighbours
+        return _shares(earlier), sum(stretch.rows for stretch in earlier), self.max_neighbours
 
     @property
     def observed_fraction(self) -> float:
         """The mean over all rows of the share of targets that at least one robot sees; NaN before the first."""
         rows = sum(stretch.rows for stretch in self._stretches)
-        total = sum(stretch.observed_sum / stretch.targets for stretch in self._stretches if stretch.targets)
-        return total / rows if rows and any(stretch.targets for stretch in self._stretches) else float("nan")
+        return _shares(self._stretches) / rows if rows and any(stretch.targets for stretch in self._stretches) else float("nan")
 
     @property
     def max_neighbours(self) -> int:
@@ -105,3 +103,13 @@ class History:
         table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table
+
+
+def _shares(stretches: list[Stretch]) -> float:
+    """Return the sum over all rows of the share of targets observed."""
+    # Not `sum`, which since Python 3.12 carries what rounding lost: continued later, it would not give the same bits.
+    total = 0.0
+    for stretch in stretches:
+        if stretch.targets:
+            total += stretch.observed_sum / stretch.targets
+    return total
