@@ -41,12 +41,12 @@ class Group:
         The agents, one for each row of the arrays.
     bodies : Bodies
         Where they are and how they can move.
-    sensing_range, awareness_range : ndarray, shape (n,), float64
+    ranges : tuple of two ndarray, shape (n,), float64
         How far each senses targets and teammates [length].
-    policy : object
-        What decides for them.
-    awareness : Awareness
-        What they perceive of teammates.
+    rules : tuple
+        The policy and the degree of awareness; `World.adjust` changes them.
+    columns : dict
+        The user's own columns, shape (n, …) each; see `add_column`.
     memory : object
         What they remember; rows as in `agents`.
     action : Action
@@ -65,8 +65,9 @@ class Group:
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
-        self.sensing_range, self.awareness_range = ranges
-        self.policy, self.awareness = policy, awareness
+        self.ranges = ranges
+        self.rules = policy, awareness
+        self.columns: dict[str, npt.NDArray[Any]] = {}
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
         self.plan: Any = None
@@ -101,6 +102,57 @@ class Group:
 
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
+
+    @property
+    def policy(self) -> Any:
+        """What decides for them; to change it, use `World.adjust`."""
+        return self.rules[0]
+
+    @property
+    def awareness(self) -> Awareness:
+        """What they perceive of teammates; to change it, use `World.adjust`."""
+        return self.rules[1]
+
+    @property
+    def sensing_range(self) -> Floats:
+        """How far each senses targets, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.ranges[0])
+
+    @property
+    def awareness_range(self) -> Floats:
+        """How far each senses teammates, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.ranges[1])
+
+    @property
+    def speed(self) -> Floats:
+        """The farthest each can go a step, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.bodies.speed)
+
+    def add_column(self, name: str, fill: Any = 0.0) -> npt.NDArray[Any]:
+        """Give the agents a property of the user's own, which is saved and restored with the world.
+
+        Parameters
+        ----------
+        name : str
+            A new name.
+        fill : object or array_like, shape (n, …)
+            The value for all, or for each.
+
+        Returns
+        -------
+        ndarray, shape (n, …)
+            The column; change its elements in place.
+
+        Raises
+        ------
+        ValueError
+            If there is a column of this name.
+        """
+        if name in self.columns:
+            raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
+        value = np.asarray(fill)
+        self.columns[name] = np.array(value if value.ndim else np.full(len(self), fill))
+        return self.columns[name]
 
     @property
     def position(self) -> Floats:

@@ -18,7 +18,7 @@ from teamsight import checks
 from teamsight.agents import compat, decisions, membership, state
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.collector import HistoryCollector
+from teamsight.agents.collector import HistoryCollector, Rows
 from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
@@ -147,6 +147,37 @@ class World(mesa.Model):  # type: ignore[misc]
         self._engine.senses(observers, observed)
         self.change()
 
+    def adjust(
+        self,
+        group: Group,
+        *,
+        policy: Any = None,
+        awareness: Awareness | str | None = None,
+        sensing_range: npt.ArrayLike | None = None,
+        awareness_range: npt.ArrayLike | None = None,
+        speed: npt.ArrayLike | None = None,
+        turn_limit: npt.ArrayLike | None = None,
+    ) -> None:
+        """Change what a group can do from the next step on; what is not given stays. A new policy remembers nothing.
+
+        Parameters
+        ----------
+        group : Group
+            Of this world.
+        policy, awareness, sensing_range, awareness_range, speed, turn_limit
+            As for `add`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `add`; then nothing is changed.
+        """
+        membership.adjust(
+            self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
+            awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
+        )  # fmt: skip
+        self.change()
+
     def step(self) -> None:
         """Make one step."""
         self._let_events_happen()
@@ -190,8 +221,8 @@ class World(mesa.Model):  # type: ignore[misc]
 
     def _run_stretch(self, steps: int) -> None:
         self._engine.prepare()
-        stretch, before = self._engine.stretch, self._history.before
-        first = stretch.rows
+        stretch = self._engine.stretch
+        first, observed, largest = stretch.rows, stretch.observed_sum, self._history.max_neighbours
         try:
             self._engine.run(steps)
         except BaseException:
@@ -199,7 +230,8 @@ class World(mesa.Model):  # type: ignore[misc]
             raise
         compat.count_steps(self, stretch.rows - first)
         if isinstance(self._collector, HistoryCollector):
-            self._collector.collect_rows(self.tick, stretch, first, before)
+            earlier = self._history.earlier
+            self._collector.collect_rows(Rows(stretch, first, stretch.rows, self.tick, observed, largest, *earlier))
 
     def _needs_python(self) -> str:
         """Say why steps cannot be made in a compiled call; empty when they can."""
@@ -212,6 +244,8 @@ class World(mesa.Model):  # type: ignore[misc]
         for group in self.groups:
             if membership.steps_by_itself(group):
                 return f"an agent class of {group.name} overrides step"
+            if group.decides_alone:
+                return f"the agent class of {group.name} overrides decide"
             if not group.is_compiled:
                 return f"the policy of {group.name} is Python"
         return ""
