@@ -21,10 +21,10 @@ Floats = npt.NDArray[np.float64]
 class Place(np.ndarray[Any, np.dtype[np.float64]]):
     """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
 
-    def __iadd__(self, other: Any) -> Any:
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
         return np.asarray(self) + other
 
-    def __isub__(self, other: Any) -> Any:
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
         return np.asarray(self) - other
 
 
