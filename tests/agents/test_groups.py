@@ -131,6 +131,14 @@ def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> Non
     assert (model.tick, len(model.history)) == (20, 20)
 
 
+@pytest.mark.parametrize("advance", [lambda model: model.run(30), lambda model: [model.step() for _ in range(30)]])
+def test_a_kernel_that_answers_nonsense_stops_the_model(advance: Any) -> None:
+    model = CMOMMT(policy=FailsLate(), rng=1)
+    with pytest.raises(ValueError, match="FailsLate"):
+        advance(model)
+    assert not model.running
+
+
 def test_a_subclass_of_a_compiled_policy_may_decide_in_python() -> None:
     class Halved(RandomWalk):
         def decide(self, percept: Any, memory: Any, noise: Any) -> Any:

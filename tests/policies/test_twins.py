@@ -85,7 +85,8 @@ def test_a_cmommt_in_whole_runs(policy: ACmommt, awareness: str) -> None:
     )  # fmt: skip
     with pytest.warns(UserWarning, match="Python"):
         model.run(40)
-    assert watched.lost or not policy.tracks
+    # Beyond so wide a margin somebody is always lost from sight.
+    assert watched.lost or policy.predictive < 2
 
 
 @given(seed=st.integers(0, 2**32 - 1), weights=st.sampled_from(["nearest", "shared", "per-teammate", "none"]))

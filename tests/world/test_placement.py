@@ -27,7 +27,7 @@ def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
 
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
-@pytest.mark.parametrize("count", [1, 2, 7, 12])
+@pytest.mark.parametrize("count", [1, 2, 7, 12, 15])
 def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: int) -> None:
     points = placement.spread(arena, np.random.default_rng().random((2, count)), 1.0)
     assert len(points) == count
