@@ -18,8 +18,21 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
+class Place(np.ndarray[Any, np.dtype[np.float64]]):
+    """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
+
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) + other
+
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) - other
+
+
 class Body(mesa.Agent):  # type: ignore[misc]
     """An agent with a body in the world. Groups make their agents; scripts read and move them.
+
+    A subclass that has an ``__init__`` of its own takes ``(self, model, group, row)`` and hands them to
+    ``super().__init__``.
 
     Attributes
     ----------
@@ -43,8 +56,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def position(self) -> Floats:
         """Where it is, shape (2,) [length]. What is set must lie in the arena."""
-        row: Floats = self.group.position[self.row]
-        return row
+        place: Floats = self.group.position[self.row].view(Place)
+        return place
 
     @position.setter
     def position(self, value: npt.ArrayLike) -> None:
@@ -53,8 +66,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def heading(self) -> Floats:
         """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
-        row: Floats = self.group.heading[self.row]
-        return row
+        vector: Floats = self.group.heading[self.row].view(Place)
+        return vector
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:

@@ -45,7 +45,12 @@ def _of_policy(group: Group, tick: int, key: npt.NDArray[np.uint64]) -> Action:
     name = getattr(policy, "__name__", type(policy).__name__)
     if not hasattr(policy, "decide"):
         return _of_each(group, [policy] * len(group), name, tick, key)
-    answer = policy.decide(_protected(group.percept), group.memory, group.noise(tick))
+    try:
+        answer = policy.decide(_protected(group.percept), group.memory, group.noise(tick))
+    except ValueError as error:
+        if "read-only" not in str(error):
+            raise
+        raise ValueError(f"{name}.decide writes into its percept ({error}); copy the array first") from error
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
     action, group.memory = answer

@@ -73,7 +73,7 @@ class Engine:
     def perceive(self, group: Group) -> None:
         """Bring a group's percept up to the present positions."""
         self.prepare()
-        while not group.perceive():
+        while not group.perception.perceive(group.awareness):
             self._bind_groups()
 
     def run(self, steps: int) -> None:
@@ -234,7 +234,7 @@ class Engine:
             self.relations[where].grow(need)
             self._bind_relation(where)
         else:
-            self._world.groups[where].grow(need)
+            self._world.groups[where].perception.grow(need)
         self._bind_groups()
 
     def _read_back(self) -> None:

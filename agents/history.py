@@ -51,13 +51,13 @@ class Stretch:
             self.largest = max(self.largest, int(new[:, self._mates, _LARGEST].max(initial=0)))
             self._summed = self.rows
 
-    def observed_counts(self) -> npt.NDArray[np.int64]:
-        """Return for each row how many targets at least one robot saw."""
-        return np.asarray(self.raw[: self.rows, self._targets, _OBSERVED].sum(axis=1))
+    def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
+        """Return for each of these rows how many targets at least one robot saw."""
+        return np.asarray(self.raw[first:last, self._targets, _OBSERVED].sum(axis=1))
 
-    def columns(self, first: int = 0) -> dict[str, npt.NDArray[Any]]:
-        """Return the columns of `World.history` from row `first` of the stretch on."""
-        raw = self.raw[first : self.rows]
+    def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
+        raw = self.raw[first : self.rows if last is None else last]
         # No targets, or no robots: there is nothing to take a share or a mean of.
         targets, robots = self.targets or np.nan, self.robots or np.nan
         return {
@@ -81,10 +81,15 @@ class History:
         return self._stretches[-1]
 
     @property
-    def before(self) -> tuple[float, int, int]:
-        """Of all stretches but the last: the sum of shares observed, and the number of rows; and the largest degree."""
+    def earlier(self) -> tuple[float, int]:
+        """Of all stretches but the last the sum of the shares observed, and the number of rows."""
         earlier = self._stretches[:-1]
+<<<<<<< HEAD
         return _shares(earlier), sum(stretch.rows for stretch in earlier), self.max_neighbours
+=======
+        share = sum(stretch.observed_sum / stretch.targets for stretch in earlier if stretch.targets)
+        return float(share), sum(stretch.rows for stretch in earlier)
+>>>>>>> main
 
     @property
     def observed_fraction(self) -> float:

@@ -104,7 +104,7 @@ def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodie
     numbers = uniforms(world.key, stream_number(Stream.PLACEMENT, number), 0, np.arange(size), 3)
     angle = 2 * math.pi * numbers[2]
     limits = _column("turn_limit", math.pi if plan.turn_limit is None else plan.turn_limit, size, least=0)
-    cosine, sine = np.array([turn_limit_of(limit) for limit in limits]).T
+    cosine, sine = _turn_columns(limits)
     bodies = Bodies(
         identity=np.zeros(size, np.int64),
         member=np.arange(size),
@@ -112,8 +112,8 @@ def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodie
         heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
         moved=np.zeros((size, 2)),
         speed=_column("speed", plan.speed, size, least=0),
-        turn_cosine=np.ascontiguousarray(cosine),
-        turn_sine=np.ascontiguousarray(sine),
+        turn_cosine=cosine,
+        turn_sine=sine,
         arena_size=np.array(world.arena.size),
     )
     return bodies, ranges
@@ -176,6 +176,46 @@ def populate(world: World, group: Group, agent_class: type[Body]) -> None:
     group.begin()
 
 
+def adjust(world: World, group: Group, **changes: Any) -> None:
+    """Change what a group can do; see `World.adjust`."""
+    size = len(group)
+    sensing, aware = group.ranges
+    if changes["sensing_range"] is not None:
+        sensing = _column("sensing_range", changes["sensing_range"], size, above=0)
+    if changes["awareness_range"] is not None:
+        aware = _column("awareness_range", changes["awareness_range"], size, above=0)
+    for reach in (sensing, aware):
+        world.arena.check_reach(float(reach.max(initial=0.0)))
+    speed, limits = group.bodies.speed, None
+    if changes["speed"] is not None:
+        speed = _column("speed", changes["speed"], size, least=0)
+    if changes["turn_limit"] is not None:
+        limits = _column("turn_limit", changes["turn_limit"], size, least=0)
+    policy, awareness = group.rules
+    if changes["awareness"] is not None:
+        awareness = awareness_of(changes["awareness"])
+    if changes["policy"] is not None:
+        policy = policy_of(changes["policy"])
+    before = group.rules
+    group.rules = policy, awareness
+    try:
+        check_fit(group, team_of(world.groups, group))
+    except ValueError:
+        group.rules = before
+        raise
+    group.ranges = sensing, aware
+    group.bodies.speed = speed
+    if limits is not None:
+        group.bodies.turn_cosine, group.bodies.turn_sine = _turn_columns(limits)
+    if policy is not before[0]:
+        group.begin()
+
+
+def _turn_columns(limits: Floats) -> tuple[Floats, Floats]:
+    cosine, sine = np.array([turn_limit_of(limit) for limit in limits]).reshape(-1, 2).T
+    return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
+
+
 def drop(group: Group, agent: Body) -> None:
     """Take one agent out of a group's arrays; the others keep their state."""
     keep = np.arange(len(group)) != agent.row
@@ -186,7 +226,8 @@ def drop(group: Group, agent: Body) -> None:
     }
     memory = group.memory
     group.bodies = Bodies(**columns)
-    group.sensing_range, group.awareness_range = group.sensing_range[keep], group.awareness_range[keep]
+    group.ranges = group.sensing_range[keep], group.awareness_range[keep]
+    group.columns = {name: array[keep] for name, array in group.columns.items()}
     group.agents.pop(agent.row)
     for row, other in enumerate(group.agents):
         other.row = row
@@ -212,6 +253,7 @@ def check_fit(group: Group, team: list[Group]) -> None:
     policy, awareness = group.policy, group.awareness
     name = getattr(policy, "__name__", type(policy).__name__)
     for need in getattr(policy, "needs", ()):
+        checks.choice(f"{name}.needs", need, ("targets", "mates", "reports"))
         if need not in awareness.delivers:
             fit = [degree.__name__ for degree in AWARENESS.values() if need in degree.delivers]
             cure = f"; use {fit[0]}()" if fit else ""

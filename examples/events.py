@@ -11,21 +11,15 @@ from typing import Any
 from teamsight import CMOMMT
 
 
-def set_sensing_range(model: CMOMMT, reach: float) -> None:
-    """Let all robots sense this far from now on."""
-    model.robots.sensing_range[:] = reach
-    model.change()
-
-
 def fog(model: CMOMMT, seen: list[tuple[float, float]]) -> Iterator[Any]:
     """Let fog rise every 100 ticks for 50, in which robots sense half as far; note what is observed."""
     while True:
         yield model.timeout(100)
         seen.append((model.now, model.observed))
-        set_sensing_range(model, 0.5)
+        model.adjust(model.robots, sensing_range=0.5)
         yield model.timeout(50)
         seen.append((model.now, model.observed))
-        set_sensing_range(model, 1.0)
+        model.adjust(model.robots, sensing_range=1.0)
 
 
 def main() -> None:

@@ -88,6 +88,33 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
 
 
 @_generated
+def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
+    """Return a word whose bits 0..7 say which of the places ``first .. first + 7`` are within the square distance."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.DoubleType(), 8)
+
+        def splat(value: Any) -> Any:
+            one = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+            zeros = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
+            return builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
+
+        def eight(kind: Any, value: Any) -> Any:
+            data = make_array(kind)(context, builder, value).data
+            place = builder.gep(data, [arguments[2]])
+            return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
+
+        way_x = builder.fsub(eight(signature.args[0], arguments[0]), splat(arguments[3]))
+        way_y = builder.fsub(eight(signature.args[1], arguments[1]), splat(arguments[4]))
+        square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
+        bits = builder.fcmp_ordered("<=", square, splat(arguments[5]))
+        return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
+
+    f8 = numba.types.float64
+    return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
+
+
+@_generated
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 
@@ -192,6 +219,8 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     value = plain(value)
     if isinstance(value, Entry):
         value = value.function
+    # Code that numba is told to generate is written in a function of its own.
+    value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
         fields = getattr(value, "_fields", None)
         yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()

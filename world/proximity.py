@@ -23,6 +23,7 @@ __all__ = ["ProximityGraph", "Search", "proximity_graph", "search"]
 
 # More pairs than this, and cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
+MOST_PAIRS_ON_TORUS = 1_500
 
 _LANES = 16
 
@@ -117,7 +118,8 @@ class Search:
         ask["size"], ask["observed"], ask["lanes"], ask["own"] = n, observed, lanes, own
         ask["period_x"], ask["period_y"] = arena.period
         self._cells: Cells | None = None
-        if not (n * observed <= MOST_PAIRS if pairs is None else pairs):
+        most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
+        if not (n * observed <= most if pairs is None else pairs):
             self._cut(arena, ask)
         self._room(n * observed if n * observed <= MOST_PAIRS else 4 * n + 64)
 
