@@ -20,7 +20,7 @@ def count(name: str, value: Any, *, least: int = 1, cure: str = "") -> int:
         If it is below `least`.
     """
     if isinstance(value, bool) or not isinstance(value, Integral):
-        if isinstance(value, Real) and float(value).is_integer():
+        if isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer():
             value = int(float(value))
         else:
             raise TypeError(f"{name}={value!r}: must be a whole number of at least {least}")

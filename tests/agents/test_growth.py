@@ -7,21 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, World
+from teamsight import CMOMMT
 from teamsight.agents.engine import Engine
-from teamsight.agents.group import Group
 from teamsight.world.proximity import Search
 
 DEGREES = ["none", "ring", "pairwise", "shared"]
 
 
-def gathering(awareness: str) -> World:
+def gathering(awareness: str) -> CMOMMT:
     """Far more robots than there is room for at first come together around a few targets."""
-    model = CMOMMT(
+    return CMOMMT(
         robots=90, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
         robot_speed=0.4, target_speed=0.02, rng=int(np.random.default_rng().integers(2**31)),
     )  # fmt: skip
-    return model
 
 
 @pytest.mark.short
@@ -35,15 +33,18 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
         grow(self, status, where, need)
 
     model = gathering(awareness)
-    roomy, stepped = (CMOMMT(**{**model.settings, "rng": model.seed_used}) for _ in range(2))
+    again = {**model.settings, "rng": model.seed_used}
+    stepped = CMOMMT(**again)
     monkeypatch.setattr(Engine, "_grow", counted)
     model.run(60)
-    assert grown
+    assert grown[-1] > 5
     assert model.max_neighbours == 89
     for _ in range(60):
         stepped.step()
+    room = Search._room
+    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
     monkeypatch.setattr(Engine, "_grow", lambda *arguments: pytest.fail("there should have been room"))
-    with_room(roomy)
+    roomy = CMOMMT(**again)
     roomy.run(60)
     for other in (roomy, stepped):
         assert np.array_equal(model.robots.position, other.robots.position)
@@ -51,17 +52,6 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
         assert model.history.equals(other.history)
         for a, b in zip(model.robots.sightings("mates"), other.robots.sightings("mates"), strict=True):
             assert np.array_equal(a, b)
-
-
-def with_room(model: World) -> None:
-    """Give all buffers room for everything."""
-    model.look()
-    for relation in model._engine.relations:
-        relation.grow(90 * 89)
-    for group in model.groups:
-        group.grow(90 * 89 * 20)
-    model._engine._bind()
-    model.refresh()
 
 
 @pytest.mark.parametrize("awareness", DEGREES)
@@ -79,7 +69,7 @@ def test_growing_from_hardly_any_room(awareness: str, monkeypatch: pytest.Monkey
 
 
 def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pytest.MonkeyPatch) -> None:
-    def counts(model: Any) -> list[int]:
+    def counts() -> list[int]:
         seen: list[int] = []
 
         def look(percept: Any, rng: Any) -> tuple[float, float]:
@@ -87,17 +77,13 @@ def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pyte
             toward = percept.targets.offset.mean(axis=0)
             return float(np.arctan2(*toward[::-1]) - np.arctan2(*percept.heading[::-1])), 0.3
 
-        group: Group = model.robots
-        group.policy = look
-        group.begin()
-        model.change()
+        model = CMOMMT(**{**plan, "policy": look})
         for _ in range(15):
             model.step()
         return seen
 
-    reference = gathering("shared")
-    roomy = CMOMMT(**{**reference.settings, "rng": reference.seed_used})
-    expected = counts(reference)
+    plan = {**gathering("shared").settings, "rng": 4}
+    expected = counts()
     room = Search._room
-    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 50))
-    assert counts(roomy) == expected
+    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
+    assert counts() == expected

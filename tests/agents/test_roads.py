@@ -254,7 +254,6 @@ def test_leaving_often_changes_no_last_bit() -> None:
         assert same(run.datacollector.get_model_vars_dataframe(), stepped.datacollector.get_model_vars_dataframe())
 
 
-@pytest.mark.xfail(reason="what a run collects then is NaN, what steps collect counts these steps as 0")
 def test_when_all_targets_have_left() -> None:
     run, stepped = (CMOMMT(robots=3, targets=2, rng=1) for _ in range(2))
     for model in (run, stepped):
@@ -300,7 +299,6 @@ def test_an_event_that_brings_python_into_a_run(late: str) -> None:
     assert calls == expected
 
 
-@pytest.mark.xfail(reason="mesa counts a step before it is made, a run afterwards")
 def test_counters_in_an_event() -> None:
     seen: list[Any] = []
     for advance in (lambda model: model.run(5), lambda model: [model.step() for _ in range(5)]):
