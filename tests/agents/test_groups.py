@@ -179,3 +179,61 @@ def test_a_subclass_that_only_repeats_its_policy_changes_nothing(policy: str) ->
         ends.append(robots.position.copy())
     # Its turn is an angle, which costs a few last bits.
     assert ends[0] == pytest.approx(ends[1], abs=1e-9)
+
+
+@pytest.mark.short
+def test_abilities_may_change_on_both_roads() -> None:
+    ends: list[Any] = []
+    for stepping in (False, True):
+        model = CMOMMT(radius=2.0, rng=4)
+        model.at(5, lambda model=model: model.adjust(model.robots, speed=0.3, sensing_range=np.linspace(0.5, 1.5, 10)))
+        model.at(9, lambda model=model: model.adjust(model.robots, policy="centroid", awareness="shared"))
+        model.at(12, lambda model=model: model.adjust(model.robots, turn_limit=0.1, awareness_range=0.2))
+        for _ in range(20 if stepping else 0):
+            model.step()
+        model.run(0 if stepping else 20)
+        ends.append((model.robots.position.tobytes(), model.history))
+        assert model.robots.awareness.name == "shared"
+        assert model.robots.speed.tolist() == [0.3] * 10
+        before, heading = model.robots.position.copy(), model.robots.heading.copy()
+        model.step()
+        assert np.all(np.sum(heading * model.robots.heading, axis=1)[np.hypot(*model.robots.position.T) < 1.6] > np.cos(0.1) - 1e-9)
+        assert not np.array_equal(before, model.robots.position)
+    assert ends[0][0] == ends[1][0]
+    assert ends[0][1].equals(ends[1][1])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": -1}, "speed=-1"), ({"policy": "a-cmomt"}, "did you mean 'a-cmommt'"), ({"awareness": 3}, "awareness=3"),
+        ({"sensing_range": [1, 2]}, r"sensing_range: has the shape \(2,\)"), ({"turn_limit": np.nan}, "turn_limit=nan"),
+    ],
+)  # fmt: skip
+def test_an_adjustment_that_cannot_be_changes_nothing(change: dict[str, Any], message: str) -> None:
+    model, other = CMOMMT(rng=1), CMOMMT(rng=1)
+    with pytest.raises((ValueError, TypeError), match=message):
+        model.adjust(model.robots, **{"speed": 0.5, "awareness": "none", **change})
+    model.run(10)
+    other.run(10)
+    assert np.array_equal(model.robots.position, other.robots.position)
+
+
+def test_own_columns_leave_and_are_saved_with_their_agents() -> None:
+    model = CMOMMT(robots=4, rng=1)
+    charge = model.robots.add_column("charge", [1.0, 2.0, 3.0, 4.0])
+    assert model.robots.add_column("where", np.zeros((4, 2))).shape == (4, 2)
+    saved = model.state()
+    charge[0] = 9.0
+    model.restore(saved)
+    assert model.robots.columns["charge"].tolist() == [1.0, 2.0, 3.0, 4.0]
+    model.robots[1].remove()
+    assert model.robots.columns["charge"].tolist() == [1.0, 3.0, 4.0]
+    with pytest.raises(ValueError, match="name='charge': the group 'robots' has this column"):
+        model.robots.add_column("charge")
+
+
+@pytest.mark.xfail(reason="not looked at")
+def test_a_column_of_another_length_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(3,\).*10"):
+        CMOMMT(rng=1).robots.add_column("charge", [1.0, 2.0, 3.0])

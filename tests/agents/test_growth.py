@@ -29,7 +29,7 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     grow = Engine._grow
 
     def counted(self: Engine, status: int, where: int, need: int) -> None:
-        grown.append(self._world.tick)
+        grown.append(int(self._world_record["tick"]))
         grow(self, status, where, need)
 
     model = gathering(awareness)
