@@ -80,7 +80,10 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:
-        vector = np.asarray(value, float)
+        try:
+            vector = np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise TypeError(f"heading={value!r}: must be two finite numbers that are not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise ValueError(f"heading={value!r}: must be two finite numbers that are not both 0")

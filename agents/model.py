@@ -327,6 +327,9 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
         """
         state.put(self, saved)
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
+
     def reset(self, rng: int | None = None) -> None:
         """Begin anew: everybody is placed again, and the clock starts at 0 without events.
 

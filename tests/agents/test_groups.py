@@ -57,7 +57,6 @@ def test_two_groups_of_a_team_count_together() -> None:
     assert world.history.mean_neighbours.tolist() == [3.0, 3.0]
 
 
-@pytest.mark.xfail(reason="what two teams observe is added up")
 def test_what_two_teams_observe_is_counted_once() -> None:
     class Rival(Robot):
         team: ClassVar[str | None] = "rivals"
@@ -120,7 +119,7 @@ class FailsLate(CompiledPolicy):
 
 
 @pytest.mark.parametrize(
-    "road", [pytest.param("run", marks=pytest.mark.xfail(reason="the steps before are forgotten, and tick 0 is blamed")), "step"]
+    "road", ["run", "step"]
 )
 def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> None:
     model = CMOMMT(policy=FailsLate(), rng=1)
@@ -155,7 +154,6 @@ class Remembering:
 
 
 @pytest.mark.filterwarnings("ignore:run.. makes")
-@pytest.mark.xfail(reason="only tuples of arrays are kept")
 def test_those_who_stay_remember_when_somebody_leaves() -> None:
     model = CMOMMT(robots=4, policy=Remembering(), rng=1)
     model.run(3)
@@ -233,7 +231,6 @@ def test_own_columns_leave_and_are_saved_with_their_agents() -> None:
         model.robots.add_column("charge")
 
 
-@pytest.mark.xfail(reason="not looked at")
 def test_a_column_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match=r"\(3,\).*10"):
         CMOMMT(rng=1).robots.add_column("charge", [1.0, 2.0, 3.0])
