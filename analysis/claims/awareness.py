@@ -1,0 +1,154 @@
+"""Claims on what awareness of teammates is worth (sections 6 to 8, Figs. 8 and 10)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis.claims.interface import (
+    PREFERRED,
+    Claim,
+    Tables,
+    Verdict,
+    at_least,
+    at_most,
+    gain,
+    maxima,
+    part,
+    verdict,
+    within,
+)
+from teamsight.analysis.claims.performance import pooled
+from teamsight.analysis.observation import cell_means, grid_of, paired
+
+_TEAM = (1, 30)
+_FADED = 10.0
+
+
+def judge_gain(tables: Tables) -> Verdict:
+    """The largest gain of A-CMOMMT over the centroid policy."""
+    grid = gain(tables["a-cmommt"], tables["centroid"]).stack()
+    robots, radius = grid.idxmax()
+    largest = float(grid.max())
+    return verdict(f"{largest:.1f} pp at N = {robots}, R = {radius:g}", within(largest, 60, 10))
+
+
+def judge_where(tables: Tables) -> Verdict:
+    """The gain peaks in middling arenas and is null in very large ones."""
+    grid = gain(tables["a-cmommt"], tables["centroid"])
+    peak = float(grid.max().idxmax())
+    large = part(grid, _TEAM, (8, 9)).mean()
+    told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
+    inside = PREFERRED[0] <= peak <= PREFERRED[1]
+    return verdict(f"peak at R = {peak:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
+
+
+def judge_robots(tables: Tables) -> Verdict:
+    """In middling arenas more robots gain more, and their gain lasts to larger arenas."""
+    grid = gain(tables["a-cmommt"], tables["centroid"])
+    few, many = (part(grid, robots, (1, 9)).mean() for robots in ((2, 6), (20, 30)))
+    gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
+    ends = [_fades(profile) for profile in (few, many)]
+    told = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
+    longer = ends[1] > ends[0]
+    return verdict(
+        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under 10 pp from R = {told[1]} against {told[0]}",
+        at_least(gains[1] - gains[0], np.nextafter(0, 1)),
+        at_least(float(longer), 1),
+    )
+
+
+def judge_range(tables: Tables) -> Verdict:
+    """An awareness range of 1 instead of 0.5 never observes less."""
+    cells = cell_means(paired(tables["a-cmommt"], tables["half-range"]), "difference")
+    mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        below = np.where(mean < 0, -mean / se, 0.0)
+    average, worst = float(mean.to_numpy().mean()) * 100, float(np.max(below))
+    row, column = np.unravel_index(int(np.argmax(below)), below.shape)
+    told = f"worst cell {mean.iloc[row, column] * 100:+.1f} pp ({worst:.1f} se)" if worst > 0 else "no cell below 0"
+    return verdict(f"{average:+.2f} pp on average, {told}", at_most(worst, 3), at_least(average, np.nextafter(0, 1)))
+
+
+def judge_range_neighbours(tables: Tables) -> Verdict:
+    """A larger awareness range means more neighbours."""
+    fewer = maxima(tables["a-cmommt"]) - maxima(tables["half-range"])
+    short = int((fewer < 0).to_numpy().sum())
+    return verdict(
+        f"fewer in {short} of {fewer.size} cells; {fewer.to_numpy().mean():+.1f} on average", within(float(short), 0, 0.5)
+    )
+
+
+def judge_sufficient(tables: Tables) -> Verdict:
+    """With δ = 16 sectors awareness is as good as with every teammate's offset."""
+    difference = _mean_gain(tables["ring-16"], tables["a-cmommt"])
+    return verdict(f"{difference:+.2f} pp", within(difference, 0, 1))
+
+
+def _fades(profile: pd.Series[float]) -> float:
+    """Return the radius, from the peak on, where the gain falls under 10 pp."""
+    after = profile.loc[profile.idxmax() :]
+    faded = after[after < _FADED]
+    return float(faded.index[0]) if len(faded) else float("inf")
+
+
+def _mean_gain(table: pd.DataFrame, base: pd.DataFrame) -> float:
+    return float(gain(table, base).to_numpy().mean())
+
+
+CLAIMS = (
+    Claim(
+        "awareness-gain",
+        "§6, Fig. 8",
+        "A-CMOMMT less centroid: the largest gain",
+        "60 pp",
+        "60 ± 10 pp",
+        judge_gain,
+        ("a-cmommt", "centroid"),
+    ),
+    Claim(
+        "awareness-where",
+        "§6, Fig. 8",
+        "largest for R = 2..6, null for R = 8..9",
+        "null at 8–9",
+        "peak in R = 2..6, and mean over N at R = 8, 9 within ±5 pp",
+        judge_where,
+        ("a-cmommt", "centroid"),
+    ),
+    Claim(
+        "awareness-robots",
+        "§6, Fig. 8",
+        "for R = 2..6 the gain grows with N; many robots delay its end",
+        "grows",
+        "gain at N = 20..30 above N = 2..6, and the R where it falls under 10 pp is larger",
+        judge_robots,
+        ("a-cmommt", "centroid"),
+    ),
+    Claim(
+        "range-gain",
+        "§7, Fig. 10",
+        "awareness range 1 instead of 0.5 never observes less",
+        "≥ 0 everywhere",
+        "no cell below 0 by > 3 se (se pooled over the 3 × 3 cells around), mean > 0",
+        judge_range,
+        ("a-cmommt", "half-range"),
+    ),
+    Claim(
+        "range-neighbours",
+        "§7",
+        "a larger awareness range means more neighbours",
+        "more",
+        "maxima at 1 ≥ at 0.5 in every cell",
+        judge_range_neighbours,
+        ("a-cmommt", "half-range"),
+    ),
+    Claim(
+        "delta-sufficient",
+        "§3.4, §8",
+        "with δ = 16 awareness is as good as with Θ(N)",
+        "no difference",
+        "A-CMOMMT under ring 16 and pairwise: mean difference over the grid within ±1 pp",
+        judge_sufficient,
+        ("ring-16", "a-cmommt"),
+    ),
+)
