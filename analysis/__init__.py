@@ -1,4 +1,4 @@
-"""PLACEHOLDER"""
+"""Many worlds: run them, read the results, decide δ, check claims, draw."""
 
 if __name__ != "teamsight.analysis":
     raise ImportError(

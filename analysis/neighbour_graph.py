@@ -1,0 +1,283 @@
+"""Who is a neighbour of whom: degrees, components and cliques of the proximity graph, at one time and over time.
+
+Everything works on the flat arrays of a `ProximityGraph`; networkx is used for cliques and handed out on request.
+With unequal ranges the graph is directed: degrees count what a robot senses, while edges, components and cliques are
+those of its mutual edges, where both robots sense each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import networkx as nx
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array, csgraph
+
+from teamsight import checks
+from teamsight.world.proximity import ProximityGraph, proximity_graph
+
+if TYPE_CHECKING:
+    from teamsight.world.arena import Arena
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+#: How many maximal cliques are looked at before a largest one is given up as too costly: about a second.
+CLIQUE_BUDGET = 100_000
+
+
+class Frame(NamedTuple):
+    """The neighbour graph at one time, in numbers."""
+
+    robots: int
+    mean_degree: float
+    max_degree: int
+    edges: int
+    components: int
+    largest_component: int
+    largest_clique: int | None  # None: not asked for, or too costly
+
+
+def degrees(graph: ProximityGraph) -> Ints:
+    """Return the number of robots that each robot senses, int64 of shape (n,)."""
+    return np.diff(graph.start)
+
+
+def mutual_edges(graph: ProximityGraph) -> Ints:
+    """Return each pair that senses each other once, int64 of shape (m, 2), the smaller index first, sorted."""
+    size = len(graph.start) - 1
+    observer = np.repeat(np.arange(size, dtype=np.int64), degrees(graph))
+    low, high = np.minimum(observer, graph.index), np.maximum(observer, graph.index)
+    pair, seen = np.unique(low * size + high, return_counts=True)
+    pair = pair[seen == 2]
+    return np.column_stack([pair // size, pair % size]) if size else np.empty((0, 2), np.int64)
+
+
+def components(edges: Ints, size: int) -> Ints:
+    """Return the component of each robot, int64 of shape (size,), numbered from 0.
+
+    Parameters
+    ----------
+    edges : ndarray of int64, shape (m, 2)
+        Mutual edges.
+    size : int
+        Number of robots.
+    """
+    ones = np.ones(len(edges), dtype=np.int8)
+    matrix = coo_array((ones, (edges[:, 0], edges[:, 1])), shape=(size, size))
+    return np.asarray(csgraph.connected_components(matrix, directed=False)[1], dtype=np.int64)
+
+
+def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> Ints | None:
+    """Return a largest set of robots that all sense one another, sorted, or None if it would cost too much.
+
+    Parameters
+    ----------
+    edges : ndarray of int64, shape (m, 2)
+        Mutual edges.
+    size : int
+        Number of robots.
+    budget : int
+        Number of maximal cliques to look at before giving up.
+
+    Notes
+    -----
+    A robot of a clique of c has a core number of at least c − 1. So only robots whose core number is at least the size
+    of a clique already found can be in a larger one; in sparse teams this leaves few or none to search.
+    """
+    if not len(edges):
+        return np.arange(min(size, 1), dtype=np.int64)
+    network = nx.Graph()
+    network.add_edges_from(edges.tolist())
+    core = nx.core_number(network)
+    best = _greedy_clique(network, core)
+    dense = network.subgraph([robot for robot, number in core.items() if number >= len(best)])
+    found = 0
+    for clique in islice(nx.find_cliques(dense), budget):
+        found += 1
+        if len(clique) > len(best):
+            best = clique
+    return None if found == budget else np.array(sorted(best), dtype=np.int64)
+
+
+def _greedy_clique(network: nx.Graph, core: dict[int, int]) -> list[int]:
+    """Return some clique that is large: grown from each robot of the densest core through its densest neighbours."""
+    densest = max(core.values())
+    best: list[int] = []
+    for seed in [robot for robot, number in core.items() if number == densest]:
+        clique, candidates = [seed], set(network[seed])
+        while candidates:
+            robot = max(candidates, key=lambda one: (core[one], -one))
+            clique.append(robot)
+            candidates &= set(network[robot])
+        best = max(best, clique, key=len)
+        if len(best) == densest + 1:  # no clique can be larger
+            break
+    return best
+
+
+def frame(graph: ProximityGraph, *, cliques: bool = True) -> Frame:
+    """Return the neighbour graph in numbers.
+
+    Parameters
+    ----------
+    graph : ProximityGraph
+        Robots among themselves.
+    cliques : bool
+        Whether to look for the largest clique, by far the most costly.
+    """
+    size = len(graph.start) - 1
+    degree, edges = degrees(graph), mutual_edges(graph)
+    label = components(edges, size)
+    clique = largest_clique(edges, size) if cliques else None
+    return Frame(
+        robots=size,
+        mean_degree=float(degree.mean()) if size else 0.0,
+        max_degree=int(np.max(degree, initial=0)),
+        edges=len(edges),
+        components=int(np.max(label, initial=-1)) + 1,
+        largest_component=int(np.max(np.bincount(label), initial=0)),
+        largest_clique=None if clique is None else len(clique),
+    )
+
+
+def to_networkx(
+    graph: ProximityGraph, position: Floats | None = None, identity: ArrayLike | None = None, *, directed: bool = False
+) -> Any:
+    """Return the graph as networkx knows it.
+
+    Parameters
+    ----------
+    graph : ProximityGraph
+        Robots among themselves.
+    position : ndarray of float64, shape (n, 2), optional
+        Becomes each node's attribute ``position``, a pair of floats [length].
+    identity : array_like of shape (n,), optional
+        Names of the nodes; without it they are 0 .. n − 1.
+    directed : bool
+        All edges, from the robot that senses to the one that is sensed, instead of the mutual ones.
+
+    Returns
+    -------
+    networkx.Graph or networkx.DiGraph
+        Each edge has the attribute ``distance`` [length].
+    """
+    size = len(graph.start) - 1
+    names = range(size) if identity is None else np.asarray(identity).tolist()
+    network = nx.DiGraph() if directed else nx.Graph()
+    network.add_nodes_from(names)
+    if position is not None:
+        nx.set_node_attributes(network, dict(zip(names, map(tuple, position.tolist()), strict=True)), "position")
+    observer = np.repeat(np.arange(size, dtype=np.int64), degrees(graph))
+    mutual = set(map(tuple, mutual_edges(graph).tolist()))
+    for one, other, distance in zip(observer.tolist(), graph.index.tolist(), graph.distance.tolist(), strict=True):
+        if directed or (one, other) in mutual:
+            network.add_edge(names[one], names[other], distance=distance)
+    return network
+
+
+def over_time(model: Any, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
+    """Advance a model and return its robots' neighbour graph in numbers, from its present step on.
+
+    Parameters
+    ----------
+    model : CMOMMT
+        Or any model with ``tick``, ``run`` and ``proximity``.
+    steps : int
+        How far to advance it.
+    every : int
+        Steps between frames.
+    cliques : bool
+        Whether to look for the largest clique in each frame.
+
+    Returns
+    -------
+    DataFrame
+        One row a frame: time [steps], and the fields of `Frame`; largest_clique is missing where it was not computed.
+    """
+    steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
+
+    def graphs() -> Iterator[tuple[float, ProximityGraph]]:
+        yield model.tick, model.proximity
+        for done in range(0, steps, every):
+            model.run(min(every, steps - done))
+            yield model.tick, model.proximity
+
+    return table(graphs(), cliques=cliques)
+
+
+def over_positions(
+    time: ArrayLike,
+    position: Floats,
+    awareness_range: float | Floats,
+    arena: Arena | None = None,
+    *,
+    cliques: bool = True,
+) -> pd.DataFrame:
+    """Return the neighbour graph in numbers for recorded positions of a team that stays the same.
+
+    Parameters
+    ----------
+    time : array_like of float, shape (frames,)
+        When.
+    position : ndarray of float64, shape (frames, robots, 2)
+        Where [length].
+    awareness_range : float or ndarray of float64, shape (robots,)
+        Within which distance each robot senses others [length].
+    arena : Disc, Box or Torus, optional
+        Matters only for a torus, whose distances wrap.
+    cliques : bool
+        Whether to look for the largest clique in each frame.
+
+    Returns
+    -------
+    DataFrame
+        As `over_time`.
+    """
+    graphs = (proximity_graph(place, None, awareness_range, arena) for place in position)
+    return table(zip(np.asarray(time).tolist(), graphs, strict=True), cliques=cliques)
+
+
+def over_trajectory(
+    trajectory: pd.DataFrame, awareness_range: float, arena: Arena | None = None, *, cliques: bool = True
+) -> pd.DataFrame:
+    """Return the neighbour graph in numbers for a trajectory, in which agents may come and go.
+
+    Parameters
+    ----------
+    trajectory : DataFrame
+        Columns time, x, y: one row an agent and time, of one group (select it from ``model.trajectory`` first).
+    awareness_range : float
+        Within which distance robots sense each other [length].
+    arena : Disc, Box or Torus, optional
+        Matters only for a torus, whose distances wrap.
+    cliques : bool
+        Whether to look for the largest clique in each frame.
+
+    Returns
+    -------
+    DataFrame
+        As `over_time`.
+
+    Raises
+    ------
+    ValueError
+        If the trajectory holds several groups: their agents would count as one another's neighbours.
+    """
+    if "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
+        names = ", ".join(map(str, several))
+        cure = f"trajectory[trajectory.group == {several[0]!r}]"
+        raise ValueError(f"the trajectory holds the groups {names}: select one, as in {cure}")
+    frames = ((time, rows[["x", "y"]].to_numpy(float)) for time, rows in trajectory.groupby("time", sort=True))
+    graphs = ((time, proximity_graph(position, None, awareness_range, arena)) for time, position in frames)
+    return table(graphs, cliques=cliques)
+
+
+def table(graphs: Iterable[tuple[Any, ProximityGraph]], *, cliques: bool = True) -> pd.DataFrame:
+    """Return one row for each pair of a time and a graph: the time, and the fields of `Frame`."""
+    rows = [(time, *frame(graph, cliques=cliques)) for time, graph in graphs]
+    return pd.DataFrame(rows, columns=["time", *Frame._fields]).astype({"largest_clique": "Int64"})

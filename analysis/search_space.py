@@ -1,0 +1,152 @@
+"""The search space of a learner under each degree of awareness: how many inputs, how many situations (Fig. 2)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+
+import pandas as pd
+
+from teamsight import checks
+
+#: n, the sensors that perceive the world itself: one ring of 16 (§8, footnote 2).
+OWN_INPUTS = 16
+#: δ, the inputs for all teammates together under Θ(1).
+DELTA = 16
+#: σ, the inputs for each teammate under Θ(N): its distance and its bearing.
+SIGMA = 2
+#: p, the possible readings of one sensor: the fewest that any sensor has, so that p^d is a lower bound.
+READINGS = 2
+
+#: The paper's d for each degree, of (n, δ, σ, N); keyed by the name of the degree.
+FORMULAS: Mapping[str, Callable[[int, int, int, int], int]] = MappingProxyType(
+    {
+        "none": lambda own, delta, sigma, team_size: own,
+        "ring": lambda own, delta, sigma, team_size: own + delta,
+        "pairwise": lambda own, delta, sigma, team_size: own + sigma * team_size,
+        "shared": lambda own, delta, sigma, team_size: own + own * team_size,
+    }
+)
+#: The class that the paper gives to each degree.
+GROWTH: Mapping[str, str] = MappingProxyType({"none": "Θ(0)", "ring": "Θ(1)", "pairwise": "Θ(N)", "shared": "o(N)"})
+#: The formula of each degree as the paper writes it.
+FORMULA_TEXT: Mapping[str, str] = MappingProxyType(
+    {"none": "n", "ring": "n + δ", "pairwise": "n + σN", "shared": "n + nN"}
+)
+
+
+def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = DELTA, sigma: int = SIGMA) -> int:
+    """Return d, the number of inputs of one robot: the dimensions of its search space.
+
+    Parameters
+    ----------
+    degree : str
+        "none", "ring", "pairwise" or "shared".
+    team_size : int
+        N, at least 1.
+    own : int
+        n, the inputs that perceive the world itself.
+    delta : int
+        δ, the inputs that Θ(1) adds for all teammates together.
+    sigma : int
+        σ, the inputs that Θ(N) adds for each robot of the team.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    ValueError
+        If the degree is unknown or a number is below 1.
+
+    Notes
+    -----
+    *Source:* §3 and Fig. 1, drawn in Fig. 2 with n = 16, δ = 16, σ = 2.
+
+    The paper calls the degree that shares all inputs "o(N)". Its n + nN grows in proportion to N, which the usual
+    notation (of the book that the paper cites) writes Θ(N), as for n + σN: the two differ by a constant factor n/σ,
+    not in their growth; and o(N) would mean *slower* than N. The paper's label is kept as a name only.
+
+    Fig. 1 asks that δ < N and, for σ, that N ≤ σ < nN; Fig. 2 itself is drawn with δ = 16 from N = 1 on and with σ = 2.
+    What §3.4 needs is δ < σN < nN: below N = δ/σ a fixed ring has *more* inputs than a list of all teammates, see
+    `ring_pays_from`. Nothing here enforces either.
+
+    A robot has N − 1 teammates, so the arrays of a situation are a little narrower than these formulas: the awareness
+    components' ``width(team_size)`` gives what they really have.
+    """
+    formula = FORMULAS[checks.choice("degree", degree, FORMULAS)]
+    sizes = (("own", own), ("delta", delta), ("sigma", sigma), ("team_size", team_size))
+    return formula(*(checks.count(name, value) for name, value in sizes))
+
+
+def size(dimensions: int, readings: int = READINGS) -> int:
+    """Return p^d, the number of situations that can be told apart, exactly.
+
+    Parameters
+    ----------
+    dimensions : int
+        d, the number of inputs.
+    readings : int
+        p, the possible readings of one sensor.
+
+    Notes
+    -----
+    *Source:* §3, "the search space size = p^d". The paper gives no p.
+    """
+    return int(checks.count("readings", readings) ** checks.count("dimensions", dimensions, least=0))
+
+
+def log10_size(dimensions: int, readings: int = READINGS) -> float:
+    """Return log10 of p^d, which does not overflow."""
+    return checks.count("dimensions", dimensions, least=0) * math.log10(checks.count("readings", readings))
+
+
+def ring_pays_from(delta: int = DELTA, sigma: int = SIGMA) -> int:
+    """Return the smallest team for which δ inputs are fewer than the σN of a list of all teammates.
+
+    Notes
+    -----
+    *Source:* §3.4, δ < σN.
+    """
+    return checks.count("delta", delta) // checks.count("sigma", sigma) + 1
+
+
+def dimensions_table(
+    team_sizes: Iterable[int] = range(1, 31),
+    *,
+    own: int = OWN_INPUTS,
+    delta: int = DELTA,
+    sigma: int = SIGMA,
+    readings: int = READINGS,
+) -> pd.DataFrame:
+    """Return the data of Fig. 2, one row for each degree and team size.
+
+    Returns
+    -------
+    DataFrame
+        degree, growth, formula (str); team_size, own, added, inputs (int64); log10_size (float64).
+
+    Notes
+    -----
+    *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``; it does not fit a column of integers.
+    """
+    team_sizes = list(team_sizes)  # read once for each degree
+    rows = []
+    for degree in FORMULAS:
+        for team_size in team_sizes:
+            dimensions = inputs(degree, team_size, own=own, delta=delta, sigma=sigma)
+            rows.append(
+                {
+                    "degree": degree,
+                    "growth": GROWTH[degree],
+                    "formula": FORMULA_TEXT[degree],
+                    "team_size": int(team_size),
+                    "own": own,
+                    "added": dimensions - own,
+                    "inputs": dimensions,
+                    "log10_size": log10_size(dimensions, readings),
+                }
+            )
+    return pd.DataFrame(rows)

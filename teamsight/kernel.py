@@ -1,0 +1,242 @@
+"""Compiled kernels: how rules written in Python become machine code that is built once per machine.
+
+A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
+signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
+all entries look alike, a loop can call whichever policy, degree of awareness or arena it is handed; so compilation adds
+up over the components and never multiplies. This file is the only one that touches numba's inner parts.
+
+Entries are cached on disk under a digest of everything that they are made of: the function, all kernels that it calls,
+wherever they are written, and the constants that they use. numba's own cache misses an edit in a called file.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import sys
+import tempfile
+import types as python_types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+import numpy as np
+import platformdirs
+from llvmlite import ir
+from numba.core import cgutils
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.ccallback import CFunc
+from numba.extending import intrinsic
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# fastmath stays off: it would break the checks for NaN and the equality of the two roads to the last bit.
+_FLAGS = {"nogil": True, "error_model": "numpy"}
+
+
+def kernel(function: F) -> F:
+    """Mark a function as a kernel: compiled with the first entry that uses it, never at import."""
+    return cast(F, numba.njit(**_FLAGS)(function))
+
+
+def inlined(function: F) -> F:
+    """Mark a small kernel that is always compiled into its caller, so that loops around it can use SIMD lanes."""
+    return cast(F, numba.njit(forceinline=True, **_FLAGS)(function))
+
+
+@intrinsic
+def pointer(typing_context: Any, address: Any) -> Any:
+    """Turn an integer address into a pointer that ``numba.carray`` accepts."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+    return numba.types.voidptr(numba.types.int64), generate
+
+
+@intrinsic
+def call(typing_context: Any, entry: Any, record: Any) -> Any:
+    """Call the entry at address `entry` on the record at address `record`; return its status."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        word = ir.IntType(64)
+        function = builder.inttoptr(arguments[0], ir.FunctionType(word, [word]).as_pointer())
+        return builder.call(function, [arguments[1]])
+
+    return numba.types.int64(numba.types.int64, numba.types.int64), generate
+
+
+class Entry:
+    """A kernel with the signature ``int64 (int64)``, compiled on first use and cached on disk.
+
+    Parameters
+    ----------
+    function : callable
+        Takes the address of a record and returns a status; 0 means done.
+    """
+
+    def __init__(self, function: Callable[[int], int]) -> None:
+        self.function = function
+        self._compiled: Any = None
+        self._callable: Any = None
+
+    @property
+    def address(self) -> int:
+        """The address of the machine code."""
+        return int(self._machine_code().address)
+
+    def __call__(self, record: int) -> int:
+        """Run on the record at this address; the interpreter's lock is released meanwhile."""
+        if self._callable is None:
+            self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
+        return int(self._callable(record))
+
+    def _machine_code(self) -> Any:
+        if self._compiled is None:
+            signature = numba.types.int64(numba.types.int64)
+            # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
+            compiled = CFunc(
+                self.function, (signature.args, signature.return_type), locals={}, options=dict(_FLAGS, nopython=True)
+            )
+            compiled._cache = _Cache(self.function)
+            compiled.compile()
+            self._compiled = compiled
+        return self._compiled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Entry, (self.function,))
+
+
+def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
+    """Make an entry from a template whose free names are bound to the kernels given.
+
+    Parameters
+    ----------
+    template : callable
+        A plain function of one address that uses the names in `kernels` as globals.
+    name : str
+        What the entry is for; it names the file in the cache.
+    **kernels
+        The kernel for each free name.
+    """
+    bound = python_types.FunctionType(template.__code__, {**template.__globals__, **kernels}, name)
+    bound.__qualname__ = f"{template.__name__}-{name}"
+    bound.__module__ = template.__module__
+    return Entry(bound)
+
+
+def digest(function: Callable[..., Any]) -> str:
+    """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses."""
+    hasher = hashlib.blake2b(digest_size=16)
+    hasher.update(f"{numba.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
+    for part in _parts(function, set()):
+        hasher.update(part)
+    return hasher.hexdigest()
+
+
+def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+    value = getattr(value, "py_func", value)
+    if isinstance(value, Entry):
+        value = value.function
+    if not isinstance(value, python_types.FunctionType):
+        fields = getattr(value, "_fields", None)
+        yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()
+        return
+    if id(value) in met:
+        return
+    met.add(id(value))
+    cells = [cell.cell_contents for cell in value.__closure__ or ()]
+    yield value.__qualname__.encode()
+    yield from _code_parts(value.__code__)
+    for cell in cells:
+        yield from _parts(cell, met)
+    for name in _names(value.__code__):
+        if name in value.__globals__:
+            yield name.encode()
+            yield from _parts(value.__globals__[name], met)
+
+
+def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            yield from _code_parts(constant)
+        else:
+            yield repr(constant).encode()
+    yield repr(code.co_names).encode()
+
+
+def _names(code: python_types.CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            yield from _names(constant)
+
+
+def cache_folder() -> Path:
+    """Return the folder of compiled kernels: ``TEAMSIGHT_CACHE_DIR``, or the user's cache folder."""
+    chosen = os.environ.get("TEAMSIGHT_CACHE_DIR")
+    folder = Path(chosen) if chosen else Path(platformdirs.user_cache_dir("teamsight", appauthor=False)) / "kernels"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        # Nothing of the user's is writable, as on some cluster nodes: share a folder among this user's processes.
+        folder = Path(tempfile.gettempdir()) / f"teamsight-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+class _Locator(_CacheLocator):  # type: ignore[misc]
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._digest = digest(function)
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return self._digest
+
+    def get_disambiguator(self) -> str:
+        return self._digest[:16]
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator:
+        return cls(py_func)
+
+
+class _CacheFiles(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+    def check_cachable(self, data: Any) -> bool:
+        # numba objects to addresses in the code; ours arrive as arguments, never as constants.
+        return True
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    _impl_class = _CacheFiles
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (sig, codegen.magic_tuple(), self._impl.locator.get_source_stamp())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            announce(self._py_func.__qualname__)
+        return found
+
+
+def _announce_once(name: str) -> None:
+    global announce
+    announce = _silent
+    print("teamsight: compiling its kernels; this happens once per machine and takes under a minute", file=sys.stderr)
+
+
+def _silent(name: str) -> None:
+    pass
+
+
+# Called with the name of each entry that is about to be compiled; a command line may put its own announcement here.
+announce: Callable[[str], None] = _announce_once

@@ -1,0 +1,56 @@
+"""The paper's formulas for the search space, worked out by hand here."""
+
+from __future__ import annotations
+
+import pytest
+
+from teamsight.analysis import search_space
+
+
+@pytest.mark.parametrize(
+    ("degree", "one", "thirty"), [("none", 16, 16), ("ring", 32, 32), ("pairwise", 18, 76), ("shared", 32, 496)]
+)
+def test_inputs_are_those_of_figure_2(degree: str, one: int, thirty: int) -> None:
+    assert search_space.inputs(degree, 1) == one
+    assert search_space.inputs(degree, 30) == thirty
+
+
+def test_other_constants_are_used() -> None:
+    given = {"own": 3, "delta": 5, "sigma": 7}
+    assert [search_space.inputs(degree, 2, **given) for degree in search_space.FORMULAS] == [3, 8, 17, 9]
+
+
+def test_size_is_exact_where_floats_are_not() -> None:
+    assert search_space.size(496, 10) == int("1" + "0" * 496)
+    assert search_space.size(64) == 2**64
+    assert search_space.log10_size(496, 10) == pytest.approx(496.0)
+
+
+def test_table_is_tidy_and_covers_the_figure() -> None:
+    table = search_space.dimensions_table()
+    assert len(table) == 4 * 30
+    assert not table.duplicated(["degree", "team_size"]).any()
+    assert (table["inputs"] == table["own"] + table["added"]).all()
+    assert table.query("degree == 'shared'")["inputs"].diff().dropna().eq(16).all()  # linear in N: Θ(N), not o(N)
+
+
+def test_table_takes_an_iterator() -> None:
+    assert len(search_space.dimensions_table(iter((1, 2)))) == 8
+
+
+@pytest.mark.parametrize(("delta", "team"), [(16, 9), (15, 8), (1, 1)])
+def test_ring_pays_exactly_from(delta: int, team: int) -> None:
+    def cheaper(team_size: int) -> bool:
+        return delta < 2 * team_size
+
+    assert search_space.ring_pays_from(delta) == team
+    assert next(size for size in range(1, 40) if cheaper(size)) == team
+
+
+def test_bad_input_names_value_limit_and_cure() -> None:
+    with pytest.raises(ValueError, match="degree='rign': unknown; did you mean 'ring'"):
+        search_space.inputs("rign", 3)
+    with pytest.raises(ValueError, match="team_size=0: must be at least 1"):
+        search_space.inputs("ring", 0)
+    with pytest.raises(ValueError, match="delta=0"):
+        search_space.inputs("ring", 3, delta=0)

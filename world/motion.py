@@ -1,0 +1,135 @@
+"""Motion: face where the action says, as far as the body can turn, then go, as far as it can, and meet the wall."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.kernel import Entry, inlined, pointer, specialise
+from teamsight.world.arena import Arena
+from teamsight.world.bodies import Bodies
+
+NOT_A_NUMBER = 1
+
+_MOVE = np.dtype(
+    [(name, np.int64) for name in ("size", "position", "heading", "moved", "speed", "turn_cosine", "turn_sine")]
+    + [(name, np.int64) for name in ("action_heading", "action_distance", "arena_size")]
+    + [(name, np.float64) for name in ("period_x", "period_y")]
+)
+
+
+class Motion(NamedTuple):
+    """A group's motion: the compiled step and the record that it works on."""
+
+    entry: Entry
+    record: npt.NDArray[Any]
+
+
+@inlined
+def turn(
+    heading_x: float, heading_y: float, aim_x: float, aim_y: float, cosine: float, sine: float
+) -> tuple[float, float]:
+    """Turn a heading towards an aim, both unit vectors, by at most the angle with this cosine and sine.
+
+    A limit of half a turn or more has cosine −2. An aim straight behind is turned to on the left.
+    """
+    along = heading_x * aim_x + heading_y * aim_y
+    if along >= cosine:
+        return aim_x, aim_y
+    if heading_x * aim_y - heading_y * aim_x < 0.0:
+        sine = -sine
+    x = cosine * heading_x - sine * heading_y
+    y = sine * heading_x + cosine * heading_y
+    # One Newton step keeps the length at 1 over millions of turns.
+    length = 1.5 - 0.5 * (x * x + y * y)
+    return x * length, y * length
+
+
+def _advance(address: int) -> int:
+    move = numba.carray(pointer(address), 1, _MOVE)[0]
+    size = move.size
+    position = numba.carray(pointer(move.position), (size, 2), np.float64)
+    heading = numba.carray(pointer(move.heading), (size, 2), np.float64)
+    moved = numba.carray(pointer(move.moved), (size, 2), np.float64)
+    speed = numba.carray(pointer(move.speed), size, np.float64)
+    turn_cosine = numba.carray(pointer(move.turn_cosine), size, np.float64)
+    turn_sine = numba.carray(pointer(move.turn_sine), size, np.float64)
+    action_heading = numba.carray(pointer(move.action_heading), (size, 2), np.float64)
+    action_distance = numba.carray(pointer(move.action_distance), size, np.float64)
+    arena_size = numba.carray(pointer(move.arena_size), 2, np.float64)
+    for i in range(size):
+        aim_x = action_heading[i, 0]
+        aim_y = action_heading[i, 1]
+        distance = action_distance[i]
+        if not (aim_x * aim_x + aim_y * aim_y < 4.0 and distance == distance):
+            return NOT_A_NUMBER
+        x = position[i, 0]
+        y = position[i, 1]
+        heading_x = heading[i, 0]
+        heading_y = heading[i, 1]
+        if aim_x != 0.0 or aim_y != 0.0:
+            heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
+        distance = min(max(distance, 0.0), speed[i])
+        new_x, new_y, heading_x, heading_y = confine(
+            x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, arena_size
+        )
+        step_x = new_x - x
+        step_y = new_y - y
+        if move.period_x > 0.0:
+            step_x -= move.period_x * np.rint(step_x / move.period_x)
+            step_y -= move.period_y * np.rint(step_y / move.period_y)
+        position[i, 0] = new_x
+        position[i, 1] = new_y
+        heading[i, 0] = heading_x
+        heading[i, 1] = heading_y
+        moved[i, 0] = step_x
+        moved[i, 1] = step_y
+    return 0
+
+
+_ENTRIES: dict[Callable[..., Any], Entry] = {}
+
+
+def advance_entry(arena: Arena) -> Entry:
+    """Return the compiled step of bodies in arenas of this kind."""
+    rule = type(arena).confine
+    if rule not in _ENTRIES:
+        _ENTRIES[rule] = specialise(_advance, type(arena).__name__.lower(), confine=rule)
+    return _ENTRIES[rule]
+
+
+def motion(
+    arena: Arena, bodies: Bodies, action_heading: npt.NDArray[np.float64], action_distance: npt.NDArray[np.float64]
+) -> Motion:
+    """Return the motion of `bodies` under the actions that these arrays will hold.
+
+    Parameters
+    ----------
+    arena : Arena
+        Where they move.
+    bodies : Bodies
+        Who moves.
+    action_heading : ndarray, shape (n, 2), float64
+        Where each wants to face: a unit vector; (0, 0) keeps the heading.
+    action_distance : ndarray, shape (n,), float64
+        How far each wants to go [length]; below 0 counts as 0, above the body's speed as its speed.
+    """
+    record = np.zeros(1, _MOVE)
+    arrays = (
+        bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine,
+        action_heading, action_distance, bodies.arena_size,
+    )  # fmt: skip
+    record[0] = (len(bodies.position), *(array.ctypes.data for array in arrays), *arena.period)
+    return Motion(advance_entry(arena), record)
+
+
+def turn_limit(limit: float) -> tuple[float, float]:
+    """Return the cosine and sine that `turn` takes for a turning limit [rad a step]."""
+    if limit >= math.pi:
+        return -2.0, 0.0
+    return math.cos(limit), math.sin(limit)

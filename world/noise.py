@@ -1,0 +1,160 @@
+"""Counter-based noise: every random number is a pure function of where it is used.
+
+A value depends on (key, stream, identity, tick, channel) alone, so that it does not matter in which pieces a run is
+made, who else is in the world, or in which order robots are visited.
+
+Notes
+-----
+*Source:* J. K. Salmon, M. A. Moraes, R. O. Dror and D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3",
+SC 2011 (Philox 4×32-10). One block of four words serves four consecutive ticks of one channel: the counter is
+(tick // 4, identity, channel, stream), and word ``tick % 4`` of the block becomes the number (word + ½) / 2³².
+"""
+
+from __future__ import annotations
+
+import hashlib
+from enum import IntEnum
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.kernel import Entry, inlined, kernel, pointer
+
+_LOW = np.uint64(0xFFFFFFFF)
+_SHIFT = np.uint64(32)
+_MULTIPLIER_0 = np.uint64(0xD2511F53)
+_MULTIPLIER_1 = np.uint64(0xCD9E8D57)
+_WEYL_0 = np.uint64(0x9E3779B9)
+_WEYL_1 = np.uint64(0xBB67AE85)
+
+TICKS_A_BLOCK = 4
+LANES = 8
+
+_REQUEST = np.dtype([(name, np.int64) for name in ("key", "identity", "block", "size", "channels", "stream", "tick")])
+
+
+class Stream(IntEnum):
+    """What noise is for. A group of agents has one stream of each kind; see `stream_number`."""
+
+    PLACEMENT = 0
+    POLICY = 1
+    CALLABLE = 2
+
+
+def stream_number(stream: Stream, group: int) -> int:
+    """Return the number of a group's stream: different for every kind and every group."""
+    return int(stream) | group << 8
+
+
+def key_of(seed: int) -> npt.NDArray[np.uint64]:
+    """Return the two 32-bit words of the key that belongs to a model's seed, as an array of shape (2,)."""
+    word = hashlib.blake2b(str(seed).encode(), digest_size=8, person=b"teamsight").digest()
+    return np.frombuffer(word, "<u4").astype(np.uint64)
+
+
+@inlined
+def _round(c0: Any, c1: Any, c2: Any, c3: Any, k0: Any, k1: Any) -> tuple[Any, Any, Any, Any]:
+    product_0 = _MULTIPLIER_0 * c0
+    product_1 = _MULTIPLIER_1 * c2
+    return (product_1 >> _SHIFT) ^ c1 ^ k0, product_1 & _LOW, (product_0 >> _SHIFT) ^ c3 ^ k1, product_0 & _LOW
+
+
+@inlined
+def philox(
+    counter_0: np.uint64, counter_1: np.uint64, counter_2: np.uint64, counter_3: np.uint64, k0: np.uint64, k1: np.uint64
+) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
+    """Return the block of Philox 4×32-10 at this counter: four 32-bit words, each held in 64 bits."""
+    # The masks change nothing; they let the compiler see that every factor has 32 bits, so that it can use SIMD lanes.
+    c0 = counter_0 & _LOW
+    c1 = counter_1 & _LOW
+    c2 = counter_2 & _LOW
+    c3 = counter_3 & _LOW
+    k0 = k0 & _LOW
+    k1 = k1 & _LOW
+    # Written out, because the compiler uses SIMD lanes only for loops that have no loop inside.
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, k0, k1)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(1) * _WEYL_0) & _LOW, (k1 + np.uint64(1) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(2) * _WEYL_0) & _LOW, (k1 + np.uint64(2) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(3) * _WEYL_0) & _LOW, (k1 + np.uint64(3) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(4) * _WEYL_0) & _LOW, (k1 + np.uint64(4) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(5) * _WEYL_0) & _LOW, (k1 + np.uint64(5) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(6) * _WEYL_0) & _LOW, (k1 + np.uint64(6) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(7) * _WEYL_0) & _LOW, (k1 + np.uint64(7) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(8) * _WEYL_0) & _LOW, (k1 + np.uint64(8) * _WEYL_1) & _LOW)
+    c0, c1, c2, c3 = _round(c0, c1, c2, c3, (k0 + np.uint64(9) * _WEYL_0) & _LOW, (k1 + np.uint64(9) * _WEYL_1) & _LOW)
+    return c0, c1, c2, c3
+
+
+@kernel
+def fill_block(block: Any, key: Any, stream: int, tick: int, identity: Any) -> None:
+    """Write the numbers of the four ticks around `tick`.
+
+    Parameters
+    ----------
+    block : ndarray, shape (4, channels, n), float64
+        Written: axis 0 is ``tick % 4``. The work is done in lanes of eight; so `n` is best a multiple of `LANES`.
+    key : ndarray, shape (2,), uint64
+        From `key_of`.
+    stream, tick : int
+        The stream's number and any tick of the block.
+    identity : ndarray, shape (n,), int64
+        Whose numbers.
+    """
+    four = np.uint64(tick // TICKS_A_BLOCK)
+    k0 = key[0]
+    k1 = key[1]
+    for channel in range(block.shape[1]):
+        for i in range(identity.shape[0]):
+            a, b, c, d = philox(four, np.uint64(identity[i]), np.uint64(channel), np.uint64(stream), k0, k1)
+            block[0, channel, i] = (np.float64(np.int64(a)) + 0.5) * 2.0**-32
+            block[1, channel, i] = (np.float64(np.int64(b)) + 0.5) * 2.0**-32
+            block[2, channel, i] = (np.float64(np.int64(c)) + 0.5) * 2.0**-32
+            block[3, channel, i] = (np.float64(np.int64(d)) + 0.5) * 2.0**-32
+
+
+def _fill(address: int) -> int:
+    request = numba.carray(pointer(address), 1, _REQUEST)[0]
+    block = numba.carray(pointer(request.block), (4, request.channels, request.size), np.float64)
+    identity = numba.carray(pointer(request.identity), request.size, np.int64)
+    fill_block(block, numba.carray(pointer(request.key), 2, np.uint64), request.stream, request.tick, identity)
+    return 0
+
+
+_FILL = Entry(_fill)
+
+
+def uniforms(
+    key: npt.NDArray[np.uint64], stream: int, tick: int, identity: npt.NDArray[np.int64], channels: int
+) -> npt.NDArray[np.float64]:
+    """Return uniform numbers in (0, 1), one row a channel.
+
+    Parameters
+    ----------
+    key : ndarray, shape (2,), uint64
+        From `key_of`.
+    stream, tick : int
+        The stream's number and the tick.
+    identity : ndarray, shape (n,), int64
+        Whose numbers.
+    channels : int
+        How many numbers for each.
+
+    Returns
+    -------
+    ndarray, shape (channels, n), float64
+    """
+    identity = np.ascontiguousarray(identity, np.int64)
+    block = np.empty((TICKS_A_BLOCK, channels, len(identity)))
+    request = np.zeros(1, _REQUEST)
+    addresses = key.ctypes.data, identity.ctypes.data, block.ctypes.data
+    request[0] = (*addresses, len(identity), channels, stream, tick)
+    _FILL(request.ctypes.data)
+    return block[tick % TICKS_A_BLOCK]
+
+
+def generator(key: npt.NDArray[np.uint64], stream: int, tick: int, identity: int) -> np.random.Generator:
+    """Return the generator of one agent at one tick, for policies that are plain Python callables."""
+    words = int(key[0]) | int(key[1]) << 32
+    return np.random.Generator(np.random.Philox(key=words, counter=[0, tick, identity, stream]))
