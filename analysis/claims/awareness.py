@@ -75,7 +75,8 @@ def judge_range_neighbours(tables: Tables) -> Verdict:
     fewer = maxima(tables["a-cmommt"]) - maxima(tables["half-range"])
     short = int((fewer < 0).to_numpy().sum())
     return verdict(
-        f"fewer in {short} of {fewer.size} cells; {fewer.to_numpy().mean():+.1f} on average", within(float(short), 0, 0.5)
+        f"fewer in {short} of {fewer.size} cells; {fewer.to_numpy().mean():+.1f} on average",
+        within(float(short), 0, 0.5),
     )
 
 

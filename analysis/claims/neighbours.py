@@ -28,7 +28,9 @@ def judge_small_arena(tables: Tables) -> Verdict:
     at_one = part(maxima(tables["random-walk"]), (2, 30), (1, 1)).iloc[:, 0]
     short = at_one[at_one < at_one.index - 1]
     found = ", ".join(f"{most} at N = {robots}" for robots, most in short.items()) or "N − 1 for every N"
-    return verdict(found if len(short) <= 3 else f"< N − 1 for {len(short)} of {len(at_one)} N", at_least(len(short), 1))
+    return verdict(
+        found if len(short) <= 3 else f"< N − 1 for {len(short)} of {len(at_one)} N", at_least(len(short), 1)
+    )
 
 
 def judge_acmommt(tables: Tables) -> Verdict:

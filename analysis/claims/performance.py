@@ -34,7 +34,9 @@ def judge_large(tables: Tables) -> Verdict:
     mean, se = grid_of(cells) * 100, grid_of(cells, "se") * 100
     large, small = (float(np.mean(part(mean, (10, 30), radii))) for radii in ((8, 9), (2, 3)))
     spread = float(np.hypot(*(_se_of_mean(part(se, (10, 30), radii)) for radii in ((8, 9), (2, 3)))))
-    return verdict(f"{large - small:+.1f} pp, se {spread:.1f}", at_least(large - small, np.nextafter(2 * spread, np.inf)))
+    return verdict(
+        f"{large - small:+.1f} pp, se {spread:.1f}", at_least(large - small, np.nextafter(2 * spread, np.inf))
+    )
 
 
 def judge_flat(tables: Tables) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,9 @@ def neighbours_figure(name: str, experiment: str, policy: str) -> Figure:
     def draw(tables: Tables, conditions: Conditions) -> Canvas:
         largest = tables[""].groupby(["robots", "radius"], as_index=False)["max_neighbours"].max()
         grid = grid_of(largest, "max_neighbours")
-        look = Look("largest number of neighbours  [robots]", "{:.0f}".format, 0, max(1.0, float(grid.to_numpy().max())))
+        look = Look(
+            "largest number of neighbours  [robots]", "{:.0f}".format, 0, max(1.0, float(grid.to_numpy().max()))
+        )
         figure = canvas(WIDTH, HEIGHT + HEAD)
         head(
             figure, f"Fig. {name}   {title}", f"maximum over {conditions.line()}; awareness range 1; {_range_of(grid)}"
@@ -54,7 +57,7 @@ def observed_figure(name: str, experiment: str, policy: str) -> Figure:
     return Figure(name, title, (experiment,), _tabulate(experiment), draw)
 
 
-def _tabulate(experiment: str):  # type: ignore[no-untyped-def]
+def _tabulate(experiment: str) -> Callable[[Tables, Conditions], dict[str, pd.DataFrame]]:
     def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
         return {"": tables[experiment]}
 

@@ -31,7 +31,13 @@ class Look(NamedTuple):
 
 
 def draw_row(
-    figure: Canvas, grid: pd.DataFrame, look: Look, *, row: int = 0, rows: int = 1, open_cells: pd.DataFrame | None = None
+    figure: Canvas,
+    grid: pd.DataFrame,
+    look: Look,
+    *,
+    row: int = 0,
+    rows: int = 1,
+    open_cells: pd.DataFrame | None = None,
 ) -> None:
     """Draw `grid` twice: as a surface on the left and as a heat map on the right.
 
@@ -69,12 +75,12 @@ def draw_row(
 def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours: Colormap) -> None:
     robots, radius = np.meshgrid(grid.index, grid.columns, indexing="ij")
     height = grid.to_numpy(float)
-    shown = dict(cmap=colours, norm=norm, rstride=1, cstride=1, linewidth=0.35, edgecolor="#33333388", antialiased=True)
-    axes.plot_surface(robots, radius, height, shade=False, **shown)
+    look_of_faces = {"cmap": colours, "norm": norm, "linewidth": 0.35, "edgecolor": "#33333388", "shade": False}
+    axes.plot_surface(robots, radius, height, rstride=1, cstride=1, **look_of_faces)
     axes.set_zlim(look.low if look.around_zero and height.min() < 0 else 0, look.high)
     # Seen from few robots in a large arena, where every surface of the paper is low, so that nothing hides behind it.
     axes.view_init(elev=27, azim=128)
-    axes.set_box_aspect((1.15, 1.15, 0.85), zoom=0.93)
+    axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
     axes.set_xticks(_ticks(grid.index.to_numpy(), 5))
     axes.set_yticks(grid.columns.to_numpy())
     axes.set_xlabel(ROBOTS_LABEL, labelpad=8)
@@ -96,9 +102,7 @@ def _heat_map(
         text = look.write(value)
         if open_cells is not None and open_cells.iloc[row, column]:
             text = f"({text})"
-        axes.text(
-            column, row, text, ha="center", va="center", size=8.5, color=INK if light[row, column] else "white"
-        )
+        axes.text(column, row, text, ha="center", va="center", size=8.5, color=INK if light[row, column] else "white")
     axes.set_xticks(range(values.shape[1]), [f"{radius:g}" for radius in grid.columns])
     axes.set_yticks(range(values.shape[0]), [str(robots) for robots in grid.index], size=8.5)
     axes.set_xlabel(RADIUS_LABEL)

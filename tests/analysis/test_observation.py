@@ -11,12 +11,12 @@ from teamsight.analysis.observation import cell_means, grid_of, paired
 
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
-    return pd.DataFrame(
-        {"robots": robots, "targets": 15, "radius": radius, "replicate": replicate, "seed": shift + 100 * robots + replicate,
-         "observed_fraction": value}
+    rows = [
+        (robots, 15, radius, replicate, shift + 100 * robots + replicate, value)
         for (robots, radius), found in values.items()
         for replicate, value in enumerate(found)
-    )  # fmt: skip
+    ]
+    return pd.DataFrame(rows, columns=["robots", "targets", "radius", "replicate", "seed", "observed_fraction"])
 
 
 def test_cell_means_agree_with_scipy() -> None:
