@@ -10,6 +10,7 @@ from teamsight.analysis.claims.interface import (
     Claim,
     Tables,
     Verdict,
+    above,
     at_least,
     at_most,
     gain,
@@ -53,7 +54,7 @@ def judge_robots(tables: Tables) -> Verdict:
     longer = ends[1] > ends[0]
     return verdict(
         f"{gains[1]:.1f} against {gains[0]:.1f} pp; under 10 pp from R = {told[1]} against {told[0]}",
-        at_least(gains[1] - gains[0], np.nextafter(0, 1)),
+        above(gains[1], gains[0]),
         at_least(float(longer), 1),
     )
 
@@ -67,7 +68,7 @@ def judge_range(tables: Tables) -> Verdict:
     average, worst = float(mean.to_numpy().mean()) * 100, float(np.max(below))
     row, column = np.unravel_index(int(np.argmax(below)), below.shape)
     told = f"worst cell {mean.iloc[row, column] * 100:+.1f} pp ({worst:.1f} se)" if worst > 0 else "no cell below 0"
-    return verdict(f"{average:+.2f} pp on average, {told}", at_most(worst, 3), at_least(average, np.nextafter(0, 1)))
+    return verdict(f"{average:+.2f} pp on average, {told}", at_most(worst, 3), above(average, 0))
 
 
 def judge_range_neighbours(tables: Tables) -> Verdict:

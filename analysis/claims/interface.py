@@ -15,7 +15,8 @@ Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
 #: The arena radii between which the paper finds that awareness matters.
 PREFERRED = (2.0, 6.0)
-_LARGE = 1e9
+# Distances stay finite, and those of claims that differ above 1.
+_LARGE, _LEAST = 1e9, 1e-6
 
 
 class Verdict(NamedTuple):
@@ -65,12 +66,17 @@ def within(value: float, target: float, tolerance: float) -> float:
 
 def at_most(value: float, limit: float) -> float:
     """Return a distance of up to 1 when `value` is at most `limit`, and of one more for each `limit` above it."""
-    return max(0.0, value / limit) if value <= limit else 1.0 + (value - limit) / max(limit, 1e-9)
+    return max(0.0, value / limit) if value <= limit else 1.0 + max(_LEAST, (value - limit) / limit)
 
 
 def at_least(value: float, limit: float) -> float:
     """Return 0 when `value` is at least `limit`, else 1 plus what is missing of it."""
-    return 0.0 if value >= limit else 1.0 + (limit - value) / max(abs(limit), 1.0)
+    return 0.0 if value >= limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
+
+
+def above(value: float, limit: float) -> float:
+    """Return 0 when `value` is above `limit`, else 1 plus what is missing."""
+    return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
 
 
 def verdict(measured: str, *distances: float) -> Verdict:

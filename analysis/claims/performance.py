@@ -9,6 +9,7 @@ from teamsight.analysis.claims.interface import (
     Claim,
     Tables,
     Verdict,
+    above,
     at_least,
     at_most,
     part,
@@ -34,9 +35,7 @@ def judge_large(tables: Tables) -> Verdict:
     mean, se = grid_of(cells) * 100, grid_of(cells, "se") * 100
     large, small = (float(np.mean(part(mean, (10, 30), radii))) for radii in ((8, 9), (2, 3)))
     spread = float(np.hypot(*(_se_of_mean(part(se, (10, 30), radii)) for radii in ((8, 9), (2, 3)))))
-    return verdict(
-        f"{large - small:+.1f} pp, se {spread:.1f}", at_least(large - small, np.nextafter(2 * spread, np.inf))
-    )
+    return verdict(f"{large - small:+.1f} pp, se {spread:.1f}", above(large - small, 2 * spread))
 
 
 def judge_flat(tables: Tables) -> Verdict:
@@ -73,7 +72,7 @@ def judge_saturates(tables: Tables) -> Verdict:
     """After 8 to 10 robots for 15 targets, more robots add little."""
     grid = part(percent(tables["a-cmommt"]), (1, 30), _ALL_RADII)
     first, later = float((grid.loc[10] - grid.loc[1]).mean()), float((grid.loc[30] - grid.loc[10]).mean())
-    return verdict(f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", at_most(later, np.nextafter(first / 2, 0)))
+    return verdict(f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", above(first / 2, later))
 
 
 def judge_r10(tables: Tables) -> Verdict:
@@ -85,9 +84,7 @@ def judge_r10(tables: Tables) -> Verdict:
 def judge_stationary(tables: Tables) -> Verdict:
     """As many still robots, well placed, observe 30 %, fewer than the mobile ones."""
     still, mobile = _share(tables["stationary-r10"]), _share(tables["a-cmommt-r10"])
-    return verdict(
-        f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), at_least(mobile, np.nextafter(still, 100))
-    )
+    return verdict(f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), above(mobile, still))
 
 
 def pooled(se: pd.DataFrame) -> pd.DataFrame:

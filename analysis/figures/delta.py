@@ -63,21 +63,23 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
 
 def _panel(axes: Axes, cells: pd.DataFrame) -> None:
     plain(axes)
+    banded = bool(np.isfinite(cells[["low", "high"]].to_numpy()).all())
     for degree in ("none", "pairwise"):
         cell = cells[cells["awareness"] == degree].iloc[0]
-        axes.axhspan(100 * cell["low"], 100 * cell["high"], color=DEGREE[degree], alpha=0.18, linewidth=0)
+        if banded:
+            axes.axhspan(100 * cell["low"], 100 * cell["high"], color=DEGREE[degree], alpha=0.18, linewidth=0)
         axes.axhline(100 * cell["mean"], color=DEGREE[degree], linewidth=1.8, linestyle="--", label=_LABELS[degree])
     ring = cells[cells["awareness"] == "ring"].sort_values("delta")
-    low, high = (100 * ring[side].to_numpy() for side in ("low", "high"))
-    axes.fill_between(ring["delta"], low, high, color=DEGREE["ring"], alpha=0.2, linewidth=0)
+    if banded:
+        low, high = (100 * ring[side].to_numpy() for side in ("low", "high"))
+        axes.fill_between(ring["delta"], low, high, color=DEGREE["ring"], alpha=0.2, linewidth=0)
     axes.plot(
         ring["delta"], 100 * ring["mean"], color=DEGREE["ring"], marker="o", markersize=4.5, label=_LABELS["ring"]
     )
     axes.set_xscale("log", base=2)
     axes.set_xticks(ring["delta"], [str(delta) for delta in ring["delta"]])
     axes.minorticks_off()
-    shown = 100 * cells[["low", "high"]].to_numpy()
-    shown = shown[np.isfinite(shown)] if np.isfinite(shown).any() else 100 * cells["mean"].to_numpy()
+    shown = 100 * cells[["low", "high"] if banded else ["mean"]].to_numpy()
     margin = 0.06 * max(float(np.ptp(shown)), 4.0)
     axes.set_ylim(max(0.0, shown.min() - margin), min(101.0, shown.max() + margin))
     axes.tick_params(colors=FAINT)

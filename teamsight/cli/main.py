@@ -22,7 +22,17 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 _CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110, "show_default": True}
 
 
+class _Commands(click.Group):
+    """A group that suggests the nearest command for one that it does not know."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        from teamsight import checks
+
+        return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
+
+
 @click.group(
+    cls=_Commands,
     context_settings=_CONTEXT,
     epilog="Every result depends on its settings and its seed alone, not on the number of workers.",
 )
