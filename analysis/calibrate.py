@@ -6,7 +6,6 @@ The winner is copied by hand into ``agents/presets.py``: a preset is a decision,
 from __future__ import annotations
 
 import argparse
-import sys
 
 import pandas as pd
 from rich.progress import Progress
@@ -102,4 +101,4 @@ def _table(lines: list[list[str]]) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -13,9 +13,11 @@ from teamsight.analysis.claims.interface import (
     above,
     at_least,
     at_most,
+    average,
     gain,
     maxima,
     part,
+    peak,
     verdict,
     within,
 )
@@ -28,20 +30,20 @@ _FADED = 10.0
 
 def judge_gain(tables: Tables) -> Verdict:
     """The largest gain of A-CMOMMT over the centroid policy."""
-    grid = gain(tables["a-cmommt"], tables["centroid"]).stack()
-    robots, radius = grid.idxmax()
-    largest = float(grid.max())
-    return verdict(f"{largest:.1f} pp at N = {robots}, R = {radius:g}", within(largest, 60, 10))
+    most = peak(gain(tables["a-cmommt"], tables["centroid"]))
+    return verdict(f"{most.value:.1f} pp at N = {most.robots}, R = {most.radius:g}", within(most.value, 60, 10))
 
 
 def judge_where(tables: Tables) -> Verdict:
     """The gain peaks in middling arenas and is null in very large ones."""
     grid = gain(tables["a-cmommt"], tables["centroid"])
-    peak = float(grid.max().idxmax())
+    most = peak(grid)
     large = part(grid, _TEAM, (8, 9)).mean()
     told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
-    inside = PREFERRED[0] <= peak <= PREFERRED[1]
-    return verdict(f"peak at R = {peak:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
+    inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
+    return verdict(
+        f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5)
+    )
 
 
 def judge_robots(tables: Tables) -> Verdict:
@@ -64,11 +66,12 @@ def judge_range(tables: Tables) -> Verdict:
     cells = cell_means(paired(tables["a-cmommt"], tables["half-range"]), "difference")
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
     with np.errstate(divide="ignore", invalid="ignore"):
-        below = np.where(mean < 0, -mean / se, 0.0)
-    average, worst = float(mean.to_numpy().mean()) * 100, float(np.max(below))
-    row, column = np.unravel_index(int(np.argmax(below)), below.shape)
-    told = f"worst cell {mean.iloc[row, column] * 100:+.1f} pp ({worst:.1f} se)" if worst > 0 else "no cell below 0"
-    return verdict(f"{average:+.2f} pp on average, {told}", at_most(worst, 3), above(average, 0))
+        below = pd.DataFrame(np.where(mean < 0, -mean / se, 0.0), index=mean.index, columns=mean.columns)
+    overall, worst = average(mean) * 100, peak(below)
+    told = (
+        f"{worst.value:.1f} se below 0 at N = {worst.robots}, R = {worst.radius:g}" if worst.value else "none below 0"
+    )
+    return verdict(f"{overall:+.2f} pp on average; {told}", at_most(worst.value, 3), above(overall, 0))
 
 
 def judge_range_neighbours(tables: Tables) -> Verdict:
@@ -76,14 +79,14 @@ def judge_range_neighbours(tables: Tables) -> Verdict:
     fewer = maxima(tables["a-cmommt"]) - maxima(tables["half-range"])
     short = int((fewer < 0).to_numpy().sum())
     return verdict(
-        f"fewer in {short} of {fewer.size} cells; {fewer.to_numpy().mean():+.1f} on average",
+        f"fewer in {short} of {fewer.size} cells; {average(fewer):+.1f} on average",
         within(float(short), 0, 0.5),
     )
 
 
 def judge_sufficient(tables: Tables) -> Verdict:
     """With δ = 16 sectors awareness is as good as with every teammate's offset."""
-    difference = _mean_gain(tables["ring-16"], tables["a-cmommt"])
+    difference = average(gain(tables["ring-16"], tables["a-cmommt"]))
     return verdict(f"{difference:+.2f} pp", within(difference, 0, 1))
 
 
@@ -92,10 +95,6 @@ def _fades(profile: pd.Series[float]) -> float:
     after = profile.loc[profile.idxmax() :]
     faded = after[after < _FADED]
     return float(faded.index[0]) if len(faded) else float("inf")
-
-
-def _mean_gain(table: pd.DataFrame, base: pd.DataFrame) -> float:
-    return float(gain(table, base).to_numpy().mean())
 
 
 CLAIMS = (

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
 import pandas as pd
 
-from teamsight.analysis.observation import cell_means, grid_of, paired
+from teamsight.analysis.observation import cell_maxima, cell_means, grid_of, paired
 
 #: One row a run, by name of the experiment.
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
@@ -92,13 +93,32 @@ def percent(table: pd.DataFrame) -> pd.DataFrame:
 
 def maxima(table: pd.DataFrame) -> pd.DataFrame:
     """Return the largest degree over the replicates of each cell: rows are team sizes, columns radii."""
-    largest = table.groupby(["robots", "radius"], as_index=False)["max_neighbours"].max()
-    return grid_of(largest, "max_neighbours")
+    return grid_of(cell_maxima(table, "max_neighbours"))
 
 
 def gain(table: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
     """Return the paired gain of each cell in percentage points: rows are team sizes, columns radii."""
     return grid_of(cell_means(paired(table, base), "difference")) * 100.0
+
+
+class Peak(NamedTuple):
+    """The largest value of a grid and where it is."""
+
+    value: float
+    robots: int
+    radius: float
+
+
+def peak(grid: pd.DataFrame) -> Peak:
+    """Return the largest value of `grid`; the first of equals, by team size and then by radius."""
+    values = grid.to_numpy(dtype=float)
+    row, column = divmod(int(np.argmax(values)), values.shape[1])
+    return Peak(float(values[row, column]), int(np.asarray(grid.index)[row]), float(np.asarray(grid.columns)[column]))
+
+
+def average(grid: pd.DataFrame) -> float:
+    """Return the mean over all cells."""
+    return float(grid.to_numpy(dtype=float).mean())
 
 
 def part(grid: pd.DataFrame, robots: tuple[int, int], radius: tuple[float, float]) -> pd.DataFrame:
@@ -109,8 +129,10 @@ def part(grid: pd.DataFrame, robots: tuple[int, int], radius: tuple[float, float
     ValueError
         If the grid has no such cell: the rule cannot be applied.
     """
-    found = grid.loc[
-        (grid.index >= robots[0]) & (grid.index <= robots[1]), (grid.columns >= radius[0]) & (grid.columns <= radius[1])
+    rows, columns = np.asarray(grid.index, dtype=float), np.asarray(grid.columns, dtype=float)
+    found = grid.iloc[
+        np.flatnonzero((rows >= robots[0]) & (rows <= robots[1])),
+        np.flatnonzero((columns >= radius[0]) & (columns <= radius[1])),
     ]
     if found.empty:
         raise ValueError(f"no cell with {robots[0]}..{robots[1]} robots and radius {radius[0]:g}..{radius[1]:g}")

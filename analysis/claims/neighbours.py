@@ -8,8 +8,10 @@ from teamsight.analysis.claims.interface import (
     Verdict,
     at_least,
     at_most,
+    average,
     maxima,
     part,
+    peak,
     verdict,
     within,
 )
@@ -37,7 +39,7 @@ def judge_acmommt(tables: Tables) -> Verdict:
     """Under A-CMOMMT the maximum hardly varies over teams of 5 to 30 in arenas of 3 to 9."""
     grid = maxima(tables["a-cmommt"])
     cells = part(grid, (5, 30), (3, 9)).to_numpy()
-    crowded = float(part(grid, (30, 30), (3, 3)).iloc[0, 0])
+    crowded = average(part(grid, (30, 30), (3, 3)))
     low, high = float(cells.min()), float(cells.max())
     return verdict(
         f"{low:.0f}..{high:.0f}; {crowded:.0f} at N = 30, R = 3",
@@ -65,10 +67,10 @@ def judge_targets(tables: Tables) -> Verdict:
 def judge_evasive(tables: Tables) -> Verdict:
     """Targets that avoid robots may change the maximum a great deal."""
     evasive = part(maxima(tables["evasive"]), _TEAM, (2, 9))
-    change = (evasive - part(maxima(tables["a-cmommt"]), _TEAM, (2, 9))).stack()
-    robots, radius = change.abs().idxmax()
-    largest = float(change.loc[(robots, radius)])
-    return verdict(f"{largest:+.0f} at N = {robots}, R = {radius:g}", at_least(abs(largest), 3))
+    change = evasive - part(maxima(tables["a-cmommt"]), _TEAM, (2, 9))
+    up, down = peak(change), peak(-change)
+    most, sign = (up, 1) if up.value >= down.value else (down, -1)
+    return verdict(f"{sign * most.value:+.0f} at N = {most.robots}, R = {most.radius:g}", at_least(most.value, 3))
 
 
 CLAIMS = (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pandas as pd
 
@@ -12,6 +14,7 @@ from teamsight.analysis.claims.interface import (
     above,
     at_least,
     at_most,
+    average,
     part,
     percent,
     verdict,
@@ -33,15 +36,15 @@ def judge_large(tables: Tables) -> Verdict:
     """The centroid policy does better in very large arenas than in small ones."""
     cells = cell_means(tables["centroid"], "observed_fraction")
     mean, se = grid_of(cells) * 100, grid_of(cells, "se") * 100
-    large, small = (float(np.mean(part(mean, (10, 30), radii))) for radii in ((8, 9), (2, 3)))
-    spread = float(np.hypot(*(_se_of_mean(part(se, (10, 30), radii)) for radii in ((8, 9), (2, 3)))))
+    large, small = (average(part(mean, (10, 30), radii)) for radii in ((8, 9), (2, 3)))
+    spread = math.hypot(*(_se_of_mean(part(se, (10, 30), radii)) for radii in ((8, 9), (2, 3))))
     return verdict(f"{large - small:+.1f} pp, se {spread:.1f}", above(large - small, 2 * spread))
 
 
 def judge_flat(tables: Tables) -> Verdict:
     """Under the centroid policy the number of robots is only slightly perceptible."""
     cells = part(percent(tables["centroid"]), (10, 30), (3, 9))
-    spread = float((cells.max() - cells.min()).mean())
+    spread = float(np.ptp(cells.to_numpy(dtype=float), axis=0).mean())
     return verdict(f"{spread:.1f} pp", at_most(spread, 15))
 
 
@@ -71,7 +74,8 @@ def judge_full(tables: Tables) -> Verdict:
 def judge_saturates(tables: Tables) -> Verdict:
     """After 8 to 10 robots for 15 targets, more robots add little."""
     grid = part(percent(tables["a-cmommt"]), (1, 30), _ALL_RADII)
-    first, later = float((grid.loc[10] - grid.loc[1]).mean()), float((grid.loc[30] - grid.loc[10]).mean())
+    few, ten, many = (average(part(grid, (robots, robots), _ALL_RADII)) for robots in (1, 10, 30))
+    first, later = ten - few, many - ten
     return verdict(f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", above(first / 2, later))
 
 

@@ -48,9 +48,8 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
         row, column = divmod(number, _COLUMNS)
         axes = figure.add_axes((0.055 + 0.32 * column, 1 - (4.35 + 3.9 * row) / height, 0.265, 2.9 / height))
         of = cells[(cells["robots"] == robots) & (cells["radius"] == radius)]
-        degrees = tables[""].loc[lambda t, n=robots, r=radius: (t["robots"] == n) & (t["radius"] == r)]
         _panel(axes, of)
-        most = int(degrees.loc[degrees["awareness"] == "pairwise", "max_neighbours"].max())
+        most = _most_neighbours(tables[""], robots, radius)
         axes.set_title(f"N = {robots}, R = {radius:g}   (at most {most} neighbours)", loc="left", size=11, color=INK)
         if row == rows - 1:
             axes.set_xlabel("sectors δ of the ring")
@@ -59,6 +58,11 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 0.005))
     return figure
+
+
+def _most_neighbours(runs: pd.DataFrame, robots: int, radius: float) -> int:
+    of = (runs["awareness"] == "pairwise") & (runs["robots"] == robots) & (runs["radius"] == radius)
+    return int(runs.loc[of, "max_neighbours"].max())
 
 
 def _panel(axes: Axes, cells: pd.DataFrame) -> None:

@@ -11,7 +11,7 @@ import pandas as pd
 from teamsight.analysis.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.figures.style import canvas, head
 from teamsight.analysis.figures.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.observation import cell_means, grid_of
+from teamsight.analysis.observation import cell_maxima, cell_means, grid_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -22,8 +22,7 @@ def neighbours_figure(name: str, experiment: str, policy: str) -> Figure:
     title = f"Largest number of neighbours: {policy}"
 
     def draw(tables: Tables, conditions: Conditions) -> Canvas:
-        largest = tables[""].groupby(["robots", "radius"], as_index=False)["max_neighbours"].max()
-        grid = grid_of(largest, "max_neighbours")
+        grid = grid_of(cell_maxima(tables[""], "max_neighbours"))
         look = Look(
             "largest number of neighbours  [robots]", "{:.0f}".format, 0, max(1.0, float(grid.to_numpy().max()))
         )

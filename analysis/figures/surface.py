@@ -81,7 +81,7 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     # Seen from few robots in a large arena, where every surface of the paper is low, so that nothing hides behind it.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
-    axes.set_xticks(_ticks(grid.index.to_numpy(), 5))
+    axes.set_xticks(_ticks(list(grid.index), 5))
     axes.set_yticks(grid.columns.to_numpy())
     axes.set_xlabel(ROBOTS_LABEL, labelpad=8)
     axes.set_ylabel(RADIUS_LABEL, labelpad=8)
@@ -114,11 +114,11 @@ def _heat_map(
 def _luminance(colour: NDArray[np.float64]) -> NDArray[np.float64]:
     linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     # Perceived lightness, so that the threshold is a middle grey.
-    return np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1
+    return np.asarray(np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1)
 
 
-def _ticks(values: NDArray[np.int64], step: int) -> NDArray[np.int64]:
+def _ticks(values: list[int], step: int) -> NDArray[np.int64]:
     """Return round values within the range, and both of its ends."""
-    low, high = int(values.min()), int(values.max())
+    low, high = min(values), max(values)
     inner = np.arange(step, high, step)
     return np.unique(np.concatenate(([low], inner[inner > low + 1], [high])))
