@@ -42,15 +42,10 @@ class Frame(NamedTuple):
     largest_clique: int | None  # None: not asked for, or too costly
 
 
-def degrees(graph: ProximityGraph) -> Ints:
-    """Return the number of robots that each robot senses, int64 of shape (n,)."""
-    return np.diff(graph.start)
-
-
 def mutual_edges(graph: ProximityGraph) -> Ints:
     """Return each pair that senses each other once, int64 of shape (m, 2), the smaller index first, sorted."""
     size = len(graph.start) - 1
-    observer = np.repeat(np.arange(size, dtype=np.int64), degrees(graph))
+    observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
     low, high = np.minimum(observer, graph.index), np.maximum(observer, graph.index)
     pair, seen = np.unique(low * size + high, return_counts=True)
     pair = pair[seen == 2]
@@ -131,7 +126,7 @@ def frame(graph: ProximityGraph, *, cliques: bool = True) -> Frame:
         Whether to look for the largest clique, by far the most costly.
     """
     size = len(graph.start) - 1
-    degree, edges = degrees(graph), mutual_edges(graph)
+    degree, edges = graph.degree, mutual_edges(graph)
     label = components(edges, size)
     clique = largest_clique(edges, size) if cliques else None
     return Frame(
@@ -172,7 +167,7 @@ def to_networkx(
     network.add_nodes_from(names)
     if position is not None:
         nx.set_node_attributes(network, dict(zip(names, map(tuple, position.tolist()), strict=True)), "position")
-    observer = np.repeat(np.arange(size, dtype=np.int64), degrees(graph))
+    observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
     mutual = set(map(tuple, mutual_edges(graph).tolist()))
     for one, other, distance in zip(observer.tolist(), graph.index.tolist(), graph.distance.tolist(), strict=True):
         if directed or (one, other) in mutual:

@@ -1,0 +1,240 @@
+"""δ before any learning: explore, count neighbours, and say how large a ring must be for a stated risk (§4, §10)."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import math
+import secrets
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from teamsight import checks
+from teamsight.analysis import closed_form, delta_report, occupancy
+from teamsight.analysis.closed_form import Prediction
+from teamsight.analysis.delta_report import DeltaReport
+from teamsight.analysis.occupancy import Bearings
+from teamsight.analysis.study import canonical, model_seed
+from teamsight.world.arena import Disc
+
+__all__ = ["DeltaReport", "Exploration", "choose_delta", "explore", "runs_for"]
+
+#: Takes a seed and returns a model: `CMOMMT`, or anything with its ``run``, ``max_neighbours``, ``proximity``,
+#: ``robots``, ``arena`` and ``close``.
+Factory = Callable[[int], Any]
+#: Called with the runs done and the runs in all.
+Progress = Callable[[int, int], None]
+
+# How many times in a run the bearings of neighbours are looked at, and how many robots and times at most in all runs.
+_LOOKS = 10
+_MOST_LOOKED_AT = 500_000
+
+
+class Exploration(NamedTuple):
+    """What the exploring runs left behind.
+
+    ``maxima`` has one row a run: run, seed, max_neighbours. ``prediction`` is the closed form for one run, or None
+    where the arena is no disc or the robots differ in range; so is ``awareness_range``.
+    """
+
+    maxima: pd.DataFrame
+    bearings: Bearings
+    robots: int
+    steps: int
+    awareness_range: float | None
+    prediction: Prediction | None
+
+
+def runs_for(risk: float) -> int:
+    """Return a number of runs that pins δ down well: about ten of them exceed the δ sought."""
+    return math.ceil(10.0 / checks.number("risk", risk, above=0.0, most=1.0))
+
+
+def explore(
+    model: Factory | Mapping[str, Any],
+    *,
+    runs: int,
+    steps: int = 600,
+    rng: int | None = None,
+    progress: Progress | None = None,
+) -> Exploration:
+    """Run a model again and again, and keep the largest degree of each run and samples of the neighbours' bearings.
+
+    Parameters
+    ----------
+    model : mapping or callable
+        Keyword parameters of `CMOMMT` (without rng and seed), or a factory of models.
+    runs, steps : int
+        Number of runs, and the length of each.
+    rng : int, optional
+        Seed of the whole exploration; without it a fresh one. The runs' own seeds derive from it and are in ``maxima``.
+    progress : callable, optional
+        Called with the runs done and the runs in all after each run.
+
+    Returns
+    -------
+    Exploration
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a number is outside its limits, or the model's parameters are.
+
+    Notes
+    -----
+    *Source:* §4, with 5 runs of 600 steps; §10 recommends it "in the beginning of the learning phase (exploration)".
+    """
+    runs, steps = checks.count("runs", runs), checks.count("steps", steps)
+    root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
+    make, seed_of = _factory(model, root)
+    rows, looks, looked_at, prediction, size, reach = [], [], 0, None, 0, None
+    for run in range(runs):
+        seed = seed_of(run)
+        world = make(seed)
+        try:
+            if run == 0:
+                size, reach, prediction = len(world.robots), _awareness_range(world), _predict(world, steps)
+            if looked_at < _MOST_LOOKED_AT:
+                looks.append(_run_looking(world, steps))
+                looked_at += len(looks[-1].degree)
+            else:
+                world.run(steps)
+            rows.append((run, seed, int(world.max_neighbours)))
+        finally:
+            world.close()
+        if progress is not None:
+            progress(run + 1, runs)
+    maxima = pd.DataFrame(rows, columns=["run", "seed", "max_neighbours"])
+    return Exploration(maxima, occupancy.gather(looks), size, steps, reach, prediction)
+
+
+def choose_delta(
+    model: Factory | Mapping[str, Any],
+    *,
+    runs: int | None = None,
+    steps: int = 600,
+    risk: float = 0.01,
+    rng: int | None = None,
+    confidence: float = 0.95,
+    subject: str | None = None,
+    progress: Progress | None = None,
+) -> DeltaReport:
+    """Choose δ for a stated risk by exploring.
+
+    Parameters
+    ----------
+    model : mapping or callable
+        Keyword parameters of `CMOMMT` (without rng and seed), or a factory of models.
+    runs : int, optional
+        Number of runs; ``runs_for(risk)`` when not given.
+    steps : int
+        T, the length of a run.
+    risk : float
+        Accepted probability that in a run of T steps any robot has more than δ neighbours; between 0 and 1.
+    rng : int, optional
+        Seed of the whole exploration.
+    confidence : float
+        Of each bound by itself.
+    subject : str, optional
+        One line that says what was simulated.
+    progress : callable, optional
+        Called with the runs done and the runs in all after each run.
+
+    Returns
+    -------
+    DeltaReport
+        ``delta`` is the point estimate, ``delta_safe`` the smallest δ whose upper confidence bound is within the risk.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a number is outside its limits, or the model's parameters are.
+
+    Notes
+    -----
+    *Source:* §4 takes the largest number of neighbours in 5 runs of 600 steps for δ.
+
+    *Departs:* a largest value grows with the number of runs and steps and has no limit short of N − 1; so δ is chosen
+    here for a stated risk in a run of a stated length, and comes with its uncertainty.
+    """
+    risk = checks.number("risk", risk, above=0.0, most=1.0)
+    confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
+    runs = runs_for(risk) if runs is None else runs
+    found = explore(model, runs=runs, steps=steps, rng=rng, progress=progress)
+    return delta_report.build(
+        found.maxima,
+        found.bearings,
+        robots=found.robots,
+        risk=risk,
+        confidence=confidence,
+        independent=float(len(found.maxima)),
+        largest=int(found.maxima["max_neighbours"].max()),
+        prediction=found.prediction,
+        source="simulation",
+        subject=subject or _describe(model, found),
+        awareness_range=found.awareness_range,
+        length=float(found.steps),
+        unit="steps",
+    )
+
+
+def _factory(model: Factory | Mapping[str, Any], root: int) -> tuple[Factory, Callable[[int], int]]:
+    """Return what makes a model from a seed, and what derives the seed of each run."""
+    if not isinstance(model, Mapping):
+        if not callable(model):
+            raise TypeError(
+                f"model={model!r}: must be keyword parameters of CMOMMT, or a callable from a seed to a model"
+            )
+        return model, lambda run: _run_seed(root, run)
+    from teamsight.agents.cmommt import CMOMMT
+
+    settings = dict(model)
+    for name in ("rng", "seed"):
+        if name in settings:
+            raise ValueError(
+                f"{name}={settings[name]!r}: each run gets a seed of its own; give rng to choose_delta instead"
+            )
+    given = inspect.signature(CMOMMT).bind(**settings)
+    given.apply_defaults()
+    stage = [given.arguments[name] for name in ("robots", "targets", "radius")]
+    return lambda seed: CMOMMT(**settings, rng=seed), lambda run: model_seed(root, run, *stage)
+
+
+def _run_seed(root: int, run: int) -> int:
+    text = f"root={canonical(root)};replicate={canonical(run)}"
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-delta").digest()
+    return int.from_bytes(digest, "big") >> 1
+
+
+def _run_looking(world: Any, steps: int) -> Bearings:
+    """Run in stretches, which changes nothing in the run, and note the bearings after each."""
+    ends = np.unique(np.linspace(0, steps, min(_LOOKS, steps) + 1).astype(int))
+    looks = []
+    for stretch in np.diff(ends).tolist():
+        world.run(stretch)
+        looks.append(occupancy.bearings(world.proximity, np.asarray(world.robots.heading)))
+    return occupancy.gather(looks)
+
+
+def _awareness_range(world: Any) -> float | None:
+    reach = np.unique(world.robots.awareness_range)
+    return float(reach[0]) if len(reach) == 1 else None
+
+
+def _predict(world: Any, steps: int) -> Prediction | None:
+    reach = _awareness_range(world)
+    if reach is None or not isinstance(world.arena, Disc):
+        return None
+    speed = float(np.sqrt(np.mean(np.square(world.robots.speed))))
+    return closed_form.predict(len(world.robots), world.arena.radius, steps=steps, awareness_range=reach, speed=speed)
+
+
+def _describe(model: Factory | Mapping[str, Any], found: Exploration) -> str:
+    length = f"{len(found.maxima):,} runs of {found.steps:,} steps"
+    if isinstance(model, Mapping):
+        settings = ", ".join(f"{name}={value}" for name, value in model.items())
+        return f"CMOMMT({settings}), {length}"
+    return f"{getattr(model, '__name__', type(model).__name__)}, {found.robots} robots, {length}"

@@ -1,0 +1,250 @@
+"""Recorded positions from a file or a DataFrame: read, checked to the last row, and put in order."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+import pandas as pd
+
+#: Called with the parts of the work done and the parts in all.
+Progress = Callable[[int, int], None]
+
+#: What a record needs; other columns are ignored.
+COLUMNS = ("time", "robot", "x", "y")
+_NUMBERS = ("time", "x", "y")
+_EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
+# Columns of text with more different values than this are read as plain text.
+_NAMES = 100_000
+
+
+def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None) -> pd.DataFrame:
+    """Read the recorded positions of a team.
+
+    Parameters
+    ----------
+    path : path
+        A CSV file (.csv, .csv.gz; separated by commas, with a header) or a Parquet file (.parquet, .pq) with the
+        columns time, robot, x, y. Time and positions are numbers; robots are named by whole numbers or text. Missing
+        samples are rows that are not there.
+    sort : bool
+        Sort the rows of each robot by time instead of refusing those that go back in time.
+    progress : callable, optional
+        Called with the parts of the work done and the parts in all.
+
+    Returns
+    -------
+    DataFrame
+        time (float64), robot (category), x, y (float64), robot by robot, in the order of time.
+
+    Raises
+    ------
+    ValueError
+        One line with the file, the value, its row (the first row of data is 1) and the cure.
+
+    Notes
+    -----
+    Robots may be interleaved in any way, but the times of each robot must increase from row to row. A robot that goes
+    back in time usually means a clock that was set, or two robots under one name; sorting would silently weave two
+    tracks into one, so it happens on request only.
+    """
+    place = Path(path)
+    name = place.name.lower()
+    if not name.endswith(_EXTENSIONS):
+        raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
+    _tell(progress, 0)
+    try:
+        table = _read_csv(place) if name.endswith((".csv", ".csv.gz")) else _read_parquet(place)
+    except OSError as error:
+        reason = error.strerror or _first_line(error)
+        raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
+    _tell(progress, 1)
+    checked = check_tracks(table, sort=sort, name=str(place))
+    _tell(progress, 2)
+    return checked
+
+
+def _tell(progress: Progress | None, done: int) -> None:
+    if progress is not None:
+        progress(done, 2)
+
+
+def _read_csv(place: Path) -> pd.DataFrame:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    try:
+        with csv.open_csv(place) as reader:
+            found = reader.schema.names
+        _check_columns(found, str(place))
+        options = csv.ConvertOptions(
+            include_columns=list(COLUMNS),
+            strings_can_be_null=True,
+            auto_dict_encode=True,
+            auto_dict_max_cardinality=_NAMES,
+        )
+        table = csv.read_csv(place, convert_options=options)
+    except pa.ArrowException as error:
+        _unreadable(place, "CSV", error)
+    return pd.DataFrame({column: table.column(column).to_pandas() for column in COLUMNS}, copy=False)
+
+
+def _read_parquet(place: Path) -> pd.DataFrame:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        _check_columns(parquet.read_schema(place).names, str(place))
+        table = parquet.read_table(place, columns=list(COLUMNS))
+    except pa.ArrowException as error:
+        _unreadable(place, "Parquet", error)
+    return pd.DataFrame({column: table.column(column).to_pandas() for column in COLUMNS}, copy=False)
+
+
+def _unreadable(place: Path, kind: str, error: Exception) -> NoReturn:
+    reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
+    cure = f"write a {kind} file with the columns {', '.join(COLUMNS)}"
+    raise ValueError(f"{place}: not a readable {kind} file ({reason}); {cure}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0].rstrip(".")
+
+
+def _check_columns(found: list[Any], name: str) -> None:
+    """Refuse a table that lacks a column, or has one twice."""
+    names = [str(column) for column in found]
+    twice = sorted({column for column in COLUMNS if names.count(column) > 1})
+    if twice:
+        raise ValueError(f"{name}: column {twice[0]!r} twice; keep one")
+    missing = [column for column in COLUMNS if column not in names]
+    if not missing:
+        return
+    spare = [column for column in names if column not in COLUMNS]
+    hints = [f"rename {near!r} to {column!r}" for column in missing if (near := _near(column, spare))]
+    if len(names) == 1 and any(mark in names[0] for mark in ";\t|"):
+        hints = ["separate the columns by commas"]
+    cure = f"; {', '.join(hints)}" if hints else f"; needed are {', '.join(COLUMNS)}"
+    listed = ", ".join(repr(column) for column in missing)
+    raise ValueError(f"{name}: no column{'s' * (len(missing) > 1)} {listed}; found {', '.join(names) or 'none'}{cure}")
+
+
+def _near(column: str, spare: list[str]) -> str | None:
+    known = {"time": ("t", "timestamp", "stamp", "seconds"), "robot": ("id", "agent", "identity", "name")}
+    for candidate in spare:
+        plain = candidate.lower().strip()
+        if plain == column or plain in known.get(column, ()) or plain.startswith(f"{column}_"):
+            return candidate
+    return next(iter(difflib.get_close_matches(column, spare, n=1, cutoff=0.6)), None)
+
+
+def check_tracks(tracks: pd.DataFrame, *, sort: bool = False, name: str = "tracks") -> pd.DataFrame:
+    """Return recorded positions in the form of `read_tracks`, after the same checks.
+
+    Parameters
+    ----------
+    tracks : DataFrame
+        Columns time, robot, x, y.
+    sort : bool
+        Sort the rows of each robot by time instead of refusing those that go back in time.
+    name : str
+        What errors call the record.
+    """
+    _check_columns(list(tracks.columns), name)
+    if not len(tracks):
+        raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
+    robot = _robots(tracks["robot"], name)
+    columns = {column: _numbers(tracks[column], name) for column in _NUMBERS}
+    order = _order(robot.codes, columns["time"], sort)
+    if order is not None:
+        robot = robot[order]
+        columns = {column: values[order] for column, values in columns.items()}
+    _check_times(robot, columns["time"], order, name)
+    if len(robot.categories) == 1:
+        raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
+    return pd.DataFrame({"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}, copy=False)
+
+
+def _robots(column: pd.Series[Any], name: str) -> pd.Categorical:
+    """Return the robots' names as categories, none unused."""
+    missing = column.isna().to_numpy()
+    if missing.any():
+        raise ValueError(f"{name}: robot is missing in row {int(np.argmax(missing)) + 1}; name a robot in every row")
+    if isinstance(column.dtype, pd.CategoricalDtype):
+        return pd.Categorical(column).remove_unused_categories()
+    if pd.api.types.is_float_dtype(column.dtype):
+        fraction = (column % 1).to_numpy() != 0
+        if fraction.any():
+            row = int(fraction.argmax())
+            raise ValueError(f"{name}: robot={column.iloc[row]} in row {row + 1}: must be a whole number or text")
+        column = column.astype(np.int64)
+    if not (pd.api.types.is_integer_dtype(column.dtype) or isinstance(column.iloc[0], (str, int, np.integer))):
+        raise ValueError(f"{name}: robot={_shown(column.iloc[0])} in row 1: must be a whole number or text")
+    codes, names = pd.factorize(column)
+    return pd.Categorical.from_codes(codes, categories=names)
+
+
+def _numbers(column: pd.Series[Any], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return a column as float64, all of it finite."""
+    if (
+        isinstance(column.dtype, pd.CategoricalDtype)
+        or column.dtype == object
+        or isinstance(column.dtype, pd.StringDtype)
+    ):
+        numbers = pd.to_numeric(column.astype(object), errors="coerce")
+        wrong = (numbers.isna() & column.notna()).to_numpy()
+        if wrong.any():
+            _wrong_type(name, column, int(np.argmax(wrong)))
+        column = numbers
+    elif pd.api.types.is_bool_dtype(column.dtype) or not pd.api.types.is_numeric_dtype(column.dtype):
+        _wrong_type(name, column, 0)
+    values = column.to_numpy(dtype=np.float64, na_value=np.nan)
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        value = "missing" if np.isnan(values[row]) else f"{values[row]}"
+        raise ValueError(f"{name}: {column.name} is {value} in row {row + 1}; leave out rows without a position")
+    return values
+
+
+def _wrong_type(name: str, column: pd.Series[Any], row: int) -> NoReturn:
+    cure = "must be a number"
+    if column.name == "time":
+        cure += " (of seconds, say); turn dates into the time since the first"
+    raise ValueError(f"{name}: {column.name}={_shown(column.iloc[row])} in row {row + 1}: {cure}")
+
+
+def _shown(value: Any) -> str:
+    value = value.item() if isinstance(value, np.generic) else value
+    return repr(value) if isinstance(value, str) else str(value)
+
+
+def _order(code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dtype[np.int64]] | None:
+    """Return the rows robot by robot, or None when they are so already."""
+    if sort:
+        return np.lexsort((time, code))
+    if (code[1:] >= code[:-1]).all():
+        return None
+    return np.argsort(code, kind="stable")
+
+
+def _check_times(robot: pd.Categorical, time: Any, order: Any, name: str) -> None:
+    """Refuse a robot that is twice at one time, or that goes back in time."""
+    code = robot.codes
+    wrong = (time[1:] <= time[:-1]) & (code[1:] == code[:-1])
+    if not wrong.any():
+        return
+    later = int(np.argmax(wrong)) + 1
+    rows = [place + 1 if order is None else int(order[place]) + 1 for place in (later - 1, later)]
+    who = f"robot {_shown(robot.categories[code[later]])}"
+    if time[later] == time[later - 1]:
+        raise ValueError(
+            f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them"
+        )
+    back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
+    cure = "look for a clock that was set or two robots under one name, or else sort the rows by robot and time"
+    raise ValueError(f"{name}: {who} {back}; {cure}")

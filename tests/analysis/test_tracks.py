@@ -1,0 +1,245 @@
+"""Recorded positions: what is refused and how, how frames are formed, and the δ that follows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from teamsight.analysis import track_frames, tracks
+from teamsight.world.arena import Disc, Torus
+
+GOOD = "time,robot,x,y\n0,a,0,0\n1,a,1,0\n0,b,0,1\n1,b,1,1\n"
+
+
+def _write(folder: Path, text: str, name: str = "tracks.csv") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def _walk(robots: int, samples: int, rng: np.random.Generator, side: float = 4.0) -> pd.DataFrame:
+    """Robots that wander in a square and are sampled all at times 0, 1, 2, …"""
+    place = rng.uniform(0, side, (1, robots, 2)) + np.cumsum(rng.normal(0, 0.2, (samples, robots, 2)), axis=0)
+    place = np.abs((place + side) % (2 * side) - side)
+    time, robot = np.mgrid[:samples, :robots]
+    columns = {"time": time.astype(float), "robot": robot, "x": place[..., 0], "y": place[..., 1]}
+    return pd.DataFrame({name: values.ravel() for name, values in columns.items()})
+
+
+@pytest.mark.parametrize("name", ["t.csv", "t.parquet", "t.pq", "t.CSV", "t.csv.gz"])
+def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
+    given = _walk(5, 20, np.random.default_rng()).sample(frac=1).sort_values("time", kind="stable")
+    given = given.assign(heading=0.0, robot="r" + given["robot"].astype(str))
+    path = tmp_path / name
+    if "csv" in name.lower():
+        given.to_csv(path, index=False)
+    else:
+        given.to_parquet(path, index=False)
+    seen: list[tuple[int, int]] = []
+    found = tracks.read_tracks(path, progress=lambda done, total: seen.append((done, total)))
+    assert list(found.columns) == ["time", "robot", "x", "y"]
+    assert seen == [(0, 2), (1, 2), (2, 2)]
+    plain = found.assign(robot=found["robot"].astype(str)).sort_values(["robot", "time"], ignore_index=True)
+    expected = given[["time", "robot", "x", "y"]].sort_values(["robot", "time"], ignore_index=True)
+    pd.testing.assert_frame_equal(plain, expected, check_dtype=False)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"tracks\.csv: not a readable CSV file \(the file is empty\)"),
+        ("time,robot,x,y\n", "no rows"),
+        ("time,robot_id,x,y\n0,1,0,0\n", "no column 'robot'; found time, robot_id, x, y; rename 'robot_id' to 'robot'"),
+        ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),
+        ("a,b\n0,1\n", "no columns 'time', 'robot', 'x', 'y'; found a, b; needed are time, robot, x, y"),
+        ("time;robot;x;y\n0;1;0;0\n", "separate the columns by commas"),
+        ("time,robot,x,y,x\n0,1,0,0,0\n", "column 'x' twice"),
+        (GOOD + "2,a,abc,0\n", "x='abc' in row 5: must be a number"),
+        (
+            "time,robot,x,y\n2020-01-01 00:00:00,a,0,0\n",
+            "time=2020-01-01 00:00:00 in row 1: must be a number .*since the first",
+        ),
+        (GOOD + "2,a,,0\n", "x is missing in row 5; leave out"),
+        (GOOD + "2,a,0,inf\n", "y is inf in row 5"),
+        (GOOD + "nan,a,0,0\n", "time is missing in row 5"),
+        (GOOD + "2,,0,0\n", "robot is missing in row 5"),
+        ("time,robot,x,y\n0,1.5,0,0\n", "robot=1.5 in row 1: must be a whole number or text"),
+        ("time,robot,x,y\n0,true,0,0\n0,false,0,0\n", "robot=True in row 1"),
+        (GOOD + "1,a,5,5\n", "robot 'a' twice at time 1, in rows 2 and 5; keep one"),
+        (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*sort the rows"),
+        ("time,robot,x,y\n0,7,0,0\n1,7,0,0\n", "only robot 7; a neighbour graph needs at least 2"),
+        (GOOD + "2,a,0\n", "not a readable CSV file .*Expected 4 columns"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message) as error:
+        tracks.read_tracks(_write(tmp_path, text))
+    assert "\n" not in str(error.value)
+    assert "tracks.csv" in str(error.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"none\.csv: cannot be read \(.*\); check the path"):
+        tracks.read_tracks(tmp_path / "none.csv")
+    with pytest.raises(ValueError, match=r"unknown kind of file '.xlsx'; known are .csv"):
+        tracks.read_tracks(tmp_path / "t.xlsx")
+    with pytest.raises(ValueError, match="not a readable Parquet file"):
+        tracks.read_tracks(_write(tmp_path, "no parquet", "t.parquet"))
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(ValueError, match="cannot be read"):
+        tracks.read_tracks(tmp_path / "folder.csv")
+
+
+def test_sorting_on_request(tmp_path: Path) -> None:
+    path = _write(tmp_path, GOOD + "0.5,b,5,5\n")
+    assert tracks.read_tracks(path, sort=True)["time"].tolist() == [0, 1, 0, 0.5, 1]
+    with pytest.raises(ValueError, match="twice at time 1, in rows 2 and 5"):
+        tracks.read_tracks(_write(tmp_path, GOOD + "1,a,5,5\n"), sort=True)
+
+
+def test_a_data_frame_is_checked_too() -> None:
+    record = _walk(3, 5, np.random.default_rng())
+    with pytest.raises(ValueError, match="no column 'x'"):
+        tracks.delta_from_tracks(record.drop(columns="x"), 1.0)
+    with pytest.raises(ValueError, match="x='far' in row 2"):
+        tracks.delta_from_tracks(record.assign(x=["0", "far", *["1"] * 13]), 1.0)
+
+
+@given(samples=st.integers(2, 60), step=st.floats(0.01, 3.0), max_gap=st.floats(0.01, 3.0), seed=st.integers(0, 2**32))
+@settings(deadline=None)
+def test_frames_are_what_a_search_by_hand_finds(samples: int, step: float, max_gap: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.uniform(0, 10, (2, samples)), axis=1)
+    record = pd.DataFrame(
+        {"time": time.ravel(), "robot": np.repeat(["a", "b"], samples), "x": time.ravel() * 2, "y": 1.0}
+    )
+    record = tracks.check_tracks(record)
+    grid = track_frames.make_grid(record, step, max_gap)
+    found = np.concatenate([block.position for block in track_frames.blocks(record, grid)])
+    assert found.shape == (grid.frames, 2, 2)
+    for frame, at in enumerate(grid.time(0, grid.frames)):
+        for robot in range(2):
+            earlier, later = time[robot][time[robot] <= at], time[robot][time[robot] >= at]
+            if len(earlier) and len(later) and later[0] - earlier[-1] <= max_gap:
+                assert found[frame, robot] == pytest.approx([2 * at, 1.0])  # a straight track: x = 2t
+            elif not len(earlier) or not len(later) or later[0] - earlier[-1] > max_gap * 1.001:
+                near = np.abs(time[robot] - at).min() <= step * 1e-5
+                assert near or np.isnan(found[frame, robot]).all()
+
+
+def test_a_long_gap_is_absence_and_a_short_one_a_line() -> None:
+    record = pd.DataFrame(
+        {"time": [0.0, 1, 2, 12, 13, 0, 13], "robot": list("aaaaabb"), "x": [0.0, 1, 2, 12, 13, 5, 5], "y": 0.0}
+    )
+    record = tracks.check_tracks(record)
+    grid = track_frames.make_grid(record)
+    assert (grid.step, grid.max_gap, grid.frames) == (1.0, 5.0, 14)
+    (block,) = track_frames.blocks(record, grid)
+    x = block.position[..., 0]
+    assert x[:3, 0].tolist() == [0, 1, 2]
+    assert np.isnan(x[3:12, 0]).all()
+    assert x[12:, 0].tolist() == [12, 13]
+    assert x[[0, 13], 1].tolist() == [5, 5]  # at a sample a robot is present whatever the gaps
+    assert np.isnan(x[1:13, 1]).all()
+
+
+def test_on_a_torus_the_line_goes_over_the_edge() -> None:
+    record = pd.DataFrame({"time": [0.0, 2, 0, 1, 2], "robot": list("aabbb"), "x": [4.5, -4.5, 4.6, 5, 4.6], "y": 0.0})
+    found = tracks.neighbours_over_time(tracks.check_tracks(record), 0.5, arena=Torus(10, 10), step=1.0)
+    assert found.over_time["max_degree"].tolist() == [1, 1, 0]
+
+
+def test_degrees_are_those_of_each_frame() -> None:
+    record = _walk(20, 30, np.random.default_rng())
+    found = tracks.neighbours_over_time(tracks.check_tracks(record), 1.0)
+    for row, (_, frame) in zip(found.over_time.itertuples(), record.groupby("time"), strict=True):
+        tree = cKDTree(frame[["x", "y"]])
+        degree = tree.query_ball_point(frame[["x", "y"]], 1.0, return_length=True) - 1
+        assert (row.robots, row.max_degree) == (20, degree.max())
+        assert row.mean_degree == pytest.approx(degree.mean())
+
+
+def test_report_from_tracks(tmp_path: Path) -> None:
+    record = _walk(12, 4000, np.random.default_rng())
+    seen: list[tuple[int, int]] = []
+    report = tracks.delta_from_tracks(
+        record, 1.0, risk=0.2, window=10.0, progress=lambda done, total: seen.append((done, total))
+    )
+    degree = report.over_time["max_degree"].to_numpy()
+    assert report.trials == 400
+    assert report.maxima["max_neighbours"].tolist() == degree.reshape(400, 10).max(axis=1).tolist()
+    assert 1 <= report.independent <= 400
+    assert report.largest == degree.max()
+    assert report.prediction is None
+    assert report.predicted_delta is None
+    assert seen[-1] == (4000, 4000)
+    assert "windows" in str(report)
+    assert "closed form" not in report.to_markdown()
+    assert (tmp_path / "delta_over_time.parquet") in report.save(tmp_path)
+    # Robots that turn at random see the others all around.
+    met = report.ring[report.ring["samples"] > 2000]
+    assert met["shown"].to_numpy() == pytest.approx(met["expected"].to_numpy(), abs=0.5)
+
+
+def test_dependent_windows_count_for_less() -> None:
+    slow = _walk(6, 2000, np.random.default_rng(), side=8.0)
+    apart = tracks.delta_from_tracks(slow, 1.0, window=200.0)
+    near = tracks.delta_from_tracks(slow, 1.0, window=2.0)
+    assert near.trials == 1000
+    assert near.independent < 500
+    assert apart.trials == 10
+
+
+def test_windows_with_few_robots_are_left_out() -> None:
+    record = _walk(10, 100, np.random.default_rng())
+    late = record[(record["time"] >= 20) | (record["robot"] < 3)]
+    report = tracks.delta_from_tracks(late, 1.0, window=10.0)
+    assert report.maxima["window"].tolist() == list(range(2, 10))
+    assert "2 windows with few robots present are left out" in report.to_markdown()
+
+
+def test_robots_that_never_move_are_one_trial() -> None:
+    still = _walk(6, 1, np.random.default_rng())
+    record = pd.concat([still.assign(time=float(time)) for time in range(100)])
+    report = tracks.delta_from_tracks(record, 2.0, risk=0.5)
+    assert report.independent == 1.0
+    assert not report.supported
+    assert report.delta_safe == 5
+    assert report.maxima["max_neighbours"].nunique() == 1
+    assert not report.ring["samples"].sum()  # no motion, no heading
+
+
+def test_a_disc_allows_the_closed_form() -> None:
+    report = tracks.delta_from_tracks(_walk(12, 100, np.random.default_rng()), 1.0, arena=Disc(3.0))
+    assert report.prediction is not None
+    assert len(report.prediction.at_least) == 12
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"awareness_range": 0.0}, "awareness_range=0"),
+        ({"awareness_range": 6.0, "arena": Torus(10, 10)}, "range=6: on a torus"),
+        ({"window": 1000.0}, "window=1e3|window=1000: longer than the record"),
+        ({"window": 0.1}, "window=0.1: shorter than the time between frames"),
+        ({"step": 1e-9}, "step=1e-09: the record spans"),
+        ({"step": -1.0}, "step=-1"),
+        ({"risk": 0.0}, "risk=0"),
+    ],
+)
+def test_bad_numbers_are_named(given: dict[str, float], message: str) -> None:
+    record = _walk(3, 20, np.random.default_rng())
+    with pytest.raises(ValueError, match=message):
+        tracks.delta_from_tracks(record, **({"awareness_range": 1.0} | given))
+
+
+def test_single_samples_make_no_grid() -> None:
+    record = pd.DataFrame({"time": [0.0, 1.0], "robot": [1, 2], "x": 0.0, "y": 0.0})
+    with pytest.raises(ValueError, match="every robot has a single sample"):
+        tracks.delta_from_tracks(record, 1.0)
