@@ -55,9 +55,14 @@ def _from_tracks(settings: TracksDeltaSettings) -> None:
 
     _prepare(settings.out)
     tracks = read_tracks(settings.tracks)
-    report = delta_from_tracks(
-        tracks, awareness_range=settings.awareness_range, window=settings.window, risk=settings.risk
-    )
+    with watching() as watch:
+        report = delta_from_tracks(
+            tracks,
+            settings.awareness_range,
+            risk=settings.risk,
+            window=settings.window,
+            progress=lambda done, total: watch("counting", done, total),
+        )
     _show(report, settings.out)
 
 
