@@ -54,8 +54,8 @@ def _from_tracks(settings: TracksDeltaSettings) -> None:
     from teamsight.analysis.tracks import delta_from_tracks, read_tracks
 
     _prepare(settings.out)
-    tracks = read_tracks(settings.tracks)
     with watching() as watch:
+        tracks = read_tracks(settings.tracks, progress=lambda done, total: watch("reading", done, total))
         report = delta_from_tracks(
             tracks,
             settings.awareness_range,
