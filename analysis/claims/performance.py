@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.claims.interface import (
+    CHANCE,
     Claim,
     Tables,
     Verdict,
@@ -62,7 +63,9 @@ def judge_monotonic(tables: Tables) -> Verdict:
     cells = cell_means(tables["a-cmommt"], "observed_fraction")
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
     worst = max(_against(mean, se, axis=0, sign=1.0), _against(mean, se, axis=1, sign=-1.0))
-    return verdict(f"worst pair {worst:.1f} se against it" if worst > 0 else "no pair against it", at_most(worst, 3))
+    return verdict(
+        f"worst pair {worst:.1f} se against it" if worst > 0 else "no pair against it", at_most(worst, CHANCE)
+    )
 
 
 def judge_full(tables: Tables) -> Verdict:
@@ -165,7 +168,7 @@ CLAIMS = (
         "§6, Fig. 7",
         "monotonic: falls with R, rises with N",
         "monotonic",
-        "no neighbouring pair of cells against it by > 3 se (se pooled over the 3 × 3 cells around)",
+        "no neighbouring pair of cells against it by > 4.5 se, se pooled over the 3 × 3 cells around (3 se would fail by chance)",
         judge_monotonic,
         ("a-cmommt",),
     ),

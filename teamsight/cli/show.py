@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from rich import box
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -59,7 +60,7 @@ def watching() -> Iterator[Watch]:
 def show_ledger(ledger: Ledger) -> None:
     """Print the ledger with one column for each setting."""
     console = wide_console()
-    table = Table(title="The paper's claims", title_justify="left", show_lines=False, pad_edge=False, expand=False)
+    table = Table(title="The paper's claims", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("claim", no_wrap=True)
     table.add_column("the paper says", max_width=44)
     table.add_column("its figure", max_width=16)
