@@ -131,7 +131,7 @@ CLAIMS = (
         "§7, Fig. 10",
         "awareness range 1 instead of 0.5 never observes less",
         "≥ 0 everywhere",
-        "no cell below 0 by > 4.5 se, pooled over the 3 × 3 cells around (3 would fail by chance); mean > 0",
+        "no cell below 0 by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance); mean > 0",
         judge_range,
         ("a-cmommt", "half-range"),
     ),

@@ -168,7 +168,7 @@ CLAIMS = (
         "§6, Fig. 7",
         "monotonic: falls with R, rises with N",
         "monotonic",
-        "no neighbouring pair of cells against it by > 4.5 se, pooled over the 3 × 3 cells around (3 would fail by chance)",
+        "no neighbouring pair of cells against it by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance)",
         judge_monotonic,
         ("a-cmommt",),
     ),
