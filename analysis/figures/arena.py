@@ -12,6 +12,7 @@ from teamsight.analysis.figures.style import DEGREE, FAINT, INK, canvas, head
 from teamsight.analysis.study import model_seed
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 _ROBOTS, _TARGETS, _RADIUS, _RANGE = 14, 15, 5.0, 1.0
@@ -66,8 +67,8 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     head(
         figure,
         f"Fig. 3   {_ROBOTS} robots moving randomly in an arena of radius {_RADIUS:g}",
-        f"step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines: robots that sense each other; "
-        f"seed {conditions.root}",
+        f"step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and numbers: robots that a robot "
+        f"senses; seed {conditions.root}",
     )
     axes = figure.add_axes((0.09, 0.06, 0.87, 0.82))
     axes.add_patch(Circle((0, 0), _RADIUS, facecolor="#fafafa", edgecolor=INK, linewidth=1.8))
@@ -76,16 +77,27 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     ends = place[links[["robot", "senses"]].to_numpy()]
     axes.add_collection(LineCollection(list(ends), colors=_LINK, linewidths=2.2, zorder=3))
     axes.scatter(place[:, 0], place[:, 1], s=70, color=_TEAM, edgecolor="white", linewidth=1.2, zorder=4)
-    for (x, y), degree in zip(place, robots["neighbours"], strict=True):
+    for robot, degree in enumerate(robots["neighbours"]):
         if degree:
-            axes.annotate(str(degree), (x, y), (7, 6), textcoords="offset points", color=_LINK, size=11, weight="bold")
+            _write_degree(axes, place, robot, degree, links)
     edge = _RADIUS + 1.1
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xlabel="x  [sensing ranges]")
     axes.set_ylabel("y  [sensing ranges]")
     axes.spines[:].set_visible(False)
     axes.tick_params(colors=FAINT)
-    axes.text(-edge, -edge + 0.1, "numbers: how many robots a robot senses", color=_LINK, size=10)
     return figure
+
+
+def _write_degree(axes: Axes, place: np.ndarray, robot: int, degree: int, links: pd.DataFrame) -> None:
+    """Write a robot's degree beside it, away from those that it senses."""
+    ends = links.to_numpy()
+    mates = ends[(ends == robot).any(axis=1)].ravel()
+    away = place[robot] - place[mates[mates != robot]].mean(axis=0)
+    away *= 14 / max(float(np.hypot(*away)), 1e-9)
+    axes.annotate(
+        str(degree), place[robot], tuple(away), textcoords="offset points",
+        color=_LINK, size=11, weight="bold", ha="center", va="center",
+    )  # fmt: skip
 
 
 FIGURE = Figure("3", "Robots, their ranges and neighbour links", (), _tabulate, _draw)

@@ -44,10 +44,11 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
         colour, dashes = _LOOKS[str(scaling)]
         axes.plot(rows["distance"], rows["force"], dashes, color=colour, linewidth=2.6, label=labels[str(scaling)])
         if scaling == "sensing":
-            for name, value in (("d1", rows["d1"].iloc[0]), ("d2", rows["d2"].iloc[0])):
-                axes.axvline(value, color=FAINT, linewidth=0.9, linestyle=":")
+            for name, bottom in (("d1", -1.0), ("d2", 0.0)):
+                value = rows[name].iloc[0]
+                axes.vlines(value, bottom, 0.11, color=FAINT, linewidth=0.9, linestyle=":")
                 axes.annotate(
-                    f"{name} = {value:g}", (value, 0.06), (5, 0), textcoords="offset points", color=INK, va="center"
+                    f"{name} = {value:g}", (value, 0.07), (5, 0), textcoords="offset points", color=INK, va="center"
                 )
     axes.set(xlim=(0, 1.2), ylim=(-1.12, 0.14), xlabel="distance between the robots  [sensing ranges]")
     axes.set_ylabel("force along the line between them  [of the largest]")
