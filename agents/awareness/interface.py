@@ -1,0 +1,86 @@
+"""The contract of a degree of awareness: what of its teammates a robot perceives, and what that costs in inputs."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.policies.interface import Sightings
+
+
+class Width(NamedTuple):
+    """How many inputs a robot has: `own`, and `added` for its teammates."""
+
+    own: int
+    added: int
+
+
+class Scene(NamedTuple):
+    """What is true around a group of n robots, of which a degree of awareness shows a part.
+
+    Attributes
+    ----------
+    heading : ndarray, shape (n, 2), float64
+        Unit vectors.
+    sensing_range, awareness_range : ndarray, shape (n,), float64
+        [length].
+    targets, mates : Sightings
+        All in range.
+    place : ndarray, shape (k,), int64
+        For each sighting of a teammate, its place in the team.
+    first : int
+        The place in the team of the group's first robot.
+    team : ndarray, shape (groups, 8), int64
+        For each group of the team, where it begins, its size, and where its arrays are; see `shared.team_targets`.
+    """
+
+    heading: Any
+    sensing_range: Any
+    awareness_range: Any
+    targets: Sightings
+    mates: Sightings
+    place: Any
+    first: int
+    team: Any
+
+
+class Awareness(ABC):
+    """A degree of awareness of teammates.
+
+    Attributes
+    ----------
+    name : str
+        The name by which it can be given.
+    order : str
+        The paper's name for it.
+    shows_mates : bool
+        Whether the policy perceives every teammate in range, with identity and exact offset.
+    perceive : kernel or None
+        ``perceive(scene, parameters, mates, reports)`` writes what the policy is shown instead: sightings of teammates
+        (unless `shows_mates`) and reports. It returns how many entries the longer of them needs, which may be more
+        than there is room for; it is then called again with more room. None when nothing is to be written.
+    situate : kernel
+        ``situate(scene, parameters, situation)`` writes the vectors for learners, shape (n, width).
+    delivers : tuple of str
+        The fields of a percept that can hold anything.
+    """
+
+    name: ClassVar[str]
+    order: ClassVar[str]
+    shows_mates: ClassVar[bool] = False
+    perceive: ClassVar[Callable[..., int] | None] = None
+    situate: ClassVar[Callable[..., None]]
+    delivers: ClassVar[tuple[str, ...]] = ("targets",)
+
+    @property
+    def parameters(self) -> npt.NDArray[np.float64]:
+        """What the kernels are given, shape (p,); by default nothing."""
+        return np.zeros(0)
+
+    @abstractmethod
+    def width(self, team_size: int) -> Width:
+        """Return the inputs of a robot in a team of this size, as the situation vector really has them."""

@@ -1,0 +1,61 @@
+"""Θ(N): every teammate in range, with identity and exact offset."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight import checks
+from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.none import situate_targets
+from teamsight.agents.ring import OWN_SECTORS
+from teamsight.kernel import kernel
+
+READINGS = 2
+
+
+@kernel
+def slot_of(place: int, own: int) -> int:
+    """Return which of the other teammates, in the order of identities, stands at this place in the team."""
+    return place - 1 if place > own else place
+
+
+@kernel
+def _situate(scene: Any, parameters: Any, situation: Any) -> None:
+    situate_targets(scene, parameters, situation)
+    seen = scene.mates
+    for i in range(situation.shape[0]):
+        row = situation[i]
+        row[OWN_SECTORS:] = 1.0
+        heading_x = scene.heading[i, 0]
+        heading_y = scene.heading[i, 1]
+        for k in range(seen.start[i], seen.start[i + 1]):
+            at = OWN_SECTORS + READINGS * slot_of(scene.place[k], scene.first + i)
+            x = seen.offset[k, 0]
+            y = seen.offset[k, 1]
+            turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
+            row[at] = seen.distance[k] / scene.awareness_range[i]
+            row[at + 1] = turn + 1.0 if turn < 0.0 else turn
+
+
+@dataclass(frozen=True)
+class PairwiseAwareness(Awareness):
+    """Θ(N): each teammate in awareness range, with identity and exact offset.
+
+    The situation holds, for every teammate in the order of identities, its distance over the range and its bearing,
+    anticlockwise from the heading, as a share of a full turn; both are 1 while it is out of range.
+
+    Notes
+    -----
+    *Source:* §3.3, σ = 2. *Departs:* the paper adds σN inputs; a robot has N − 1 teammates, so the array has σ(N − 1).
+    """
+
+    name = "pairwise"
+    order = "Θ(N)"
+    shows_mates = True
+    situate = _situate
+    delivers = ("targets", "mates")
+
+    def width(self, team_size: int) -> Width:
+        return Width(OWN_SECTORS, READINGS * (checks.count("team_size", team_size) - 1))

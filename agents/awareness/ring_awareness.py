@@ -1,0 +1,112 @@
+"""Θ(1): a ring of δ sectors, each showing the nearest teammate in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight import checks
+from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.none import situate_targets
+from teamsight.agents.ring import OWN_SECTORS, read_ring, sector_of
+from teamsight.kernel import kernel
+
+
+@kernel
+def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+    sectors = parameters.shape[0] // 2
+    seen = scene.mates
+    room = mates.distance.shape[0]
+    # Two sightings of one robot in one sector merge, so the true sightings are room enough.
+    if seen.start[scene.heading.shape[0]] > room:
+        return seen.start[scene.heading.shape[0]]
+    shown = 0
+    for i in range(scene.heading.shape[0]):
+        mates.start[i] = shown
+        heading_x = scene.heading[i, 0]
+        heading_y = scene.heading[i, 1]
+        begin = shown
+        for k in range(seen.start[i], seen.start[i + 1]):
+            sector = sector_of(seen.offset[k, 0], seen.offset[k, 1], heading_x, heading_y, sectors)
+            distance = seen.distance[k]
+            at = begin
+            # While the row is built, `identity` holds the sectors, in ascending order.
+            while at < shown and mates.identity[at] < sector:
+                at += 1
+            if at < shown and mates.identity[at] == sector:
+                mates.distance[at] = min(mates.distance[at], distance)
+                continue
+            for later in range(shown, at, -1):
+                mates.identity[later] = mates.identity[later - 1]
+                mates.distance[later] = mates.distance[later - 1]
+            mates.identity[at] = sector
+            mates.distance[at] = distance
+            shown += 1
+        for at in range(begin, shown):
+            cosine = parameters[2 * mates.identity[at]]
+            sine = parameters[2 * mates.identity[at] + 1]
+            mates.offset[at, 0] = mates.distance[at] * (cosine * heading_x - sine * heading_y)
+            mates.offset[at, 1] = mates.distance[at] * (sine * heading_x + cosine * heading_y)
+            mates.identity[at] = -1
+    mates.start[scene.heading.shape[0]] = shown
+    return shown
+
+
+@kernel
+def _situate(scene: Any, parameters: Any, situation: Any) -> None:
+    situate_targets(scene, parameters, situation)
+    # The ring reads the true sightings: what it shows the policy lies on the sectors' centres.
+    seen = scene.mates
+    for i in range(situation.shape[0]):
+        edges = (seen.start[i], seen.start[i + 1])
+        sectors = parameters.shape[0] // 2
+        read_ring(situation[i], OWN_SECTORS, sectors, scene.heading[i], seen, edges, scene.awareness_range[i])
+
+
+@dataclass(frozen=True)
+class RingAwareness(Awareness):
+    """Θ(1): for each of δ heading-relative sectors the nearest teammate, without identity.
+
+    The policy is shown its exact distance and the sector's centre as bearing; teammates that share a sector merge.
+    Sector 0 is centred straight ahead.
+
+    Parameters
+    ----------
+    delta : int, default 16
+        How many sectors, at least 1: the paper's δ.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If δ is not a whole number of at least 1.
+
+    Notes
+    -----
+    *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here any
+    δ ≥ 1 goes with any team.
+    """
+
+    delta: int = 16
+
+    name = "ring"
+    order = "Θ(1)"
+    perceive = _perceive
+    situate = _situate
+    delivers = ("targets", "mates")
+
+    def __post_init__(self) -> None:
+        cure = "a ring needs at least 1 sector; for no awareness use NoAwareness()"
+        object.__setattr__(self, "delta", checks.count("delta", self.delta, cure=cure))
+
+    @property
+    def parameters(self) -> npt.NDArray[np.float64]:
+        angle = 2 * math.pi * np.arange(self.delta) / self.delta
+        return np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
+
+    def width(self, team_size: int) -> Width:
+        checks.count("team_size", team_size)
+        return Width(OWN_SECTORS, self.delta)

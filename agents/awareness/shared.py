@@ -1,0 +1,107 @@
+"""o(N): every teammate in range, and the targets that it senses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from teamsight import checks
+from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.none import situate_targets
+from teamsight.agents.awareness.pairwise import slot_of
+from teamsight.agents.ring import OWN_SECTORS, read_ring
+from teamsight.kernel import kernel, pointer
+from teamsight.policies.interface import Sightings
+
+# The columns of Scene.team: where a group begins in the team, its size, and its arrays' addresses.
+FIRST, SIZE, START, IDENTITY, OFFSET, DISTANCE, HEADING, REACH = range(8)
+
+
+@kernel
+def _group_at(team: Any, place: int) -> int:
+    group = 0
+    while place >= team[group, FIRST] + team[group, SIZE]:
+        group += 1
+    return group
+
+
+@kernel
+def team_targets(team: Any, group: int) -> Sightings:
+    """Return what a group of the team senses."""
+    size = team[group, SIZE]
+    start = numba.carray(pointer(team[group, START]), size + 1, np.int64)
+    edges = start[size]
+    return Sightings(
+        start,
+        numba.carray(pointer(team[group, IDENTITY]), edges, np.int64),
+        numba.carray(pointer(team[group, OFFSET]), (edges, 2), np.float64),
+        numba.carray(pointer(team[group, DISTANCE]), edges, np.float64),
+    )
+
+
+@kernel
+def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+    room = reports.distance.shape[0]
+    told = 0
+    for i in range(scene.heading.shape[0]):
+        reports.start[i] = told
+        for k in range(scene.mates.start[i], scene.mates.start[i + 1]):
+            group = _group_at(scene.team, scene.place[k])
+            theirs = team_targets(scene.team, group)
+            row = scene.place[k] - scene.team[group, FIRST]
+            for e in range(theirs.start[row], theirs.start[row + 1]):
+                if told < room:
+                    x = scene.mates.offset[k, 0] + theirs.offset[e, 0]
+                    y = scene.mates.offset[k, 1] + theirs.offset[e, 1]
+                    reports.identity[told] = theirs.identity[e]
+                    reports.offset[told, 0] = x
+                    reports.offset[told, 1] = y
+                    reports.distance[told] = math.sqrt(x * x + y * y)
+                told += 1
+    reports.start[scene.heading.shape[0]] = told
+    return told
+
+
+@kernel
+def _situate(scene: Any, parameters: Any, situation: Any) -> None:
+    situate_targets(scene, parameters, situation)
+    for i in range(situation.shape[0]):
+        situation[i, OWN_SECTORS:] = 1.0
+        for k in range(scene.mates.start[i], scene.mates.start[i + 1]):
+            group = _group_at(scene.team, scene.place[k])
+            size = scene.team[group, SIZE]
+            row = scene.place[k] - scene.team[group, FIRST]
+            heading = numba.carray(pointer(scene.team[group, HEADING]), (size, 2), np.float64)[row]
+            reach = numba.carray(pointer(scene.team[group, REACH]), size, np.float64)[row]
+            theirs = team_targets(scene.team, group)
+            first = OWN_SECTORS + OWN_SECTORS * slot_of(scene.place[k], scene.first + i)
+            edges = (theirs.start[row], theirs.start[row + 1])
+            read_ring(situation[i], first, OWN_SECTORS, heading, theirs, edges, reach)
+
+
+@dataclass(frozen=True)
+class SharedAwareness(Awareness):
+    """o(N): as Θ(N), and the targets which each perceived teammate senses, as reports.
+
+    The situation holds, for every teammate in the order of identities, that teammate's own 16 target sectors, relative
+    to its own heading; all are 1 while it is out of range.
+
+    Notes
+    -----
+    *Source:* §3.2, "sharing the n inputs of the other N robots". *Departs:* the paper writes o(N) for nN inputs, which
+    by the usual notation are Θ(N) with a larger constant; and the array has n(N − 1), for N − 1 teammates.
+    """
+
+    name = "shared"
+    order = "o(N)"
+    shows_mates = True
+    perceive = _perceive
+    situate = _situate
+    delivers = ("targets", "mates", "reports")
+
+    def width(self, team_size: int) -> Width:
+        return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))

@@ -1,0 +1,177 @@
+"""CMOMMT: the paper's task, cooperative observation of multiple moving targets, in a disc."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from teamsight import checks
+from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
+from teamsight.agents.collector import HistoryCollector
+from teamsight.agents.membership import awareness_of, policy_of
+from teamsight.agents.model import World
+from teamsight.agents.presets import PRESETS
+from teamsight.agents.robot import Robot
+from teamsight.agents.target import Target
+from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
+from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
+from teamsight.policies.search import RULES
+from teamsight.world.arena import Disc
+from teamsight.world.noise import Stream, stream_number, uniforms
+from teamsight.world.proximity import ProximityGraph
+
+DEFAULTS: dict[str, Any] = {
+    "robots": 10,
+    "targets": 15,
+    "radius": 5.0,
+    "policy": "a-cmommt",
+    "awareness": "pairwise",
+    "delta": 16,
+    "sensing_range": 1.0,
+    "awareness_range": 1.0,
+    "robot_speed": 0.1,
+    "target_speed": 0.075,
+    "uniform_target_speed": False,
+    "target_policy": "random-walk",
+    "search": "redraw",
+    "search_when": "no-force",
+    "weights": "nearest",
+}
+
+_TARGET_TURN_PROBABILITY = 0.05
+
+
+class CMOMMT(World):
+    """Robots that observe as many moving targets as they can, in a disc.
+
+    Parameters
+    ----------
+    robots, targets : int
+        How many; by default 10 and 15.
+    radius : float
+        Of the arena [sensing ranges]; 5.
+    policy : str or Policy
+        What the robots do: "a-cmommt", "centroid", "random-walk", "stationary", or an object. Stationary robots are
+        spread over the arena; all others begin anywhere.
+    awareness : str or Awareness
+        What they perceive of teammates: "none", "ring", "pairwise", "shared", or an object; "pairwise".
+    delta : int
+        The sectors of "ring"; 16.
+    sensing_range, awareness_range : float
+        How far they sense targets and teammates; 1.
+    robot_speed, target_speed : float
+        The farthest each goes a step; 0.1 and 0.075.
+    uniform_target_speed : bool
+        Whether each target has a speed of its own, uniform between 0 and `target_speed`.
+    target_policy : str or Policy
+        "random-walk", which turns with a probability of 5 % a step, "evasive", or an object.
+    search : {"redraw", "wander", "stay"}
+        What a robot does that has nothing to follow, under "a-cmommt" and "centroid".
+    search_when : {"no-force", "nothing-sensed"}
+        When an "a-cmommt" robot has nothing to follow.
+    weights : {"nearest", "shared", "per-teammate", "none"}
+        How "a-cmommt" weighs targets that teammates may monitor; see `ACmommt`.
+    preset : str, optional
+        "touzet2000" sets what calibration found and the caller did not give.
+    rng, seed : int, optional
+        The seed; two names for one thing.
+
+    Attributes
+    ----------
+    robots, targets : Group
+        The two groups.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or a name is unknown.
+
+    Notes
+    -----
+    *Source:* §4 and §5. *Departs:* the paper leaves open the speeds, the wall and the search; see docs/model.md.
+    """
+
+    def __init__(
+        self,
+        robots: int | None = None,
+        targets: int | None = None,
+        radius: float | None = None,
+        policy: Any = None,
+        awareness: Awareness | str | None = None,
+        delta: int | None = None,
+        sensing_range: float | None = None,
+        awareness_range: float | None = None,
+        robot_speed: float | None = None,
+        target_speed: float | None = None,
+        uniform_target_speed: bool | None = None,
+        target_policy: Any = None,
+        search: str | None = None,
+        search_when: str | None = None,
+        weights: str | None = None,
+        preset: str | None = None,
+        rng: int | None = None,
+        seed: int | None = None,
+    ) -> None:
+        given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not None}
+        chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
+        self.settings: dict[str, Any] = {**DEFAULTS, **chosen, **given}
+        plan = self.settings
+        rules = _policies(plan)
+        degree = _awareness(plan)
+        count = checks.count("robots", plan["robots"]), checks.count("targets", plan["targets"])
+        sensing = checks.number("sensing_range", plan["sensing_range"], above=0)
+        aware = checks.number("awareness_range", plan["awareness_range"], above=0)
+        robot_speed = checks.number("robot_speed", plan["robot_speed"], least=0)
+        checks.number("target_speed", plan["target_speed"], least=0)
+        super().__init__(Disc(checks.number("radius", plan["radius"], above=0)), rng=rng, seed=seed)
+        self.robots = self.add(
+            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,
+            speed=robot_speed, placement="spread" if isinstance(rules[0], Stationary) else "uniform",
+        )  # fmt: skip
+        self.targets = self.add(
+            Target, count[1], policy=rules[1], speed=self._target_speeds(count[1]), sensing_range=sensing
+        )
+        self.senses(self.robots, self.targets)
+        if isinstance(rules[1], Evasive):
+            self.senses(self.targets, self.robots)
+        self.look()
+        self.datacollector = HistoryCollector()
+
+    def _target_speeds(self, count: int) -> Any:
+        fastest = self.settings["target_speed"]
+        if not self.settings["uniform_target_speed"]:
+            return fastest
+        numbers = uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, np.arange(count), 4)
+        return fastest * numbers[3]
+
+    @property
+    def proximity(self) -> ProximityGraph:
+        """Who of the robots is within whose awareness range now, as flat arrays."""
+        self.look()
+        return self.robots.relations["mates"].graph
+
+
+def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the policies of robots and of targets."""
+    checks.choice("search", plan["search"], RULES)
+    checks.choice("search_when", plan["search_when"], OCCASIONS)
+    checks.choice("weights", plan["weights"], WEIGHTS)
+    policy, target_policy = plan["policy"], plan["target_policy"]
+    if policy == "a-cmommt":
+        policy = ACmommt(search=plan["search"], search_when=plan["search_when"], weights=plan["weights"])
+    elif policy == "centroid":
+        policy = Centroid(search=plan["search"])
+    if isinstance(target_policy, str):
+        checks.choice("target_policy", target_policy, POLICIES)
+        if target_policy == "random-walk":
+            target_policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
+    return policy_of(policy), policy_of(target_policy)
+
+
+def _awareness(plan: dict[str, Any]) -> Awareness:
+    delta = RingAwareness(plan["delta"]).delta
+    degree = plan["awareness"]
+    if isinstance(degree, str) and AWARENESS.get(degree) is RingAwareness:
+        return RingAwareness(delta)
+    return awareness_of(degree)

@@ -1,0 +1,107 @@
+"""History: one row for each completed step, and the sums that are asked for most."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight.agents.layout import HISTORY_COLUMNS
+from teamsight.agents.relation import Relation
+
+_EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
+
+
+class Stretch:
+    """The steps during which the same groups observed one another.
+
+    Parameters
+    ----------
+    relations : list of Relation
+        The relations, in the order of the columns.
+    """
+
+    def __init__(self, relations: list[Relation]) -> None:
+        sides = [relation.observers.team is not None for relation in relations]
+        self._mates = [r for r, relation in enumerate(relations) if relation.kind == "mates"]
+        self._targets = [r for r, relation in enumerate(relations) if relation.kind == "targets" and sides[r]]
+        self.robots = sum(len(relations[r].observers) for r in self._mates)
+        met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
+        self.targets = sum(met.values())
+        self.raw = np.zeros((64, len(relations), HISTORY_COLUMNS), np.int64)
+        self.rows = 0
+        self.observed_sum = 0
+        self.largest = 0
+        self._summed = 0
+
+    def make_room(self, steps: int) -> None:
+        """Make room for this many more steps."""
+        if self.rows + steps > len(self.raw):
+            longer = np.zeros((max(self.rows + steps, 2 * len(self.raw)), *self.raw.shape[1:]), np.int64)
+            longer[: self.rows] = self.raw[: self.rows]
+            self.raw = longer
+
+    def sum_up(self) -> None:
+        """Bring the sums up to the rows written since the last time."""
+        new = self.raw[self._summed : self.rows]
+        if len(new):
+            self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
+            self.largest = max(self.largest, int(new[:, self._mates, _LARGEST].max(initial=0)))
+            self._summed = self.rows
+
+    def observed_counts(self) -> npt.NDArray[np.int64]:
+        """Return for each row how many targets at least one robot saw."""
+        return np.asarray(self.raw[: self.rows, self._targets, _OBSERVED].sum(axis=1))
+
+    def columns(self, first: int = 0) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns of `World.history` from row `first` of the stretch on."""
+        raw = self.raw[first : self.rows]
+        # No targets, or no robots: there is nothing to take a share or a mean of.
+        targets, robots = self.targets or np.nan, self.robots or np.nan
+        return {
+            "observed": raw[:, self._targets, _OBSERVED].sum(axis=1) / targets,
+            "mean_neighbours": raw[:, self._mates, _EDGES].sum(axis=1) / robots,
+            "max_neighbours": raw[:, self._mates, _LARGEST].max(axis=1, initial=0),
+        }
+
+
+class History:
+    """All stretches of a world, one after the other."""
+
+    def __init__(self) -> None:
+        self._stretches: list[Stretch] = []
+
+    def begin(self, relations: list[Relation]) -> Stretch:
+        """Begin a new stretch and return it."""
+        if self._stretches and self._stretches[-1].rows == 0:
+            self._stretches.pop()
+        self._stretches.append(Stretch(relations))
+        return self._stretches[-1]
+
+    @property
+    def before(self) -> tuple[float, int, int]:
+        """Of all stretches but the last the sum of the shares observed and the number of rows; and the largest degree."""
+        earlier = self._stretches[:-1]
+        share = sum(stretch.observed_sum / stretch.targets for stretch in earlier if stretch.targets)
+        return float(share), sum(stretch.rows for stretch in earlier), self.max_neighbours
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean over all rows of the share of targets that at least one robot sees; NaN before the first."""
+        rows = sum(stretch.rows for stretch in self._stretches)
+        total = sum(stretch.observed_sum / stretch.targets for stretch in self._stretches if stretch.targets)
+        return total / rows if rows and any(stretch.targets for stretch in self._stretches) else float("nan")
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest degree in any row; 0 before the first."""
+        return max((stretch.largest for stretch in self._stretches), default=0)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows as a table, indexed by step from 1."""
+        parts = [stretch.columns() for stretch in self._stretches] or [Stretch([]).columns()]
+        table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+        table.index = pd.RangeIndex(1, len(table) + 1, name="step")
+        return table

@@ -1,0 +1,40 @@
+"""How a world lies in memory for the compiled loop: three kinds of records that hold numbers and addresses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+GROUP = np.dtype(
+    [(name, np.int64) for name in ("size", "lanes", "identity", "stream", "draws", "noise", "noise_block", "position")]
+    + [(name, np.int64) for name in ("perceive", "scene", "room", "situate", "decide", "decision", "advance", "move")]
+)
+"""A group: its noise, and the entries for what it does in a step with the records that they work on; 0 for none.
+
+``noise`` is the address of a block of four ticks, ``noise_block`` which four it holds; ``room`` is how many entries the
+sightings have room for that ``perceive`` writes.
+"""
+
+RELATION = np.dtype(
+    [(name, np.int64) for name in ("search", "observers", "observed", "parts", "part_count")]
+    + [(name, np.int64) for name in ("x", "y", "everyone", "room", "start", "index", "identity", "rows", "met")]
+)
+"""Who observes whom: the search record, the observed groups, and the graph found.
+
+``parts`` is the address of rows (position, size), ``everyone`` of the identities of all observed, ``met`` of the step at
+which each body of the world was last counted by the observers' side, ``rows`` of where in it the observed are.
+"""
+
+WORLD = np.dtype(
+    [(name, np.int64) for name in ("key", "tick", "steps", "phase", "groups", "group_count")]
+    + [(name, np.int64) for name in ("relations", "relation_count", "history", "row", "where", "need")]
+    + [(name, np.int64) for name in ("every", "trail", "trail_row", "bodies")]
+)
+"""A world: its time, its groups and relations, and the buffers that are recorded into.
+
+``phase`` is 1 when bodies have moved and their sightings are still to be found; ``where`` and ``need`` say which group
+or relation ran out of room, and for how many entries. ``every``, when above 0, records positions each so many steps.
+"""
+
+HISTORY_COLUMNS = 3
+
+DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION = range(4)

@@ -1,0 +1,234 @@
+"""Membership: making a group from what a user gives, checking that it fits, and letting agents leave."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight import checks
+from teamsight.agents.awareness import AWARENESS, Awareness
+from teamsight.agents.body import Body
+from teamsight.agents.group import Group
+from teamsight.policies import POLICIES
+from teamsight.policies.interface import Memory
+from teamsight.world import placement as placements
+from teamsight.world.bodies import Bodies
+from teamsight.world.motion import turn_limit as turn_limit_of
+from teamsight.world.noise import Stream, stream_number, uniforms
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
+    from teamsight.world.arena import Arena
+
+Floats = npt.NDArray[np.float64]
+
+
+class Plan(NamedTuple):
+    """What a user gives for a group; as for `World.add`."""
+
+    policy: Any
+    awareness: Awareness | str
+    sensing_range: npt.ArrayLike
+    awareness_range: npt.ArrayLike
+    speed: npt.ArrayLike
+    turn_limit: npt.ArrayLike | None
+    placement: str | npt.ArrayLike
+    name: str | None
+
+
+def policy_of(value: Any) -> Any:
+    """Return the policy that a user names or gives.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no policy, or its name is unknown.
+    """
+    if isinstance(value, str):
+        return POLICIES[checks.choice("policy", value, POLICIES)]()
+    if isinstance(value, type):
+        raise TypeError(f"policy={value.__name__}: is a class; give an object, {value.__name__}()")
+    if not hasattr(value, "decide") and not callable(value):
+        raise TypeError(
+            f"policy={value!r}: must be a name, an object with draws, start(size) and decide(percept, memory, noise), "
+            "or a callable f(percept, rng) -> (turn, distance)"
+        )
+    if hasattr(value, "decide"):
+        missing = [member for member in ("draws", "start") if not hasattr(value, member)]
+        if missing:
+            raise TypeError(f"policy={value!r}: has decide but no {' and no '.join(missing)}; see check_policy()")
+    return value
+
+
+def awareness_of(value: Awareness | str, **settings: Any) -> Awareness:
+    """Return the degree of awareness that a user names or gives.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none, or its name is unknown.
+    """
+    if isinstance(value, str):
+        return AWARENESS[checks.choice("awareness", value, AWARENESS)](**settings)
+    if not isinstance(value, Awareness):
+        shown = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else f"{value!r}: is none"
+        raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
+    return value
+
+
+def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) -> Group:
+    """Return a new group, its agents still to be made."""
+    if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
+        raise TypeError(f"agent_class={agent_class!r}: must be Robot, Target or a subclass")
+    size = checks.count("count", count)
+    number = len(world.groups)
+    policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
+    sensing = _column("sensing_range", plan.sensing_range, size, above=0)
+    ranges = sensing, _column("awareness_range", plan.awareness_range, size, above=0)
+    for reach in ranges:
+        world.arena.check_reach(float(reach.max()))
+    numbers = uniforms(world.key, stream_number(Stream.PLACEMENT, number), 0, np.arange(size), 3)
+    angle = 2 * math.pi * numbers[2]
+    limits = _column("turn_limit", math.pi if plan.turn_limit is None else plan.turn_limit, size, least=0)
+    cosine, sine = np.array([turn_limit_of(limit) for limit in limits]).T
+    bodies = Bodies(
+        identity=np.zeros(size, np.int64),
+        position=_positions(world.arena, plan.placement, numbers[:2], float(sensing.max())),
+        heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
+        moved=np.zeros((size, 2)),
+        speed=_column("speed", plan.speed, size, least=0),
+        turn_cosine=np.ascontiguousarray(cosine),
+        turn_sine=np.ascontiguousarray(sine),
+        arena_size=np.array(world.arena.size),
+    )
+    name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
+    if name in [group.name for group in world.groups]:
+        raise ValueError(f"name={name!r}: another group has this name; give one of its own")
+    return Group(name, number, agent_class.team, bodies, ranges, policy, awareness)
+
+
+def _free_name(world: World, name: str) -> str:
+    taken = {group.name for group in world.groups}
+    count = 2
+    free = name
+    while free in taken:
+        free, count = f"{name}-{count}", count + 1
+    return free
+
+
+def _column(name: str, value: npt.ArrayLike, size: int, **limits: float) -> Floats:
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf" or array.dtype.kind == "b":
+        raise TypeError(f"{name}={value!r}: must be a number, or one for each agent")
+    if array.shape not in ((), (size,)):
+        raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
+    for number in np.unique(array) if array.size > 1 else array.ravel():
+        checks.number(name, float(number), **limits)
+    return np.array(np.broadcast_to(array, size), float)
+
+
+def _positions(arena: Arena, placement: str | npt.ArrayLike, numbers: Floats, radius: float) -> Floats:
+    if isinstance(placement, str):
+        if checks.choice("placement", placement, ("uniform", "spread")) == "spread":
+            return placements.spread(arena, numbers, radius)
+        return placements.uniform(arena, numbers)
+    return checked_positions(arena, placement, (numbers.shape[1], 2))
+
+
+def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """Return positions that lie in the arena.
+
+    Raises
+    ------
+    ValueError
+        If the shape is wrong, a number is not finite, or a position lies outside.
+    """
+    try:
+        position = np.array(value, float)
+    except (TypeError, ValueError):
+        raise TypeError(f"position={value!r}: must be numbers of shape {shape}") from None
+    if position.shape != shape:
+        raise ValueError(f"position: has the shape {position.shape}; it must be {shape}")
+    inside = arena.contains(position) & np.isfinite(position).all(axis=-1)
+    if not inside.all():
+        wrong = position[~inside][0] if position.ndim == 2 else position
+        raise ValueError(f"position={tuple(wrong.tolist())}: must be two finite numbers inside {arena}")
+    return position
+
+
+def populate(world: World, group: Group, agent_class: type[Body]) -> None:
+    """Make the mesa agents of a group; identities are their unique ids."""
+    group.agents = [agent_class(world, group, row) for row in range(len(group))]
+    group.bodies.identity[:] = [agent.unique_id for agent in group.agents]
+    group.decides_alone = agent_class.decide is not Body.decide
+    group.begin()
+
+
+def drop(group: Group, agent: Body) -> None:
+    """Take one agent out of a group's arrays; the others keep their state."""
+    keep = np.arange(len(group)) != agent.row
+    bodies = group.bodies
+    columns = {
+        name: np.ascontiguousarray(array[keep]) if name != "arena_size" else array for name, array in vars(bodies).items()
+    }
+    memory = group.memory
+    group.bodies = Bodies(**columns)
+    group.sensing_range, group.awareness_range = group.sensing_range[keep], group.awareness_range[keep]
+    group.agents.pop(agent.row)
+    for row, other in enumerate(group.agents):
+        other.row = row
+    group.begin()
+    if isinstance(memory, tuple) and memory:
+        kept = [np.ascontiguousarray(array[keep]) for array in memory]
+        group.memory = Memory(*kept) if isinstance(memory, Memory) else type(memory)(*kept)
+
+
+def team_of(groups: list[Group], group: Group) -> list[Group]:
+    """Return the groups that are teammates of a group, itself included; empty for one that is on no team."""
+    return [other for other in groups if other.team == group.team] if group.team is not None else []
+
+
+def check_fit(group: Group, team: list[Group]) -> None:
+    """Refuse a policy that asks for what the degree of awareness does not deliver.
+
+    Raises
+    ------
+    ValueError
+        Naming a degree that would do.
+    """
+    policy, awareness = group.policy, group.awareness
+    name = getattr(policy, "__name__", type(policy).__name__)
+    for need in getattr(policy, "needs", ()):
+        if need not in awareness.delivers:
+            fit = [degree.__name__ for degree in AWARENESS.values() if need in degree.delivers]
+            cure = f"; use {fit[0]}()" if fit else ""
+            raise ValueError(f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}")
+    inputs = getattr(policy, "inputs", 0) or 0
+    size = max(sum(map(len, team)), 1)
+    width = sum(awareness.width(size))
+    if inputs and inputs != width:
+        raise ValueError(
+            f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
+            f"{_fitting(inputs, size)}"
+        )
+
+
+def _fitting(inputs: int, size: int) -> str:
+    from teamsight.agents.awareness import RingAwareness
+
+    for degree in AWARENESS.values():
+        if sum(degree().width(size)) == inputs:
+            return f"; use {degree.__name__}()"
+    if inputs > 16:
+        return f"; use {RingAwareness.__name__}(delta={inputs - 16})"
+    return "; train it for this width"
+
+
+def steps_by_itself(group: Group) -> bool:
+    """Whether the group's agents override mesa's ``step``."""
+    import mesa
+
+    return bool(group.agents) and type(group.agents[0]).step is not mesa.Agent.step

@@ -1,0 +1,377 @@
+"""The world: a mesa model in which groups of agents perceive, decide and move."""
+
+from __future__ import annotations
+
+import random
+import secrets
+import warnings
+from collections.abc import Callable, Generator
+from typing import Any
+
+import mesa
+import networkx as nx
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight import checks
+from teamsight.agents import compat, decisions, membership
+from teamsight.agents.awareness import Awareness
+from teamsight.agents.body import Body
+from teamsight.agents.collector import HistoryCollector
+from teamsight.agents.engine import Engine
+from teamsight.agents.group import Group
+from teamsight.agents.history import History
+from teamsight.agents.views import neighbour_graph, trajectory_frame
+from teamsight.policies.interface import Action
+from teamsight.world.arena import Arena
+from teamsight.world.clock import Clock
+from teamsight.world.noise import key_of
+
+
+class World(mesa.Model):  # type: ignore[misc]
+    """A mesa model of groups of agents in an arena.
+
+    Parameters
+    ----------
+    arena : Arena
+        Where everything happens: `Disc`, `Box` or `Torus`.
+    rng : int, optional
+        The seed; the model depends on it alone. By default a new one is drawn; see `seed_used`.
+    seed : int, optional
+        Another name for `rng`.
+
+    Attributes
+    ----------
+    groups : list of Group
+        The groups, in the order in which they were added.
+    clock : Clock
+        The SimPy environment that drives the model.
+    tick : int
+        How many steps have been made.
+    seed_used : int
+        The seed.
+
+    Raises
+    ------
+    TypeError
+        If `arena` is no arena, or a seed no whole number.
+    ValueError
+        If a seed is negative, or `rng` and `seed` differ.
+
+    Notes
+    -----
+    One step is: events that are due → perceive → decide → advance → new sightings → record. `step` makes one; `run`
+    makes many at once, with the same kernels in the same order and hence the same result to the last bit.
+    """
+
+    def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
+        if not isinstance(arena, Arena):
+            raise TypeError(f"arena={arena!r}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
+        self.seed_used = _one_seed(rng, seed)
+        super().__init__(rng=self.seed_used)
+        self.random = random.Random(self.seed_used)
+        self.agents.random = self.random
+        compat.take_over_step(self)
+        self.arena = arena
+        self.clock = Clock()
+        self.key = key_of(self.seed_used)
+        self.tick = 0
+        self.groups: list[Group] = []
+        self.recorders: list[Callable[[World], Any]] = []
+        self._history = History()
+        self._engine = Engine(self)
+        self._in_event = False
+        self._collector: mesa.DataCollector | None = None
+        self._warned: set[str] = set()
+
+    def add(
+        self,
+        agent_class: type[Body],
+        count: int,
+        *,
+        policy: Any,
+        awareness: Awareness | str = "none",
+        sensing_range: npt.ArrayLike = 1.0,
+        awareness_range: npt.ArrayLike = 1.0,
+        speed: npt.ArrayLike = 0.1,
+        turn_limit: npt.ArrayLike | None = None,
+        placement: str | npt.ArrayLike = "uniform",
+        name: str | None = None,
+    ) -> Group:
+        """Add a group of agents.
+
+        Parameters
+        ----------
+        agent_class : type
+            `Robot`, `Target`, or a subclass.
+        count : int
+            How many, at least 1.
+        policy : Policy, callable or str
+            What decides for them: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or the
+            name of a policy.
+        awareness : Awareness or str
+            What they perceive of teammates; an object or a name.
+        sensing_range, awareness_range : float or array_like, shape (count,)
+            How far they sense targets and teammates [length].
+        speed : float or array_like, shape (count,)
+            The farthest they can go a step [length].
+        turn_limit : float or array_like, shape (count,), optional
+            The farthest they can turn a step [rad]; by default any way.
+        placement : {"uniform", "spread"} or array_like, shape (count, 2)
+            Where they begin: uniform over the area, spread so that sensing discs do not overlap, or there.
+        name : str, optional
+            The group's name; by default the class's, in lower case and plural.
+
+        Returns
+        -------
+        Group
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is of the wrong type, shape or size, or the policy does not fit the degree of awareness.
+        """
+        group = membership.make_group(
+            self, agent_class, count,
+            membership.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
+        )  # fmt: skip
+        self.groups.append(group)
+        membership.populate(self, group, agent_class)
+        self.change()
+        return group
+
+    def senses(self, observers: Group, observed: Group) -> None:
+        """Let one group sense another, within the observers' sensing range; policies see it in ``percept.targets``."""
+        self._engine.senses(observers, observed)
+        self.change()
+
+    def step(self) -> None:
+        """Make one step."""
+        self._let_events_happen()
+        self._engine.prepare()
+        for group in self.groups:
+            if membership.steps_by_itself(group):
+                for agent in list(group.agents):
+                    agent.step()
+        self._engine.step()
+        self._after_step()
+
+    def run(self, steps: int) -> None:
+        """Make `steps` steps, in one compiled call where nothing asks for Python.
+
+        Parameters
+        ----------
+        steps : int
+            How many, at least 0. A model that stops `running` makes fewer.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `steps` is no whole number of at least 0.
+        """
+        end = self.tick + checks.count("steps", steps, least=0)
+        reason = self._needs_python()
+        if reason and end > self.tick and reason not in self._warned:
+            self._warned.add(reason)
+            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
+        while self.tick < end and self.running:
+            if reason or compat.has_events(self):
+                mesa_step: Callable[[], None] = self.step
+                mesa_step()
+                continue
+            self._let_events_happen()
+            if not self.running:
+                break
+            self._run_stretch(int(min(end - self.tick, max(self.clock.ticks_until_event(self.tick), 1))))
+            reason = self._needs_python()
+
+    def _run_stretch(self, steps: int) -> None:
+        self._engine.prepare()
+        stretch, before = self._engine.stretch, self._history.before
+        first = stretch.rows
+        try:
+            self._engine.run(steps)
+        except BaseException:
+            self.running = False
+            raise
+        compat.count_steps(self, stretch.rows - first)
+        if isinstance(self._collector, HistoryCollector):
+            self._collector.collect_rows(self.tick, stretch, first, before)
+
+    def _needs_python(self) -> str:
+        """Say why steps cannot be made in a compiled call; empty when they can."""
+        if type(self).step is not World.step:
+            return f"{type(self).__name__} overrides step"
+        if self.recorders:
+            return "a recorder is a Python function"
+        if self._collector is not None and type(self._collector) is not HistoryCollector:
+            return "a DataCollector collects after every step"
+        for group in self.groups:
+            if membership.steps_by_itself(group):
+                return f"an agent class of {group.name} overrides step"
+            if not group.is_compiled:
+                return f"the policy of {group.name} is Python"
+        return ""
+
+    def _after_step(self) -> None:
+        for recorder in self.recorders:
+            recorder(self)
+        if self._collector is not None:
+            self._collector.collect(self)
+
+    def _let_events_happen(self) -> None:
+        self._in_event = True
+        try:
+            self.clock.advance(self.tick)
+        except BaseException:
+            self.running = False
+            raise
+        finally:
+            self._in_event = False
+
+    @property
+    def now(self) -> float:
+        """The time [ticks]; while an event happens, its exact time."""
+        return self.clock.now if self._in_event else float(self.tick)
+
+    def at(self, time: float, action: Callable[[], Any]) -> None:
+        """Call `action()` at `time` [ticks]; it takes effect before the step that starts at the next whole tick.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `action` cannot be called, or `time` is not finite or has passed.
+        """
+        self._set_clock()
+        self.clock.at(time, action)
+
+    def process(self, generator: Generator[Any, Any, Any]) -> Any:
+        """Start a process: a generator that yields SimPy events such as ``world.timeout(10)``.
+
+        Returns
+        -------
+        simpy.Process
+        """
+        self._set_clock()
+        return self.clock.process(generator)
+
+    def timeout(self, delay: float) -> Any:
+        """Return an event that happens after `delay` [ticks]; for use in a process."""
+        return self.clock.timeout(delay)
+
+    def _set_clock(self) -> None:
+        if not self._in_event:
+            self.clock.catch_up(self.tick)
+
+    @property
+    def datacollector(self) -> mesa.DataCollector:
+        """mesa's data collector; what is set collects at once, and then after every step."""
+        if self._collector is None:
+            raise AttributeError("this world has no datacollector; set world.datacollector = mesa.DataCollector(…)")
+        return self._collector
+
+    @datacollector.setter
+    def datacollector(self, collector: mesa.DataCollector) -> None:
+        self._collector = collector
+        self.look()
+        collector.collect(self)
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean over the completed steps of the share of targets that at least one robot sees, 0..1."""
+        return self._history.observed_fraction
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest number of robots within any robot's awareness range in the completed steps."""
+        return self._history.max_neighbours
+
+    @property
+    def observed(self) -> float:
+        """The share of targets that at least one robot sees now, 0..1."""
+        return self._engine.present("observed")
+
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean number of robots within a robot's awareness range now."""
+        return self._engine.present("mean_neighbours")
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
+        return self._history.frame()
+
+    def neighbour_graph(self) -> nx.Graph:
+        """Return the present graph of who is within whose awareness range; directed when ranges differ."""
+        self.look()
+        return neighbour_graph(self.groups)
+
+    def record_positions(self, every: int = 1) -> None:
+        """From now on keep the positions of all agents, each `every` steps; read them from `trajectory`."""
+        self._engine.record_positions(checks.count("every", every))
+
+    @property
+    def trajectory(self) -> pd.DataFrame:
+        """The positions kept: time [ticks], group, identity, x, y [length]."""
+        return trajectory_frame(self._engine.trails)
+
+    def place(self, agent: Body, position: npt.ArrayLike) -> None:
+        """Put an agent somewhere in the arena.
+
+        Raises
+        ------
+        ValueError
+            If `position` is not two finite numbers, or lies outside the arena.
+        """
+        group, row = agent.group, agent.row
+        group.bodies.position[row] = membership.checked_positions(self.arena, position, (2,))
+        self.refresh()
+
+    def look(self) -> None:
+        """Bring all sightings up to date, if anything was moved by hand."""
+        self._engine.prepare()
+
+    def refresh(self) -> None:
+        """Say that something was moved by hand: sightings are found anew before they are read."""
+        self._engine.is_seen = False
+
+    def change(self) -> None:
+        """Say that groups have changed: the world is put together anew before the next step."""
+        self._engine.is_bound = False
+
+    def policy_decision(self, group: Group) -> Action:
+        """Return what a group's own policy decides at this tick."""
+        return decisions.policy_decision(group, self.tick, self.key)
+
+    @property
+    def moment(self) -> tuple[int, int]:
+        """What changes whenever anything may have moved."""
+        return self.tick, self._engine.looks
+
+    def observers_of(self, agent: Body) -> list[Any]:
+        """Return the agents that have this one in sensing range."""
+        self.look()
+        return self._engine.observers_of(agent)
+
+    def forget(self, group: Group, agent: Body) -> None:
+        """Take an agent that has left mesa's sets out of its group's arrays."""
+        membership.drop(group, agent)
+        self.change()
+
+    def close(self) -> None:
+        """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""
+        self.running = False
+        compat.release(self)
+
+
+def _one_seed(rng: int | None, seed: int | None) -> int:
+    for name, value in (("rng", rng), ("seed", seed)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
+            raise TypeError(f"{name}={value!r}: must be a whole number of at least 0, or None for a new seed")
+        if value is not None and value < 0:
+            raise ValueError(f"{name}={value}: must be at least 0")
+    if rng is not None and seed is not None and rng != seed:
+        raise ValueError(f"rng={rng}, seed={seed}: two names for one seed; give one of them")
+    given = rng if rng is not None else seed
+    return secrets.randbits(53) if given is None else int(given)

@@ -1,0 +1,36 @@
+"""Robots: they sense targets, and teammates as far as their degree of awareness lets them."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.body import Body
+
+
+class Robot(Body):
+    """A robot of a team.
+
+    Subclasses may override `decide`, which replaces the group's policy, or `step`, which is called once a step before
+    anything is perceived; the model then takes the stepping road.
+    """
+
+    team: ClassVar[str | None] = "robots"
+
+    @property
+    def neighbours(self) -> list[Any]:
+        """The teammates within awareness range, whether or not the degree of awareness shows them."""
+        return self._within("mates")
+
+    @property
+    def observed_targets(self) -> list[Any]:
+        """The agents within sensing range, of the groups that this robot senses."""
+        return self._within("targets")
+
+    @property
+    def situation(self) -> npt.NDArray[np.float32]:
+        """The vector for learners, shape (width,): 16 heading-relative target sectors and what the degree adds (§8)."""
+        self.model.look()
+        return self.group.situate(self.model.moment)[self.row].copy()

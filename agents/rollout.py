@@ -1,0 +1,208 @@
+"""The loop: the same kernels for one step and for many, with no Python in between.
+
+A step is: perceive → decide → advance → new sightings → record. Everything that differs from group to group is reached
+through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas there are.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from teamsight.agents.layout import (
+    BAD_ACTION,
+    DONE,
+    GROUP,
+    GROW_PERCEPT,
+    GROW_RELATION,
+    HISTORY_COLUMNS,
+    RELATION,
+    WORLD,
+)
+from teamsight.kernel import Entry, call, kernel, pointer
+from teamsight.policies.compiled import DECISION
+from teamsight.world.noise import TICKS_A_BLOCK, fill_block
+from teamsight.world.proximity import search
+
+
+@kernel
+def _hand_out_noise(world: Any, group: Any) -> None:
+    """Give the group's policy the numbers of this tick; four ticks are made at a time."""
+    block = world.tick // TICKS_A_BLOCK
+    if group.noise_block != block:
+        numbers = numba.carray(pointer(group.noise), (TICKS_A_BLOCK, group.draws, group.lanes), np.float64)
+        identity = numba.carray(pointer(group.identity), group.lanes, np.int64)
+        key = numba.carray(pointer(world.key), 2, np.uint64)
+        fill_block(numbers, key, group.stream, world.tick, identity)
+        group.noise_block = block
+    if group.decision != 0:
+        decision = numba.carray(pointer(group.decision), 1, DECISION)[0]
+        decision.noise = group.noise + (world.tick % TICKS_A_BLOCK) * group.draws * group.lanes * 8
+
+
+@kernel
+def _think(world: Any) -> int:
+    """Perceive and decide, in every group; groups whose policy is Python have no `decide` here."""
+    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
+    for g in range(world.group_count):
+        group = groups[g]
+        if group.draws > 0:
+            _hand_out_noise(world, group)
+        if group.perceive != 0:
+            need = call(group.perceive, group.scene)
+            if need > group.room:
+                world.where = g
+                world.need = need
+                return GROW_PERCEPT
+        if group.situate != 0:
+            call(group.situate, group.scene)
+    for g in range(world.group_count):
+        group = groups[g]
+        if group.decide != 0:
+            call(group.decide, group.decision)
+    return DONE
+
+
+@kernel
+def _move(world: Any) -> int:
+    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
+    for g in range(world.group_count):
+        if call(groups[g].advance, groups[g].move) != 0:
+            world.where = g
+            return BAD_ACTION
+    world.phase = 1
+    return DONE
+
+
+@kernel
+def _look(world: Any) -> int:
+    """Find all sightings anew."""
+    relations = numba.carray(pointer(world.relations), world.relation_count, RELATION)
+    for r in range(world.relation_count):
+        relation = relations[r]
+        parts = numba.carray(pointer(relation.parts), (relation.part_count, 2), np.int64)
+        x = numba.carray(pointer(relation.x), relation.observed, np.float64)
+        y = numba.carray(pointer(relation.y), relation.observed, np.float64)
+        at = 0
+        for part in range(relation.part_count):
+            size = parts[part, 1]
+            position = numba.carray(pointer(parts[part, 0]), (size, 2), np.float64)
+            for j in range(size):
+                x[at + j] = position[j, 0]
+                y[at + j] = position[j, 1]
+            at += size
+        edges = search(relation.search)
+        if edges > relation.room:
+            world.where = r
+            world.need = edges
+            return GROW_RELATION
+        index = numba.carray(pointer(relation.index), relation.room, np.int64)
+        identity = numba.carray(pointer(relation.identity), relation.room, np.int64)
+        everyone = numba.carray(pointer(relation.everyone), relation.observed, np.int64)
+        for k in range(edges):
+            identity[k] = everyone[index[k]]
+    return DONE
+
+
+@kernel
+def _record(world: Any) -> None:
+    """Write what the step led to: edges, largest degree and how many are observed, for each relation."""
+    relations = numba.carray(pointer(world.relations), world.relation_count, RELATION)
+    row = numba.carray(
+        pointer(world.history + world.row * world.relation_count * HISTORY_COLUMNS * 8),
+        (world.relation_count, HISTORY_COLUMNS),
+        np.int64,
+    )
+    stamp = world.tick + 1
+    for r in range(world.relation_count):
+        relation = relations[r]
+        start = numba.carray(pointer(relation.start), relation.observers + 1, np.int64)
+        largest = 0
+        for i in range(relation.observers):
+            largest = max(largest, start[i + 1] - start[i])
+        edges = start[relation.observers]
+        index = numba.carray(pointer(relation.index), relation.room, np.int64)
+        rows = numba.carray(pointer(relation.rows), relation.observed, np.int64)
+        met = numba.carray(pointer(relation.met), world.bodies, np.int64)
+        observed = 0
+        for k in range(edges):
+            body = rows[index[k]]
+            observed += met[body] != stamp
+            met[body] = stamp
+        row[r, 0] = edges
+        row[r, 1] = largest
+        row[r, 2] = observed
+    world.row += 1
+
+
+@kernel
+def _leave_trail(world: Any) -> None:
+    """Write the positions of all groups."""
+    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
+    trail = numba.carray(
+        pointer(world.trail + world.trail_row * world.bodies * 16), (world.bodies, 2), np.float64
+    )
+    at = 0
+    for g in range(world.group_count):
+        position = numba.carray(pointer(groups[g].position), (groups[g].size, 2), np.float64)
+        trail[at : at + groups[g].size] = position
+        at += groups[g].size
+    world.trail_row += 1
+
+
+@kernel
+def _finish(world: Any) -> int:
+    """Find the sightings after a move and record the step."""
+    status = _look(world)
+    if status != DONE:
+        return status
+    _record(world)
+    world.tick += 1
+    world.phase = 0
+    if world.every > 0 and world.tick % world.every == 0:
+        _leave_trail(world)
+    return DONE
+
+
+def _run(address: int) -> int:
+    world = numba.carray(pointer(address), 1, WORLD)[0]
+    while world.phase == 1 or world.steps > 0:
+        status = 0
+        if world.phase == 0:
+            world.steps -= 1
+            status = _think(world)
+            if status != DONE:
+                world.steps += 1
+                return status
+            status = _move(world)
+            if status != DONE:
+                return status
+        status = _finish(world)
+        if status != DONE:
+            return status
+    return DONE
+
+
+def _begin_step(address: int) -> int:
+    return _think(numba.carray(pointer(address), 1, WORLD)[0])
+
+
+def _end_step(address: int) -> int:
+    world = numba.carray(pointer(address), 1, WORLD)[0]
+    if world.phase == 0:
+        status = _move(world)
+        if status != DONE:
+            return status
+    return _finish(world)
+
+
+def _see(address: int) -> int:
+    return _look(numba.carray(pointer(address), 1, WORLD)[0])
+
+
+RUN = Entry(_run)
+BEGIN_STEP = Entry(_begin_step)
+END_STEP = Entry(_end_step)
+SEE = Entry(_see)

@@ -1,0 +1,21 @@
+"""Targets: what robots observe."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teamsight.agents.body import Body
+
+
+class Target(Body):
+    """A target. It is on no team; let it sense robots with ``world.senses(targets, robots)`` so that it can avoid them."""
+
+    @property
+    def observers(self) -> list[Any]:
+        """The agents that have this target in sensing range."""
+        return self.model.observers_of(self)
+
+    @property
+    def is_observed(self) -> bool:
+        """Whether at least one robot has it in sensing range."""
+        return bool(self.observers)

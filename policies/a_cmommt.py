@@ -1,0 +1,238 @@
+"""A-CMOMMT: Parker's cooperative policy, a sum of force vectors from targets and teammates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight import checks
+from teamsight.kernel import kernel
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.forces import attract, check_ascending, repel
+from teamsight.policies.interface import Memory
+from teamsight.policies.search import rule_draws, rule_number, search_step
+from teamsight.policies.tracks import AGE, IDENTITY, REPORTED, X, Y, no_tracks, update_tracks
+
+WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
+SCALES = {"sensing": 0.0, "awareness": 1.0}
+OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
+
+_SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _DO1, _DO2, _DO3, _PREDICTIVE, _DR1, _DR2, _SCALE, _OWN, _REPORTED = range(14)
+
+
+@kernel
+def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
+    """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
+    mates = percept.mates
+    first = mates.start[i]
+    last = mates.start[i + 1]
+    rule = parameters[_WEIGHTS]
+    if first == last or rule == 3.0:
+        return 1.0
+    reach = percept.sensing_range[i]
+    limit = x * x + y * y if rule == 0.0 else reach * reach
+    rivals = 0
+    for k in range(first, last):
+        way_x = x - mates.offset[k, 0]
+        way_y = y - mates.offset[k, 1]
+        rivals += way_x * way_x + way_y * way_y < limit
+    if rivals == 0:
+        return 1.0
+    if rule == 0.0:
+        return 0.0
+    if rule == 1.0:
+        return parameters[_SHARED]
+    return max(1.0 - parameters[_LOSS] * rivals, 0.0)
+
+
+@kernel
+def _pull(x: float, y: float, distance: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+    """Return the weighted force of a target at (x, y)."""
+    reach = percept.sensing_range[i]
+    force = attract(
+        distance,
+        parameters[_DO1] * reach,
+        parameters[_DO2] * reach,
+        parameters[_DO3] * reach,
+        parameters[_PREDICTIVE] * reach,
+    )
+    if force == 0.0 or distance == 0.0:
+        return 0.0, 0.0
+    force *= _weight(x, y, percept, i, parameters) / distance
+    return force * x, force * y
+
+
+@kernel
+def _push(percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+    """Return the force of all perceived teammates."""
+    mates = percept.mates
+    scale = percept.sensing_range[i] if parameters[_SCALE] == 0.0 else percept.awareness_range[i]
+    d1 = parameters[_DR1] * scale
+    d2 = parameters[_DR2] * scale
+    x = 0.0
+    y = 0.0
+    for k in range(mates.start[i], mates.start[i + 1]):
+        distance = mates.distance[k]
+        if 0.0 < distance < d2:
+            force = repel(distance, d1, d2) / distance
+            x += force * mates.offset[k, 0]
+            y += force * mates.offset[k, 1]
+    return x, y
+
+
+@kernel
+def _expectations(i: int, percept: Any, mind: Any) -> tuple[float, float, int]:
+    """Return the force of targets that are remembered but not sensed, and how many there are."""
+    parameters = mind.parameters
+    memory = mind.memory
+    oldest = 5.0 * max(parameters[_OWN], parameters[_REPORTED])
+    # A report may lie as far as a teammate's range beyond the own awareness.
+    farthest = percept.awareness_range[i] + percept.sensing_range[i]
+    if percept.reports.start[i + 1] == percept.reports.start[i]:
+        farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
+    count = update_tracks(i, percept, memory, farthest, oldest)
+    x = 0.0
+    y = 0.0
+    lost = 0
+    for slot in range(count):
+        age = memory.whole[i, slot, AGE]
+        reported = memory.whole[i, slot, REPORTED]
+        if age == 0 and reported == 0:
+            continue
+        lost += 1
+        track_x = memory.real[i, slot, X]
+        track_y = memory.real[i, slot, Y]
+        distance = math.sqrt(track_x * track_x + track_y * track_y)
+        exists = math.exp(-age / (parameters[_REPORTED] if reported else parameters[_OWN]))
+        pull_x, pull_y = _pull(track_x, track_y, distance, percept, i, parameters)
+        x += exists * pull_x
+        y += exists * pull_y
+    return x, y, lost
+
+
+@kernel
+def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    parameters = mind.parameters
+    targets = percept.targets
+    slots = mind.memory.whole.shape[1]
+    for i in range(percept.heading.shape[0]):
+        first = targets.start[i]
+        last = targets.start[i + 1]
+        x, y = _push(percept, i, parameters)
+        for k in range(first, last):
+            pull_x, pull_y = _pull(
+                targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], percept, i, parameters
+            )
+            x += pull_x
+            y += pull_y
+        lost = 0
+        told = percept.reports.start[i + 1] > percept.reports.start[i]
+        if slots > 0 and (last > first or told or mind.memory.whole[i, 0, IDENTITY] >= 0):
+            pull_x, pull_y, lost = _expectations(i, percept, mind)
+            x += pull_x
+            y += pull_y
+        square = x * x + y * y
+        if square > 1e-18:
+            length = math.sqrt(square)
+            action.heading[i, 0] = x / length
+            action.heading[i, 1] = y / length
+            action.distance[i] = min(length, 1.0) * percept.speed[i]
+        elif parameters[_WHEN] == 0.0 or (
+            first == last and lost == 0 and percept.mates.start[i] == percept.mates.start[i + 1]
+        ):
+            search_step(parameters[_SEARCH], i, percept, noise, action)
+        else:
+            action.heading[i, 0] = 0.0
+            action.heading[i, 1] = 0.0
+            action.distance[i] = 0.0
+
+
+@dataclass(frozen=True)
+class ACmommt(CompiledPolicy):
+    """Follow targets that no teammate is nearer to, and keep away from teammates.
+
+    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units of
+    the sensing range.
+
+    Parameters
+    ----------
+    search : {"redraw", "wander", "stay"}
+        What a robot does that has nothing to follow.
+    search_when : {"no-force", "nothing-sensed"}
+        When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
+    weights : {"nearest", "shared", "per-teammate", "none"}
+        The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
+        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's "Local").
+    shared_weight, teammate_loss : float
+        Constants of these rules, 0..1.
+    do1, do2, do3, predictive : float
+        The target force: −1 at 0, 0 at do1, 1 from do2 to do3, 0 from the predictive range on.
+    dr1, dr2 : float
+        The teammate force (Fig. 9): −1 below dr1, 0 from dr2 on.
+    repulsion_scale : {"sensing", "awareness"}
+        The range that dr1 and dr2 are multiples of.
+    decay, reported_decay : float
+        τ of the probability exp(−age/τ) that a target still exists which was lost from sight, or which a teammate
+        reported [steps].
+    tracks : int
+        How many targets a robot remembers; 0 for none.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a rule is unknown, or a constant outside its limits.
+
+    Notes
+    -----
+    *Source:* §5 and §7, after L. E. Parker, "Cooperative motion control for multi-target observation" (IROS 1997).
+    *Departs:* the paper prints no constant; these are the ones in common use (400, 800, 2600, 3000; 1250, 2000, over
+    2600). A target remembered is forgotten when it is expected in sight and not seen. Without teammates in the percept
+    every weight is 1.
+    """
+
+    search: str = "redraw"
+    search_when: str = "no-force"
+    weights: str = "nearest"
+    shared_weight: float = 0.25
+    teammate_loss: float = 0.2
+    do1: float = 0.154
+    do2: float = 0.308
+    do3: float = 1.0
+    predictive: float = 1.154
+    dr1: float = 0.481
+    dr2: float = 0.769
+    repulsion_scale: str = "sensing"
+    decay: float = 10.0
+    reported_decay: float = 5.0
+    tracks: int = 16
+
+    kernel = _decide
+
+    def __post_init__(self) -> None:
+        rule_number(self.search)
+        checks.choice("search_when", self.search_when, OCCASIONS)
+        checks.choice("weights", self.weights, WEIGHTS)
+        checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
+        checks.number("shared_weight", self.shared_weight, least=0, most=1)
+        checks.number("teammate_loss", self.teammate_loss, least=0, most=1)
+        check_ascending(do1=self.do1, do2=self.do2, do3=self.do3, predictive=self.predictive)
+        check_ascending(dr1=self.dr1, dr2=self.dr2)
+        checks.number("decay", self.decay, above=0)
+        checks.number("reported_decay", self.reported_decay, above=0)
+        checks.count("tracks", self.tracks, least=0)
+
+    @property
+    def draws(self) -> int:
+        return rule_draws(self.search)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return (
+            rule_number(self.search), OCCASIONS[self.search_when], WEIGHTS[self.weights], self.shared_weight,
+            self.teammate_loss, self.do1, self.do2, self.do3, self.predictive, self.dr1, self.dr2,
+            SCALES[self.repulsion_scale], self.decay, self.reported_decay,
+        )  # fmt: skip
+
+    def start(self, size: int) -> Memory:
+        return no_tracks(size, self.tracks)

@@ -1,0 +1,136 @@
+"""The check that ships with the contract: does a policy keep it?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.policies.interface import Action, Percept, Policy, Sightings
+
+
+def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0) -> Percept:
+    """Return a percept such as `size` robots might have, with some that see nothing.
+
+    Parameters
+    ----------
+    size : int
+        How many robots.
+    rng : numpy.random.Generator
+        Where the numbers come from.
+    inputs : int, default 0
+        The width of the situation vector.
+    """
+    angle = rng.uniform(0, 2 * np.pi, size)
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return Percept(
+        heading=heading,
+        moved=0.1 * rng.random(size)[:, None] * heading,
+        speed=np.full(size, 0.1),
+        sensing_range=np.ones(size),
+        awareness_range=np.ones(size),
+        targets=_sample_sightings(size, rng),
+        mates=_sample_sightings(size, rng),
+        reports=_sample_sightings(size, rng),
+        situation=rng.random((size, inputs)).astype(np.float32),
+    )
+
+
+def _sample_sightings(size: int, rng: np.random.Generator) -> Sightings:
+    count = rng.integers(0, 4, size)
+    total = int(count.sum())
+    angle = rng.uniform(0, 2 * np.pi, total)
+    distance = np.sqrt(rng.random(total))
+    identity = np.concatenate([np.sort(rng.choice(50, c, replace=False)) for c in count] or [np.zeros(0)])
+    return Sightings(
+        np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
+        identity.astype(np.int64) + 1,
+        np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1),
+        distance,
+    )
+
+
+def check_policy(policy: Policy, *, sizes: tuple[int, ...] = (1, 7), steps: int = 3) -> None:
+    """Try a policy on made-up percepts and refuse it where it breaks the contract.
+
+    Parameters
+    ----------
+    policy : Policy
+        An object with `draws`, `start` and `decide`.
+    sizes : tuple of int
+        How many robots to try it with.
+    steps : int
+        How many decisions to try.
+
+    Raises
+    ------
+    TypeError
+        If a member is missing, or an answer is not an `Action` and a memory.
+    ValueError
+        If an answer has the wrong shape or is not finite, if headings are not unit vectors, if the policy changes what
+        it is given, or if the same question gets two answers.
+    """
+    name = type(policy).__name__
+    for member in ("draws", "start", "decide"):
+        if not hasattr(policy, member):
+            raise TypeError(f"{name}: has no {member!r}; a policy has draws, start(size) and decide(percept, memory, noise)")
+    if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
+        raise TypeError(f"{name}.draws={policy.draws!r}: must be a whole number of at least 0")
+    for size in sizes:
+        rng = np.random.default_rng(size)
+        memory = policy.start(size)
+        for _ in range(steps):
+            percept = sample_percept(size, rng, getattr(policy, "inputs", 0) or 0)
+            memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
+
+
+def _check_decision(name: str, policy: Policy, percept: Percept, memory: Any, noise: npt.NDArray[np.float64]) -> Any:
+    before = [array.copy() for array in _arrays((percept, memory, noise))]
+    answer = policy.decide(percept, memory, noise)
+    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays((percept, memory, noise)), strict=True)):
+        raise ValueError(f"{name}.decide changes its arguments; copy what you change and return the copy")
+    if not isinstance(answer, tuple) or len(answer) != 2:
+        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
+    action, after = answer
+    check_action(name, action, len(percept.heading))
+    again = policy.decide(percept, memory, noise)[0]
+    if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
+        raise ValueError(f"{name}.decide gave two answers to one question; take random numbers from `noise` only")
+    return after
+
+
+def _arrays(value: Any) -> list[npt.NDArray[Any]]:
+    if isinstance(value, np.ndarray):
+        return [value]
+    if isinstance(value, tuple):
+        return [array for part in value for array in _arrays(part)]
+    return []
+
+
+def check_action(name: str, action: Action, size: int) -> None:
+    """Refuse an action of the wrong shape, one that is not finite, and headings that are not unit vectors.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the policy, the value and the limit.
+    """
+    if not isinstance(action, tuple) or len(action) != 2:
+        raise TypeError(f"{name}: an action is Action(heading, distance), not {type(action).__name__}")
+    for part, array, shape in (("heading", action[0], (size, 2)), ("distance", action[1], (size,))):
+        if np.shape(array) != shape:
+            raise ValueError(f"{name}: action.{part} has the shape {np.shape(array)}; {size} robots need {shape}")
+        finite = np.isfinite(np.asarray(array, float))
+        if not finite.all():
+            row = int(np.argwhere(~finite)[0][0])
+            raise ValueError(f"{name}: action.{part} of robot {row} is {np.asarray(array)[row]}; it must be finite")
+    heading = np.asarray(action[0], float)
+    square = heading[:, 0] ** 2 + heading[:, 1] ** 2
+    wrong = (np.abs(square - 1) > 1e-6) & (square != 0)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ValueError(
+            f"{name}: action.heading of robot {row} has the length {np.sqrt(square[row]):g}; "
+            "it must be a unit vector, or (0, 0) to keep the heading"
+        )

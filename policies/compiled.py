@@ -1,0 +1,179 @@
+"""Compiled policies: a kernel that decides for a whole group, and the record through which a loop hands it the percept."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.kernel import Entry, pointer, specialise
+from teamsight.policies.interface import Action, Floats, Memory, Mind, Percept, Sightings
+
+_SEEN = ("start", "identity", "offset", "distance")
+
+DECISION = np.dtype(
+    [(name, np.int64) for name in ("size", "heading", "moved", "speed", "sensing_range", "awareness_range")]
+    + [(f"{kind}_{name}", np.int64) for kind in ("targets", "mates", "reports") for name in _SEEN]
+    + [(name, np.int64) for name in ("situation", "width", "parameters", "parameter_count")]
+    + [(name, np.int64) for name in ("knowledge", "knowledge_rows", "knowledge_columns")]
+    + [(name, np.int64) for name in ("real", "real_slots", "real_fields", "whole", "whole_slots", "whole_fields")]
+    + [(name, np.int64) for name in ("noise", "draws", "noise_size", "action_heading", "action_distance")]
+)
+
+
+def _decide(address: int) -> int:
+    d = numba.carray(pointer(address), 1, DECISION)[0]
+    n = d.size
+    start = numba.carray(pointer(d.targets_start), n + 1, np.int64)
+    k = start[n]
+    targets = Sightings(
+        start,
+        numba.carray(pointer(d.targets_identity), k, np.int64),
+        numba.carray(pointer(d.targets_offset), (k, 2), np.float64),
+        numba.carray(pointer(d.targets_distance), k, np.float64),
+    )
+    start = numba.carray(pointer(d.mates_start), n + 1, np.int64)
+    k = start[n]
+    mates = Sightings(
+        start,
+        numba.carray(pointer(d.mates_identity), k, np.int64),
+        numba.carray(pointer(d.mates_offset), (k, 2), np.float64),
+        numba.carray(pointer(d.mates_distance), k, np.float64),
+    )
+    start = numba.carray(pointer(d.reports_start), n + 1, np.int64)
+    k = start[n]
+    reports = Sightings(
+        start,
+        numba.carray(pointer(d.reports_identity), k, np.int64),
+        numba.carray(pointer(d.reports_offset), (k, 2), np.float64),
+        numba.carray(pointer(d.reports_distance), k, np.float64),
+    )
+    percept = Percept(
+        numba.carray(pointer(d.heading), (n, 2), np.float64),
+        numba.carray(pointer(d.moved), (n, 2), np.float64),
+        numba.carray(pointer(d.speed), n, np.float64),
+        numba.carray(pointer(d.sensing_range), n, np.float64),
+        numba.carray(pointer(d.awareness_range), n, np.float64),
+        targets,
+        mates,
+        reports,
+        numba.carray(pointer(d.situation), (n, d.width), np.float32),
+    )
+    mind = Mind(
+        numba.carray(pointer(d.parameters), d.parameter_count, np.float64),
+        numba.carray(pointer(d.knowledge), (d.knowledge_rows, d.knowledge_columns), np.float32),
+        Memory(
+            numba.carray(pointer(d.real), (n, d.real_slots, d.real_fields), np.float64),
+            numba.carray(pointer(d.whole), (n, d.whole_slots, d.whole_fields), np.int64),
+        ),
+    )
+    action = Action(
+        numba.carray(pointer(d.action_heading), (n, 2), np.float64),
+        numba.carray(pointer(d.action_distance), n, np.float64),
+    )
+    decision_kernel(percept, mind, numba.carray(pointer(d.noise), (d.draws, d.noise_size), np.float64), action)  # type: ignore[name-defined]  # noqa: F821
+    return 0
+
+
+_ENTRIES: dict[Callable[..., Any], Entry] = {}
+
+
+class CompiledPolicy(ABC):
+    """A policy whose rule is a kernel, so that a world can run without Python between its steps.
+
+    A subclass gives `kernel` and, where it has them, `parameters`, `draws`, `knowledge` and `start`.
+
+    Attributes
+    ----------
+    kernel : kernel
+        ``kernel(percept, mind, noise, action)`` writes ``action.heading`` and ``action.distance`` for every robot and
+        changes ``mind.memory`` in place. Rows of `noise` are draws; they may be longer than there are robots.
+    draws : int
+        How many uniform random numbers each robot needs for a decision.
+    """
+
+    kernel: ClassVar[Callable[..., None]]
+
+    @property
+    def draws(self) -> int:
+        """How many uniform random numbers each robot needs for a decision."""
+        return 0
+
+    @property
+    @abstractmethod
+    def parameters(self) -> tuple[float, ...]:
+        """The policy's constants, in the order in which its kernel reads them."""
+
+    @property
+    def knowledge(self) -> npt.NDArray[np.float32]:
+        """The table that all robots of a group share; by default an empty one."""
+        return np.zeros((0, 0), np.float32)
+
+    def start(self, size: int) -> Memory:
+        """Return what `size` robots remember before their first decision; by default nothing."""
+        return Memory(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
+
+    @classmethod
+    def entry(cls) -> Entry:
+        """Return the compiled decision of this kind of policy."""
+        if cls.kernel not in _ENTRIES:
+            _ENTRIES[cls.kernel] = specialise(_decide, cls.__name__.lower(), decision_kernel=cls.kernel)
+        return _ENTRIES[cls.kernel]
+
+    def decide(self, percept: Percept, memory: Memory, noise: Floats) -> tuple[Action, Memory]:
+        """Return the robots' action and what they remember from now on; the arguments stay as they are.
+
+        Parameters
+        ----------
+        percept : Percept
+            What n robots know.
+        memory : Memory
+            What they remember.
+        noise : ndarray, shape (draws, n), float64
+            Uniform numbers in (0, 1).
+        """
+        size = len(percept.heading)
+        action = Action(np.zeros((size, 2)), np.zeros(size))
+        after = Memory(memory.real.copy(), memory.whole.copy())
+        record = np.zeros(1, DECISION)
+        kept = bind_decision(record[0], self, percept, after, np.ascontiguousarray(noise, float), action)
+        self.entry()(record.ctypes.data)
+        del kept
+        return action, after
+
+
+def bind_decision(
+    record: Any, policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats, action: Action
+) -> list[npt.NDArray[Any]]:
+    """Write the addresses of all that a decision reads and writes into a record.
+
+    Returns
+    -------
+    list of ndarray
+        The arrays; whoever uses the record must keep them.
+    """
+    mind = Mind(np.array(policy.parameters, float), np.ascontiguousarray(policy.knowledge, np.float32), memory)
+    arrays: dict[str, npt.NDArray[Any]] = {
+        "heading": percept.heading, "moved": percept.moved, "speed": percept.speed,
+        "sensing_range": percept.sensing_range, "awareness_range": percept.awareness_range,
+        "situation": percept.situation, "parameters": mind.parameters, "knowledge": mind.knowledge,
+        "real": memory.real, "whole": memory.whole, "noise": noise,
+    }  # fmt: skip
+    for kind in ("targets", "mates", "reports"):
+        arrays |= {f"{kind}_{name}": getattr(getattr(percept, kind), name) for name in _SEEN}
+    # A caller's arrays may be views with gaps; kernels read dense ones.
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    arrays |= {"action_heading": action.heading, "action_distance": action.distance}
+    for name, array in arrays.items():
+        record[name] = array.ctypes.data
+    record["size"], record["width"] = percept.situation.shape
+    record["parameter_count"] = len(mind.parameters)
+    record["knowledge_rows"], record["knowledge_columns"] = mind.knowledge.shape
+    record["real_slots"], record["real_fields"] = memory.real.shape[1:]
+    record["whole_slots"], record["whole_fields"] = memory.whole.shape[1:]
+    record["draws"], record["noise_size"] = noise.shape
+    return list(arrays.values())

@@ -1,0 +1,218 @@
+"""The contract between a mind and the rest: what a policy is told, what it answers, what it may remember."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class Sightings(NamedTuple):
+    """Who is seen, grouped by the robot that sees.
+
+    Attributes
+    ----------
+    start : ndarray, shape (n + 1,), int64
+        Robot i sees the entries from ``start[i]`` up to, not including, ``start[i + 1]``.
+    identity : ndarray, shape (k,), int64
+        Who is seen; −1 where the degree of awareness hides it. Ascending for each robot where it is shown.
+    offset : ndarray, shape (k, 2), float64
+        From the robot to what it sees, along the arena's axes [length].
+    distance : ndarray, shape (k,), float64
+        The length of `offset` [length].
+    """
+
+    start: Integers
+    identity: Integers
+    offset: Floats
+    distance: Floats
+
+
+class Percept(NamedTuple):
+    """What a group of n robots knows at one decision.
+
+    Attributes
+    ----------
+    heading : ndarray, shape (n, 2), float64
+        Which way each faces: unit vectors.
+    moved : ndarray, shape (n, 2), float64
+        The own displacement since the last decision (odometry) [length].
+    speed : ndarray, shape (n,), float64
+        The farthest that each can go a step [length].
+    sensing_range, awareness_range : ndarray, shape (n,), float64
+        How far each senses targets and teammates [length].
+    targets : Sightings
+        The agents of the groups that this group senses.
+    mates : Sightings
+        Teammates, as the degree of awareness shows them.
+    reports : Sightings
+        Targets that perceived teammates sense (o(N) only), from the robot's own place.
+    situation : ndarray, shape (n, width), float32
+        The vector for learners; of width 0 unless the policy declares `inputs`.
+    """
+
+    heading: Floats
+    moved: Floats
+    speed: Floats
+    sensing_range: Floats
+    awareness_range: Floats
+    targets: Sightings
+    mates: Sightings
+    reports: Sightings
+    situation: npt.NDArray[np.float32]
+
+
+class Action(NamedTuple):
+    """What a group of n robots wants to do: face that way, then go that far.
+
+    Attributes
+    ----------
+    heading : ndarray, shape (n, 2), float64
+        Unit vectors; (0, 0) keeps the heading. The body's turning limit applies.
+    distance : ndarray, shape (n,), float64
+        [length]; the body's speed applies, and below 0 counts as 0.
+    """
+
+    heading: Floats
+    distance: Floats
+
+
+class Memory(NamedTuple):
+    """What robots with a compiled policy remember: two tables, one row a robot.
+
+    Attributes
+    ----------
+    real : ndarray, shape (n, slots, fields), float64
+    whole : ndarray, shape (n, slots, fields), int64
+    """
+
+    real: Floats
+    whole: Integers
+
+
+class Mind(NamedTuple):
+    """What a policy's kernel has besides the percept.
+
+    Attributes
+    ----------
+    parameters : ndarray, shape (p,), float64
+        The policy's constants.
+    knowledge : ndarray, shape (rows, columns), float32
+        A table that all robots of the group share.
+    memory : Memory
+        What each robot remembers; the kernel changes it in place.
+    """
+
+    parameters: Floats
+    knowledge: npt.NDArray[np.float32]
+    memory: Memory
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """A rule that turns percepts into actions.
+
+    Attributes
+    ----------
+    draws : int
+        How many uniform random numbers each robot needs for a decision.
+
+    Notes
+    -----
+    Two more attributes are optional: ``inputs``, the width of the situation vector that the policy reads, and
+    ``needs``, the names of the percept's fields that it cannot do without. A world whose degree of awareness does not
+    deliver them is refused. For full speed, derive from `CompiledPolicy`.
+    """
+
+    draws: int
+
+    def start(self, size: int) -> Any:
+        """Return what `size` robots remember before their first decision."""
+
+    def decide(self, percept: Percept, memory: Any, noise: Floats) -> tuple[Action, Any]:
+        """Return the robots' action and what they remember from now on.
+
+        Parameters
+        ----------
+        percept : Percept
+            What they know; not to be changed.
+        memory : object
+            What they remember.
+        noise : ndarray, shape (draws, n), float64
+            Uniform numbers in (0, 1), one row for each draw.
+        """
+
+
+class SightingsOfOne(NamedTuple):
+    """Who one robot sees: `identity` (k,), `offset` (k, 2) along the arena's axes, `distance` (k,)."""
+
+    identity: Integers
+    offset: Floats
+    distance: Floats
+
+
+class PerceptOfOne(NamedTuple):
+    """What one robot knows; fields as in `Percept`, without the axis of robots."""
+
+    heading: Floats
+    moved: Floats
+    speed: float
+    sensing_range: float
+    awareness_range: float
+    targets: SightingsOfOne
+    mates: SightingsOfOne
+    reports: SightingsOfOne
+    situation: npt.NDArray[np.float32]
+
+
+Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
+
+
+def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
+    """Return what robot `i` of a group knows."""
+    return PerceptOfOne(
+        percept.heading[i],
+        percept.moved[i],
+        float(percept.speed[i]),
+        float(percept.sensing_range[i]),
+        float(percept.awareness_range[i]),
+        _sightings_of_one(percept.targets, i),
+        _sightings_of_one(percept.mates, i),
+        _sightings_of_one(percept.reports, i),
+        percept.situation[i],
+    )
+
+
+def _sightings_of_one(seen: Sightings, i: int) -> SightingsOfOne:
+    mine = slice(seen.start[i], seen.start[i + 1])
+    return SightingsOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
+
+
+def no_sightings(size: int) -> Sightings:
+    """Return the sightings of `size` robots that see nothing."""
+    return Sightings(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+
+
+def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:
+    """Turn headings by angles: the paper's action is (rotation, distance), §8.
+
+    Parameters
+    ----------
+    heading : ndarray, shape (n, 2), float64
+        Unit vectors.
+    rotation : array_like, shape (n,)
+        Anticlockwise [rad].
+
+    Returns
+    -------
+    ndarray, shape (n, 2), float64
+    """
+    cosine, sine = np.cos(rotation), np.sin(rotation)
+    x, y = heading[..., 0], heading[..., 1]
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
+

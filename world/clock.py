@@ -1,0 +1,74 @@
+"""The clock: SimPy's environment, counted in ticks, drives the model. The only file that imports simpy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any
+
+import simpy
+
+# SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
+_ROUNDING = 1e-9
+
+
+class Clock:
+    """Discrete-event time.
+
+    Physics makes one step from each whole tick to the next. An event at time t takes effect before the step that starts
+    at the first whole tick not before t; its exact time is kept by `now` while it happens.
+    """
+
+    def __init__(self) -> None:
+        self.environment = simpy.Environment()
+
+    @property
+    def now(self) -> float:
+        """The time [ticks]."""
+        return float(self.environment.now)
+
+    def at(self, time: float, action: Callable[[], Any]) -> None:
+        """Call `action` once, at `time` [ticks].
+
+        Raises
+        ------
+        ValueError
+            If `time` is not finite or has passed.
+        TypeError
+            If `action` cannot be called.
+        """
+        if not callable(action):
+            raise TypeError(f"at({time!r}, {action!r}): the second argument must be callable, such as a function")
+        if not math.isfinite(time) or time < self.environment.now:
+            raise ValueError(f"at({time!r}, …): must be a finite time of at least now, {self.environment.now:g}")
+        self.environment.timeout(time - self.environment.now).callbacks.append(lambda _: action())
+
+    def process(self, generator: Generator[Any, Any, Any]) -> Any:
+        """Start a user's process: a generator that yields SimPy events, such as ``clock.timeout(10)``."""
+        return self.environment.process(generator)
+
+    def timeout(self, delay: float, value: Any = None) -> Any:
+        """Return an event that happens after `delay` [ticks]; for use in a process."""
+        return self.environment.timeout(delay, value)
+
+    def ticks_until_event(self, tick: int) -> float:
+        """Return how many whole steps can be made from `tick` before the next event takes effect; inf without one."""
+        time = self.environment.peek()
+        return math.inf if math.isinf(time) else max(math.ceil(time - _ROUNDING) - tick, 0)
+
+    def advance(self, tick: int) -> bool:
+        """Let everything happen that is due at or before `tick`; return whether anything did."""
+        environment = self.environment
+        happened = False
+        while environment.peek() <= tick + _ROUNDING:
+            environment.step()
+            happened = True
+        self.catch_up(tick)
+        return happened
+
+    def catch_up(self, tick: int) -> None:
+        """Set the time to `tick`, between steps, so that delays count from there; what was due earlier happens now."""
+        if self.environment.now < tick:
+            self.environment.run(until=tick)
+            # SimPy leaves the event that stopped it at the head of its queue.
+            self.environment.step()

@@ -1,0 +1,139 @@
+"""Placement: where bodies are when a world begins."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.world.arena import Arena
+from teamsight.world.proximity import proximity_graph
+
+Points = npt.NDArray[np.float64]
+
+_SWEEPS = 400
+_SAMPLES = 40
+
+
+def uniform(arena: Arena, numbers: Points) -> Points:
+    """Place bodies uniformly over the area.
+
+    Parameters
+    ----------
+    arena : Arena
+        Where.
+    numbers : ndarray, shape (2, n), float64
+        Uniform numbers in (0, 1).
+
+    Returns
+    -------
+    ndarray, shape (n, 2), float64
+        Positions [length].
+    """
+    return np.ascontiguousarray(arena.place(numbers[0], numbers[1]))
+
+
+def spread(arena: Arena, numbers: Points, radius: float) -> Points:
+    """Place bodies so that discs around them neither overlap nor cross the wall, and as evenly as it fits otherwise.
+
+    Parameters
+    ----------
+    arena : Arena
+        Where.
+    numbers : ndarray, shape (2, n), float64
+        Uniform numbers in (0, 1), from which the search for a good arrangement starts.
+    radius : float
+        The radius of the discs [length]: a sensing range.
+
+    Returns
+    -------
+    ndarray, shape (n, 2), float64
+        Positions [length].
+
+    Notes
+    -----
+    *Source:* §6, "a group of stationary non overlapping robots". The paper does not say how they were placed. Here
+    bodies that are too close push each other apart, first from random places, then from an even arrangement: each body
+    in the centre of the part of the arena that is nearest to it (Lloyd's method). If both leave an overlap, the even
+    arrangement over the whole arena is the answer.
+    """
+    margin = radius if _fits(arena, radius) else 0.0
+    points = arena.place(numbers[0], numbers[1], margin)
+    for even in (False, True):
+        start = _even_out(arena, points, margin) if even else points
+        points = _push_apart(arena, start, radius, margin)
+        if _closest(arena, points) >= 2 * radius * (1 - 1e-9):
+            return points
+    return _even_out(arena, arena.place(numbers[0], numbers[1]), 0.0)
+
+
+def _fits(arena: Arena, radius: float) -> bool:
+    low, high = arena.bounds
+    return bool(np.all(np.array(arena.period) > 0) or np.all(high - low > 2 * radius))
+
+
+def _closest(arena: Arena, points: Points) -> float:
+    """Return the smallest distance between two of the points."""
+    reach = 2 * math.sqrt(arena.area / max(len(points), 1))
+    wraps = [side / 2 for side in arena.period if side > 0]
+    graph = proximity_graph(points, None, min([reach, *wraps]), arena)
+    return float(graph.distance.min(initial=reach))
+
+
+def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> Points:
+    apart = 2 * radius * (1 + 1e-6)
+    limits = [side / 2 for side in arena.period if side > 0]
+    reach = min([apart, *limits])
+    for _ in range(_SWEEPS):
+        graph = proximity_graph(points, None, reach, arena)
+        if not len(graph.index):
+            break
+        way = graph.offset / np.maximum(graph.distance, 1e-9)[:, None]
+        push = np.zeros_like(points)
+        observer = np.repeat(np.arange(len(points)), graph.degree)
+        np.add.at(push, observer, -0.5 * (apart - graph.distance)[:, None] * way)
+        points = _inside(arena, points + push, margin)
+    return points
+
+
+def _inside(arena: Arena, points: Points, margin: float) -> Points:
+    """Move each point to the nearest place that is at least `margin` from the wall."""
+    if any(arena.period):
+        return arena.displacement(np.zeros(2), points)
+    low, high = arena.bounds
+    if _is_round(arena):
+        limit = high[0] - margin
+        length = np.sqrt(np.sum(points**2, axis=1))
+        return np.asarray(points * np.minimum(1.0, limit / np.maximum(length, 1e-300))[:, None])
+    return np.clip(points, low + margin, high - margin)
+
+
+def _is_round(arena: Arena) -> bool:
+    low, high = arena.bounds
+    return not bool(arena.contains(low)) and not bool(arena.contains(high))
+
+
+def _even_out(arena: Arena, points: Points, margin: float) -> Points:
+    from scipy.spatial import cKDTree
+
+    # A lattice of equal parts of the area stands for the arena.
+    count = _SAMPLES * max(len(points), 25)
+    step = np.arange(count)
+    samples = arena.place((step + 0.5) / count, (step * 0.6180339887498949) % 1.0, margin)
+    period = np.array(arena.period)
+    for _ in range(100):
+        if period.all():
+            owner = cKDTree((points + period / 2) % period, boxsize=period).query((samples + period / 2) % period)[1]
+        else:
+            owner = cKDTree(points).query(samples)[1]
+        ways = arena.displacement(points[owner], samples)
+        weight = np.bincount(owner, minlength=len(points))
+        centre = np.stack([np.bincount(owner, ways[:, axis], len(points)) for axis in (0, 1)], axis=-1)
+        shift = centre / np.maximum(weight, 1)[:, None]
+        points = points + shift
+        if period.all():
+            points = arena.displacement(np.zeros(2), points)
+        if np.abs(shift).max() < 1e-3 * math.sqrt(arena.area / len(points)):
+            break
+    return points
