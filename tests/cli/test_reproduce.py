@@ -52,7 +52,7 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     for record in content["claims"]:
         assert record["claim"] in out
     assert f"defaults: {content['holding']['defaults']} of 23 claims hold" in out
-    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 24
+    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 23
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
 
 
@@ -85,8 +85,8 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert (out, err.count("\n")) == ("", 1)
-    assert "interrupted" in err
+    assert out == ""
+    assert err.split() == ["teamsight:", "interrupted;", "every", "file", "written", "so", "far", "is", "complete"]
     assert list(tmp_path.iterdir()) == []
 
 
