@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import math
 import secrets
 from collections.abc import Callable, Mapping
@@ -28,7 +27,7 @@ Factory = Callable[[int], Any]
 #: Called with the runs done and the runs in all.
 Progress = Callable[[int, int], None]
 
-# How many times in a run the bearings of neighbours are looked at, and how many robots and times at most in all runs.
+# How many times in a run the bearings of neighbours are looked at, and at how many robots at most in all runs.
 _LOOKS = 10
 _MOST_LOOKED_AT = 500_000
 
@@ -197,9 +196,9 @@ def _factory(model: Factory | Mapping[str, Any], root: int) -> tuple[Factory, Ca
             raise ValueError(
                 f"{name}={settings[name]!r}: each run gets a seed of its own; give rng to choose_delta instead"
             )
-    given = inspect.signature(CMOMMT).bind(**settings)
-    given.apply_defaults()
-    stage = [given.arguments[name] for name in ("robots", "targets", "radius")]
+    first = CMOMMT(**settings, rng=0)
+    first.close()
+    stage = [first.settings[name] for name in ("robots", "targets", "radius")]  # what was given, or its default
     return lambda seed: CMOMMT(**settings, rng=seed), lambda run: model_seed(root, run, *stage)
 
 
@@ -211,7 +210,7 @@ def _run_seed(root: int, run: int) -> int:
 
 def _run_looking(world: Any, steps: int) -> Bearings:
     """Run in stretches, which changes nothing in the run, and note the bearings after each."""
-    ends = np.unique(np.linspace(0, steps, min(_LOOKS, steps) + 1).astype(int))
+    ends = np.linspace(0, steps, min(_LOOKS, steps) + 1).astype(int)
     looks = []
     for stretch in np.diff(ends).tolist():
         world.run(stretch)
@@ -228,7 +227,7 @@ def _predict(world: Any, steps: int) -> Prediction | None:
     reach = _awareness_range(world)
     if reach is None or not isinstance(world.arena, Disc):
         return None
-    speed = float(np.sqrt(np.mean(np.square(world.robots.speed))))
+    speed = float(np.sqrt(np.mean(np.square(world.robots.bodies.speed))))
     return closed_form.predict(len(world.robots), world.arena.radius, steps=steps, awareness_range=reach, speed=speed)
 
 

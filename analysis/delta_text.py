@@ -25,11 +25,12 @@ def sentences(report: DeltaReport) -> list[str]:
     """Return what the report says, plainest first."""
     trial = f"run of {report.length:g} steps" if report.source == "simulation" else f"window of {report.length:g}"
     said = [
-        f"δ = {report.delta}: in no more than a share of {report.risk:g} of the trials, each a {trial}, "
-        "did any robot have more neighbours."
+        f"δ = {report.delta} (point estimate): in no more than a share of {report.risk:g} of the trials, "
+        f"each a {trial}, did any robot have more neighbours."
     ]
     if report.supported:
-        said[0] += f" δ = {report.delta_safe} with {report.confidence:.0%} confidence."
+        also = "also " * (report.delta_safe == report.delta)
+        said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
     said += [f"Largest degree seen: {report.largest}, in {_trials(report)} of {report.robots} robots."]
     if not report.supported:
         said.append(
@@ -140,7 +141,7 @@ def markdown(report: DeltaReport) -> str:
     lines = [f"# δ for {report.subject}", "", *(f"- {sentence}" for sentence in sentences(report))]
     for title, columns, rows in sections(report):
         lines += ["", f"## {title}", ""]
-        lines += [_line(columns), _line(["---:"] * len(columns)), *(_line(row) for row in rows)]
+        lines += [_line(columns), _line([":---", *["---:"] * (len(columns) - 1)]), *(_line(row) for row in rows)]
     return "\n".join(lines) + "\n"
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from teamsight.world.arena import Disc
@@ -13,7 +15,8 @@ class Robots:
 
     def __init__(self, count: int) -> None:
         self.position = self.heading = np.zeros((count, 2))
-        self.awareness_range, self.speed = np.ones(count), np.full(count, 10.0)
+        self.awareness_range = np.ones(count)
+        self.bodies = SimpleNamespace(speed=np.full(count, 10.0))
 
     def __len__(self) -> int:
         return len(self.position)
