@@ -20,7 +20,7 @@ from teamsight.analysis.experiments import chosen
 from teamsight.analysis.study import PAPER, QUICK, Grid
 
 #: What is searched; targets are always slower than robots, as the paper says.
-ROBOT_SPEEDS = (0.05, 0.0769, 0.1, 0.15, 0.2, 0.3, 0.5)
+ROBOT_SPEEDS = (0.05, 0.0769, 0.1, 0.15, 0.2, 0.3)
 TARGET_RATIOS = (0.5, 0.75, 0.95)
 UNIFORM = (False, True)
 SEARCHES = ("redraw", "wander", "stay")
@@ -44,7 +44,7 @@ class Stage(NamedTuple):
 
 SCREEN = Stage("screen", QUICK, 3, (-1,))
 FINAL = Stage("final", PAPER, 5, (-2, -3))
-FINALISTS = 12
+FINALISTS = 8
 
 
 def candidates() -> list[dict[str, Any]]:
