@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
 from teamsight.agents.layout import (
@@ -21,7 +20,7 @@ from teamsight.agents.layout import (
     RELATION,
     WORLD,
 )
-from teamsight.kernel import Entry, call, kernel, pointer
+from teamsight.kernel import Entry, array_at, call, kernel
 from teamsight.policies.compiled import DECISION
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
 from teamsight.world.proximity import search
@@ -32,20 +31,20 @@ def _hand_out_noise(world: Any, group: Any) -> None:
     """Give the group's policy the numbers of this tick; four ticks are made at a time."""
     block = world.tick // TICKS_A_BLOCK
     if group.noise_block != block:
-        numbers = numba.carray(pointer(group.noise), (TICKS_A_BLOCK, group.draws, group.lanes), np.float64)
-        identity = numba.carray(pointer(group.identity), group.lanes, np.int64)
-        key = numba.carray(pointer(world.key), 2, np.uint64)
+        numbers = array_at(group.noise, (TICKS_A_BLOCK, group.draws, group.lanes), np.float64)
+        identity = array_at(group.identity, group.lanes, np.int64)
+        key = array_at(world.key, 2, np.uint64)
         fill_block(numbers, key, group.stream, world.tick, identity)
         group.noise_block = block
     if group.decision != 0:
-        decision = numba.carray(pointer(group.decision), 1, DECISION)[0]
+        decision = array_at(group.decision, 1, DECISION)[0]
         decision.noise = group.noise + (world.tick % TICKS_A_BLOCK) * group.draws * group.lanes * 8
 
 
 @kernel
 def _think(world: Any) -> int:
     """Perceive and decide, in every group; groups whose policy is Python have no `decide` here."""
-    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
+    groups = array_at(world.groups, world.group_count, GROUP)
     for g in range(world.group_count):
         group = groups[g]
         if group.draws > 0:
@@ -67,7 +66,7 @@ def _think(world: Any) -> int:
 
 @kernel
 def _move(world: Any) -> int:
-    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
+    groups = array_at(world.groups, world.group_count, GROUP)
     for g in range(world.group_count):
         if call(groups[g].advance, groups[g].move) != 0:
             world.where = g
@@ -79,16 +78,16 @@ def _move(world: Any) -> int:
 @kernel
 def _look(world: Any) -> int:
     """Find all sightings anew."""
-    relations = numba.carray(pointer(world.relations), world.relation_count, RELATION)
+    relations = array_at(world.relations, world.relation_count, RELATION)
     for r in range(world.relation_count):
         relation = relations[r]
-        parts = numba.carray(pointer(relation.parts), (relation.part_count, 2), np.int64)
-        x = numba.carray(pointer(relation.x), relation.observed, np.float64)
-        y = numba.carray(pointer(relation.y), relation.observed, np.float64)
+        parts = array_at(relation.parts, (relation.part_count, 2), np.int64)
+        x = array_at(relation.x, relation.observed, np.float64)
+        y = array_at(relation.y, relation.observed, np.float64)
         at = 0
         for part in range(relation.part_count):
             size = parts[part, 1]
-            position = numba.carray(pointer(parts[part, 0]), (size, 2), np.float64)
+            position = array_at(parts[part, 0], (size, 2), np.float64)
             for j in range(size):
                 x[at + j] = position[j, 0]
                 y[at + j] = position[j, 1]
@@ -98,9 +97,9 @@ def _look(world: Any) -> int:
             world.where = r
             world.need = edges
             return GROW_RELATION
-        index = numba.carray(pointer(relation.index), relation.room, np.int64)
-        identity = numba.carray(pointer(relation.identity), relation.room, np.int64)
-        everyone = numba.carray(pointer(relation.everyone), relation.observed, np.int64)
+        index = array_at(relation.index, relation.room, np.int64)
+        identity = array_at(relation.identity, relation.room, np.int64)
+        everyone = array_at(relation.everyone, relation.observed, np.int64)
         for k in range(edges):
             identity[k] = everyone[index[k]]
     return DONE
@@ -109,23 +108,22 @@ def _look(world: Any) -> int:
 @kernel
 def _record(world: Any) -> None:
     """Write what the step led to: edges, largest degree and how many are observed, for each relation."""
-    relations = numba.carray(pointer(world.relations), world.relation_count, RELATION)
-    row = numba.carray(
-        pointer(world.history + world.row * world.relation_count * HISTORY_COLUMNS * 8),
+    relations = array_at(world.relations, world.relation_count, RELATION)
+    row = array_at(world.history + world.row * world.relation_count * HISTORY_COLUMNS * 8,
         (world.relation_count, HISTORY_COLUMNS),
         np.int64,
     )
     stamp = world.tick + 1
     for r in range(world.relation_count):
         relation = relations[r]
-        start = numba.carray(pointer(relation.start), relation.observers + 1, np.int64)
+        start = array_at(relation.start, relation.observers + 1, np.int64)
         largest = 0
         for i in range(relation.observers):
             largest = max(largest, start[i + 1] - start[i])
         edges = start[relation.observers]
-        index = numba.carray(pointer(relation.index), relation.room, np.int64)
-        rows = numba.carray(pointer(relation.rows), relation.observed, np.int64)
-        met = numba.carray(pointer(relation.met), world.bodies, np.int64)
+        index = array_at(relation.index, relation.room, np.int64)
+        rows = array_at(relation.rows, relation.observed, np.int64)
+        met = array_at(relation.met, world.bodies, np.int64)
         observed = 0
         for k in range(edges):
             body = rows[index[k]]
@@ -140,14 +138,15 @@ def _record(world: Any) -> None:
 @kernel
 def _leave_trail(world: Any) -> None:
     """Write the positions of all groups."""
-    groups = numba.carray(pointer(world.groups), world.group_count, GROUP)
-    trail = numba.carray(
-        pointer(world.trail + world.trail_row * world.bodies * 16), (world.bodies, 2), np.float64
+    groups = array_at(world.groups, world.group_count, GROUP)
+    trail = array_at(world.trail + world.trail_row * world.bodies * 16, (world.bodies, 2), np.float64
     )
     at = 0
     for g in range(world.group_count):
-        position = numba.carray(pointer(groups[g].position), (groups[g].size, 2), np.float64)
-        trail[at : at + groups[g].size] = position
+        position = array_at(groups[g].position, (groups[g].size, 2), np.float64)
+        for i in range(groups[g].size):
+            trail[at + i, 0] = position[i, 0]
+            trail[at + i, 1] = position[i, 1]
         at += groups[g].size
     world.trail_row += 1
 
@@ -167,7 +166,7 @@ def _finish(world: Any) -> int:
 
 
 def _run(address: int) -> int:
-    world = numba.carray(pointer(address), 1, WORLD)[0]
+    world = array_at(address, 1, WORLD)[0]
     while world.phase == 1 or world.steps > 0:
         status = 0
         if world.phase == 0:
@@ -186,11 +185,11 @@ def _run(address: int) -> int:
 
 
 def _begin_step(address: int) -> int:
-    return _think(numba.carray(pointer(address), 1, WORLD)[0])
+    return _think(array_at(address, 1, WORLD)[0])
 
 
 def _end_step(address: int) -> int:
-    world = numba.carray(pointer(address), 1, WORLD)[0]
+    world = array_at(address, 1, WORLD)[0]
     if world.phase == 0:
         status = _move(world)
         if status != DONE:
@@ -199,7 +198,7 @@ def _end_step(address: int) -> int:
 
 
 def _see(address: int) -> int:
-    return _look(numba.carray(pointer(address), 1, WORLD)[0])
+    return _look(array_at(address, 1, WORLD)[0])
 
 
 RUN = Entry(_run)

@@ -19,8 +19,6 @@ from teamsight.analysis.occupancy import Bearings
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-_SHOWN_ROWS = 16
-
 
 @dataclass(frozen=True, eq=False)
 class DeltaReport:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight import checks
-from teamsight.kernel import kernel
+from teamsight.kernel import inlined, kernel
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.forces import attract, check_ascending, repel
 from teamsight.policies.interface import Memory
@@ -21,7 +21,7 @@ OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
 _SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _DO1, _DO2, _DO3, _PREDICTIVE, _DR1, _DR2, _SCALE, _OWN, _REPORTED = range(14)
 
 
-@kernel
+@inlined
 def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
     """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
     mates = percept.mates
@@ -46,7 +46,7 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
     return max(1.0 - parameters[_LOSS] * rivals, 0.0)
 
 
-@kernel
+@inlined
 def _pull(x: float, y: float, distance: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
     """Return the weighted force of a target at (x, y)."""
     reach = percept.sensing_range[i]
@@ -63,7 +63,7 @@ def _pull(x: float, y: float, distance: float, percept: Any, i: int, parameters:
     return force * x, force * y
 
 
-@kernel
+@inlined
 def _push(percept: Any, i: int, parameters: Any) -> tuple[float, float]:
     """Return the force of all perceived teammates."""
     mates = percept.mates
@@ -81,7 +81,7 @@ def _push(percept: Any, i: int, parameters: Any) -> tuple[float, float]:
     return x, y
 
 
-@kernel
+@inlined
 def _expectations(i: int, percept: Any, mind: Any) -> tuple[float, float, int]:
     """Return the force of targets that are remembered but not sensed, and how many there are."""
     parameters = mind.parameters

@@ -6,11 +6,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, pointer, specialise
+from teamsight.kernel import Entry, array_at, specialise
 from teamsight.policies.interface import Action, Floats, Memory, Mind, Percept, Sightings
 
 _SEEN = ("start", "identity", "offset", "distance")
@@ -26,56 +25,56 @@ DECISION = np.dtype(
 
 
 def _decide(address: int) -> int:
-    d = numba.carray(pointer(address), 1, DECISION)[0]
+    d = array_at(address, 1, DECISION)[0]
     n = d.size
-    start = numba.carray(pointer(d.targets_start), n + 1, np.int64)
+    start = array_at(d.targets_start, n + 1, np.int64)
     k = start[n]
     targets = Sightings(
         start,
-        numba.carray(pointer(d.targets_identity), k, np.int64),
-        numba.carray(pointer(d.targets_offset), (k, 2), np.float64),
-        numba.carray(pointer(d.targets_distance), k, np.float64),
+        array_at(d.targets_identity, k, np.int64),
+        array_at(d.targets_offset, (k, 2), np.float64),
+        array_at(d.targets_distance, k, np.float64),
     )
-    start = numba.carray(pointer(d.mates_start), n + 1, np.int64)
+    start = array_at(d.mates_start, n + 1, np.int64)
     k = start[n]
     mates = Sightings(
         start,
-        numba.carray(pointer(d.mates_identity), k, np.int64),
-        numba.carray(pointer(d.mates_offset), (k, 2), np.float64),
-        numba.carray(pointer(d.mates_distance), k, np.float64),
+        array_at(d.mates_identity, k, np.int64),
+        array_at(d.mates_offset, (k, 2), np.float64),
+        array_at(d.mates_distance, k, np.float64),
     )
-    start = numba.carray(pointer(d.reports_start), n + 1, np.int64)
+    start = array_at(d.reports_start, n + 1, np.int64)
     k = start[n]
     reports = Sightings(
         start,
-        numba.carray(pointer(d.reports_identity), k, np.int64),
-        numba.carray(pointer(d.reports_offset), (k, 2), np.float64),
-        numba.carray(pointer(d.reports_distance), k, np.float64),
+        array_at(d.reports_identity, k, np.int64),
+        array_at(d.reports_offset, (k, 2), np.float64),
+        array_at(d.reports_distance, k, np.float64),
     )
     percept = Percept(
-        numba.carray(pointer(d.heading), (n, 2), np.float64),
-        numba.carray(pointer(d.moved), (n, 2), np.float64),
-        numba.carray(pointer(d.speed), n, np.float64),
-        numba.carray(pointer(d.sensing_range), n, np.float64),
-        numba.carray(pointer(d.awareness_range), n, np.float64),
+        array_at(d.heading, (n, 2), np.float64),
+        array_at(d.moved, (n, 2), np.float64),
+        array_at(d.speed, n, np.float64),
+        array_at(d.sensing_range, n, np.float64),
+        array_at(d.awareness_range, n, np.float64),
         targets,
         mates,
         reports,
-        numba.carray(pointer(d.situation), (n, d.width), np.float32),
+        array_at(d.situation, (n, d.width), np.float32),
     )
     mind = Mind(
-        numba.carray(pointer(d.parameters), d.parameter_count, np.float64),
-        numba.carray(pointer(d.knowledge), (d.knowledge_rows, d.knowledge_columns), np.float32),
+        array_at(d.parameters, d.parameter_count, np.float64),
+        array_at(d.knowledge, (d.knowledge_rows, d.knowledge_columns), np.float32),
         Memory(
-            numba.carray(pointer(d.real), (n, d.real_slots, d.real_fields), np.float64),
-            numba.carray(pointer(d.whole), (n, d.whole_slots, d.whole_fields), np.int64),
+            array_at(d.real, (n, d.real_slots, d.real_fields), np.float64),
+            array_at(d.whole, (n, d.whole_slots, d.whole_fields), np.int64),
         ),
     )
     action = Action(
-        numba.carray(pointer(d.action_heading), (n, 2), np.float64),
-        numba.carray(pointer(d.action_distance), n, np.float64),
+        array_at(d.action_heading, (n, 2), np.float64),
+        array_at(d.action_distance, n, np.float64),
     )
-    decision_kernel(percept, mind, numba.carray(pointer(d.noise), (d.draws, d.noise_size), np.float64), action)  # type: ignore[name-defined]  # noqa: F821
+    decision_kernel(percept, mind, array_at(d.noise, (d.draws, d.noise_size), np.float64), action)  # type: ignore[name-defined]  # noqa: F821
     return 0
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.kernel import kernel
+from teamsight.kernel import inlined, kernel
 from teamsight.policies.interface import Memory
 
 X, Y, STEP_X, STEP_Y = range(4)
@@ -25,7 +25,7 @@ def no_tracks(size: int, slots: int) -> Memory:
     return Memory(np.zeros((size, slots, 4)), whole)
 
 
-@kernel
+@inlined
 def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
     """Return where `wanted` stands between `first` and `last`, or −1; look at `guess` first."""
     if first <= guess < last and identity[guess] == wanted:
@@ -36,7 +36,7 @@ def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
     return -1
 
 
-@kernel
+@inlined
 def _see(real: Any, whole: Any, slot: int, seen: Any, k: int, moved: Any) -> None:
     """Bring a track up to what is seen of its target now, and its step by what was wrong with the expectation."""
     steps = whole[slot, AGE] + 1
@@ -47,7 +47,7 @@ def _see(real: Any, whole: Any, slot: int, seen: Any, k: int, moved: Any) -> Non
     whole[slot, AGE] = 0
 
 
-@kernel
+@inlined
 def _expect(real: Any, whole: Any, slot: int, moved: Any) -> None:
     """Move a track of a target that is not seen to where it is expected now."""
     real[slot, X] += real[slot, STEP_X] - moved[0]
@@ -55,7 +55,7 @@ def _expect(real: Any, whole: Any, slot: int, moved: Any) -> None:
     whole[slot, AGE] += 1
 
 
-@kernel
+@inlined
 def _append(real: Any, whole: Any, slot: int, seen: Any, k: int, reported: int) -> int:
     """Begin a track in `slot`, if there is one; return the number of tracks."""
     if slot >= whole.shape[0]:
@@ -70,7 +70,7 @@ def _append(real: Any, whole: Any, slot: int, seen: Any, k: int, reported: int) 
     return slot + 1
 
 
-@kernel
+@inlined
 def _keep(real: Any, whole: Any, slot: int, new: int) -> None:
     if slot != new:
         for field in range(4):
@@ -79,7 +79,7 @@ def _keep(real: Any, whole: Any, slot: int, new: int) -> None:
             whole[new, field] = whole[slot, field]
 
 
-@kernel
+@inlined
 def update_tracks(i: int, percept: Any, memory: Any, farthest: float, oldest: float) -> int:
     """Bring the tracks of robot `i` up to date; return how many there are.
 
@@ -121,7 +121,7 @@ def update_tracks(i: int, percept: Any, memory: Any, farthest: float, oldest: fl
     return count
 
 
-@kernel
+@inlined
 def _slot_of(whole: Any, identity: int, count: int) -> int:
     for slot in range(count):
         if whole[slot, IDENTITY] == identity:
@@ -129,7 +129,7 @@ def _slot_of(whole: Any, identity: int, count: int) -> int:
     return -1
 
 
-@kernel
+@inlined
 def _hear(i: int, percept: Any, real: Any, whole: Any, count: int) -> int:
     """Take over reported targets that the robot does not see itself."""
     reports = percept.reports

@@ -29,11 +29,12 @@ from numba.core import cgutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 # fastmath stays off: it would break the checks for NaN and the equality of the two roads to the last bit.
-_FLAGS = {"nogil": True, "error_model": "numpy"}
+_FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
 def kernel(function: F) -> F:
@@ -47,13 +48,36 @@ def inlined(function: F) -> F:
 
 
 @intrinsic
-def pointer(typing_context: Any, address: Any) -> Any:
-    """Turn an integer address into a pointer that ``numba.carray`` accepts."""
+def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
+    """Return the array of this shape and dtype, in C order, that lies at an address.
+
+    `shape` is an int or a tuple of int, `dtype` a constant: a type such as ``np.float64``, or that of a record.
+    """
+    element = dtype.dtype
+    dimensions = len(shape) if isinstance(shape, numba.types.BaseTuple) else 1
+    array = numba.types.Array(element, dimensions, "C")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+        lengths = cgutils.unpack_tuple(builder, arguments[1]) if dimensions > 1 else [arguments[1]]
+        kinds = list(shape) if dimensions > 1 else [shape]
+        lengths = [context.cast(builder, n, kind, numba.types.intp) for n, kind in zip(lengths, kinds, strict=True)]
+        itemsize = cgutils.intp_t(context.get_abi_sizeof(context.get_data_type(element)))
+        strides, step = [], itemsize
+        for length in reversed(lengths):
+            strides.append(step)
+            step = builder.mul(step, length)
+        result = make_array(array)(context, builder)
+        populate_array(
+            result,
+            data=builder.inttoptr(arguments[0], context.get_data_type(element).as_pointer()),
+            shape=lengths,
+            strides=strides[::-1],
+            itemsize=itemsize,
+            meminfo=None,
+        )
+        return result._getvalue()
 
-    return numba.types.voidptr(numba.types.int64), generate
+    return array(address, shape, dtype), generate
 
 
 @intrinsic

@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, inlined, pointer, specialise
+from teamsight.kernel import Entry, array_at, inlined, specialise
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
 
@@ -51,17 +50,17 @@ def turn(
 
 
 def _advance(address: int) -> int:
-    move = numba.carray(pointer(address), 1, _MOVE)[0]
+    move = array_at(address, 1, _MOVE)[0]
     size = move.size
-    position = numba.carray(pointer(move.position), (size, 2), np.float64)
-    heading = numba.carray(pointer(move.heading), (size, 2), np.float64)
-    moved = numba.carray(pointer(move.moved), (size, 2), np.float64)
-    speed = numba.carray(pointer(move.speed), size, np.float64)
-    turn_cosine = numba.carray(pointer(move.turn_cosine), size, np.float64)
-    turn_sine = numba.carray(pointer(move.turn_sine), size, np.float64)
-    action_heading = numba.carray(pointer(move.action_heading), (size, 2), np.float64)
-    action_distance = numba.carray(pointer(move.action_distance), size, np.float64)
-    arena_size = numba.carray(pointer(move.arena_size), 2, np.float64)
+    position = array_at(move.position, (size, 2), np.float64)
+    heading = array_at(move.heading, (size, 2), np.float64)
+    moved = array_at(move.moved, (size, 2), np.float64)
+    speed = array_at(move.speed, size, np.float64)
+    turn_cosine = array_at(move.turn_cosine, size, np.float64)
+    turn_sine = array_at(move.turn_sine, size, np.float64)
+    action_heading = array_at(move.action_heading, (size, 2), np.float64)
+    action_distance = array_at(move.action_distance, size, np.float64)
+    arena_size = array_at(move.arena_size, 2, np.float64)
     for i in range(size):
         aim_x = action_heading[i, 0]
         aim_y = action_heading[i, 1]

@@ -16,11 +16,10 @@ import hashlib
 from enum import IntEnum
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, inlined, kernel, pointer
+from teamsight.kernel import Entry, array_at, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
@@ -115,10 +114,10 @@ def fill_block(block: Any, key: Any, stream: int, tick: int, identity: Any) -> N
 
 
 def _fill(address: int) -> int:
-    request = numba.carray(pointer(address), 1, _REQUEST)[0]
-    block = numba.carray(pointer(request.block), (4, request.channels, request.size), np.float64)
-    identity = numba.carray(pointer(request.identity), request.size, np.int64)
-    fill_block(block, numba.carray(pointer(request.key), 2, np.uint64), request.stream, request.tick, identity)
+    request = array_at(address, 1, _REQUEST)[0]
+    block = array_at(request.block, (4, request.channels, request.size), np.float64)
+    identity = array_at(request.identity, request.size, np.int64)
+    fill_block(block, array_at(request.key, 2, np.uint64), request.stream, request.tick, identity)
     return 0
 
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, kernel, pointer
+from teamsight.kernel import Entry, array_at, kernel
 from teamsight.world.arena import Arena
 from teamsight.world.cells import Cells, Grid, search_cells
 from teamsight.world.edges import Observed, ProximityGraph
@@ -36,34 +35,34 @@ _SEARCH = np.dtype(
 @kernel
 def search(address: int) -> int:
     """Fill the graph of a search record; return how many edges there are, which may be more than there is room for."""
-    ask = numba.carray(pointer(address), 1, _SEARCH)[0]
+    ask = array_at(address, 1, _SEARCH)[0]
     n = ask.size
     m = ask.observed
-    position = numba.carray(pointer(ask.position), (n, 2), np.float64)
-    reach = numba.carray(pointer(ask.reach), n, np.float64)
+    position = array_at(ask.position, (n, 2), np.float64)
+    reach = array_at(ask.reach, n, np.float64)
     observed = Observed(
-        numba.carray(pointer(ask.x), m, np.float64),
-        numba.carray(pointer(ask.y), m, np.float64),
-        numba.carray(pointer(ask.square), m, np.float64),
+        array_at(ask.x, m, np.float64),
+        array_at(ask.y, m, np.float64),
+        array_at(ask.square, m, np.float64),
         ask.own,
         ask.period_x,
         ask.period_y,
     )
     graph = ProximityGraph(
-        numba.carray(pointer(ask.start), n + 1, np.int64),
-        numba.carray(pointer(ask.index), ask.room, np.int64),
-        numba.carray(pointer(ask.offset), (ask.room, 2), np.float64),
-        numba.carray(pointer(ask.distance), ask.room, np.float64),
+        array_at(ask.start, n + 1, np.int64),
+        array_at(ask.index, ask.room, np.int64),
+        array_at(ask.offset, (ask.room, 2), np.float64),
+        array_at(ask.distance, ask.room, np.float64),
     )
     if ask.columns == 0:
         return search_pairs(position, reach, observed, graph)
     grid = Grid(ask.low_x, ask.low_y, ask.per_x, ask.per_y, ask.columns, ask.rows)
     cells = Cells(
-        numba.carray(pointer(ask.cell_start), ask.columns * ask.rows + 2, np.int64),
-        numba.carray(pointer(ask.cell_place), m, np.int64),
-        numba.carray(pointer(ask.cell_order), m, np.int64),
-        numba.carray(pointer(ask.cell_x), m, np.float64),
-        numba.carray(pointer(ask.cell_y), m, np.float64),
+        array_at(ask.cell_start, ask.columns * ask.rows + 2, np.int64),
+        array_at(ask.cell_place, m, np.int64),
+        array_at(ask.cell_order, m, np.int64),
+        array_at(ask.cell_x, m, np.float64),
+        array_at(ask.cell_y, m, np.float64),
     )
     return search_cells(position, reach, observed, grid, cells, graph)
 

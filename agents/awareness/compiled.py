@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 
 from teamsight.agents.awareness.interface import Awareness, Scene
-from teamsight.kernel import Entry, kernel, pointer, specialise
+from teamsight.kernel import Entry, array_at, kernel, specialise
 from teamsight.policies.interface import Sightings
 
 _SEEN = ("start", "identity", "offset", "distance")
@@ -27,56 +26,56 @@ SCENE = np.dtype(
 def scene_at(s: Any) -> Scene:
     """Return the scene that a record describes."""
     n = s.size
-    start = numba.carray(pointer(s.targets_start), n + 1, np.int64)
+    start = array_at(s.targets_start, n + 1, np.int64)
     k = start[n]
     targets = Sightings(
         start,
-        numba.carray(pointer(s.targets_identity), k, np.int64),
-        numba.carray(pointer(s.targets_offset), (k, 2), np.float64),
-        numba.carray(pointer(s.targets_distance), k, np.float64),
+        array_at(s.targets_identity, k, np.int64),
+        array_at(s.targets_offset, (k, 2), np.float64),
+        array_at(s.targets_distance, k, np.float64),
     )
-    start = numba.carray(pointer(s.mates_start), n + 1, np.int64)
+    start = array_at(s.mates_start, n + 1, np.int64)
     k = start[n]
     mates = Sightings(
         start,
-        numba.carray(pointer(s.mates_identity), k, np.int64),
-        numba.carray(pointer(s.mates_offset), (k, 2), np.float64),
-        numba.carray(pointer(s.mates_distance), k, np.float64),
+        array_at(s.mates_identity, k, np.int64),
+        array_at(s.mates_offset, (k, 2), np.float64),
+        array_at(s.mates_distance, k, np.float64),
     )
     return Scene(
-        numba.carray(pointer(s.heading), (n, 2), np.float64),
-        numba.carray(pointer(s.sensing_range), n, np.float64),
-        numba.carray(pointer(s.awareness_range), n, np.float64),
+        array_at(s.heading, (n, 2), np.float64),
+        array_at(s.sensing_range, n, np.float64),
+        array_at(s.awareness_range, n, np.float64),
         targets,
         mates,
-        numba.carray(pointer(s.place), k, np.int64),
+        array_at(s.place, k, np.int64),
         s.first,
-        numba.carray(pointer(s.team), (s.team_groups, 8), np.int64),
+        array_at(s.team, (s.team_groups, 8), np.int64),
     )
 
 
 def _perceive(address: int) -> int:
-    s = numba.carray(pointer(address), 1, SCENE)[0]
+    s = array_at(address, 1, SCENE)[0]
     shown = Sightings(
-        numba.carray(pointer(s.shown_start), s.size + 1, np.int64),
-        numba.carray(pointer(s.shown_identity), s.shown_room, np.int64),
-        numba.carray(pointer(s.shown_offset), (s.shown_room, 2), np.float64),
-        numba.carray(pointer(s.shown_distance), s.shown_room, np.float64),
+        array_at(s.shown_start, s.size + 1, np.int64),
+        array_at(s.shown_identity, s.shown_room, np.int64),
+        array_at(s.shown_offset, (s.shown_room, 2), np.float64),
+        array_at(s.shown_distance, s.shown_room, np.float64),
     )
     reports = Sightings(
-        numba.carray(pointer(s.reports_start), s.size + 1, np.int64),
-        numba.carray(pointer(s.reports_identity), s.reports_room, np.int64),
-        numba.carray(pointer(s.reports_offset), (s.reports_room, 2), np.float64),
-        numba.carray(pointer(s.reports_distance), s.reports_room, np.float64),
+        array_at(s.reports_start, s.size + 1, np.int64),
+        array_at(s.reports_identity, s.reports_room, np.int64),
+        array_at(s.reports_offset, (s.reports_room, 2), np.float64),
+        array_at(s.reports_distance, s.reports_room, np.float64),
     )
-    parameters = numba.carray(pointer(s.parameters), s.parameter_count, np.float64)
+    parameters = array_at(s.parameters, s.parameter_count, np.float64)
     return perceive_kernel(scene_at(s), parameters, shown, reports)  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def _situate(address: int) -> int:
-    s = numba.carray(pointer(address), 1, SCENE)[0]
-    parameters = numba.carray(pointer(s.parameters), s.parameter_count, np.float64)
-    situate_kernel(scene_at(s), parameters, numba.carray(pointer(s.situation), (s.size, s.width), np.float32))  # type: ignore[name-defined]  # noqa: F821
+    s = array_at(address, 1, SCENE)[0]
+    parameters = array_at(s.parameters, s.parameter_count, np.float64)
+    situate_kernel(scene_at(s), parameters, array_at(s.situation, (s.size, s.width), np.float32))  # type: ignore[name-defined]  # noqa: F821
     return 0
 
 

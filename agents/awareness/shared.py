@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 
 from teamsight import checks
@@ -14,7 +13,7 @@ from teamsight.agents.awareness.interface import Awareness, Width
 from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.awareness.pairwise import slot_of
 from teamsight.agents.ring import OWN_SECTORS, read_ring
-from teamsight.kernel import kernel, pointer
+from teamsight.kernel import array_at, kernel
 from teamsight.policies.interface import Sightings
 
 # The columns of Scene.team: where a group begins in the team, its size, and its arrays' addresses.
@@ -33,13 +32,13 @@ def _group_at(team: Any, place: int) -> int:
 def team_targets(team: Any, group: int) -> Sightings:
     """Return what a group of the team senses."""
     size = team[group, SIZE]
-    start = numba.carray(pointer(team[group, START]), size + 1, np.int64)
+    start = array_at(team[group, START], size + 1, np.int64)
     edges = start[size]
     return Sightings(
         start,
-        numba.carray(pointer(team[group, IDENTITY]), edges, np.int64),
-        numba.carray(pointer(team[group, OFFSET]), (edges, 2), np.float64),
-        numba.carray(pointer(team[group, DISTANCE]), edges, np.float64),
+        array_at(team[group, IDENTITY], edges, np.int64),
+        array_at(team[group, OFFSET], (edges, 2), np.float64),
+        array_at(team[group, DISTANCE], edges, np.float64),
     )
 
 
@@ -75,8 +74,8 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
             group = _group_at(scene.team, scene.place[k])
             size = scene.team[group, SIZE]
             row = scene.place[k] - scene.team[group, FIRST]
-            heading = numba.carray(pointer(scene.team[group, HEADING]), (size, 2), np.float64)[row]
-            reach = numba.carray(pointer(scene.team[group, REACH]), size, np.float64)[row]
+            heading = array_at(scene.team[group, HEADING], (size, 2), np.float64)[row]
+            reach = array_at(scene.team[group, REACH], size, np.float64)[row]
             theirs = team_targets(scene.team, group)
             first = OWN_SECTORS + OWN_SECTORS * slot_of(scene.place[k], scene.first + i)
             edges = (theirs.start[row], theirs.start[row + 1])
