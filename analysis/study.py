@@ -141,7 +141,7 @@ class Experiment:
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
         """Return the treatment under `setting`, without what its policy does not listen to."""
         policy = self.treatment["policy"]
-        listens = _POLICY_SETTINGS[policy] if isinstance(policy, str) else frozenset[str]()
+        listens = _POLICY_SETTINGS.get(policy, _POLICY_ONLY) if isinstance(policy, str) else frozenset[str]()
         kept = {name: value for name, value in setting.items() if name not in _POLICY_ONLY or name in listens}
         return kept | dict(self.treatment)
 

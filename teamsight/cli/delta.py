@@ -37,7 +37,7 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
 
     _prepare(settings.out)
     # The degree of awareness is geometry: it does not depend on what the robots know; the policy may.
-    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out"})
+    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out"}, exclude_none=True)
     with watching() as watch:
         report = choose_delta(
             world,

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.settings import LEDGER, ReproduceSettings
 from teamsight.cli.show import show_ledger, watching, wide_console
+
+if TYPE_CHECKING:
+    from teamsight.analysis.reproduce import Plan
 
 
 def execute(**given: Any) -> None:
@@ -30,7 +33,7 @@ def execute(**given: Any) -> None:
     )
 
 
-def plan_of(settings: ReproduceSettings) -> Any:
+def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings ask for."""
     from teamsight.agents.presets import PRESETS
     from teamsight.analysis.figures import FIGURES
