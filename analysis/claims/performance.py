@@ -98,13 +98,17 @@ def pooled(se: pd.DataFrame) -> pd.DataFrame:
     """Return each cell's se, pooled with that of the cells around it.
 
     The se of five runs is itself so uncertain that among 270 cells some come out far too small; over 3 × 3 cells it
-    rests on 36 degrees of freedom.
+    rests on 36 degrees of freedom. With a single run the spread is unknown, and every se infinite.
     """
     variance = se.to_numpy() ** 2
     padded = np.pad(variance, 1, constant_values=np.nan)
     rows, columns = variance.shape
     near = [padded[down : down + rows, right : right + columns] for down in range(3) for right in range(3)]
-    return pd.DataFrame(np.sqrt(np.nanmean(near, axis=0)), index=se.index, columns=se.columns)
+    known = np.isfinite(near)
+    total = np.where(known, near, 0.0).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(known.any(axis=0), total / known.sum(axis=0), np.inf)
+    return pd.DataFrame(np.sqrt(mean), index=se.index, columns=se.columns)
 
 
 def _against(mean: pd.DataFrame, se: pd.DataFrame, axis: int, sign: float) -> float:

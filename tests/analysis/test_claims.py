@@ -266,3 +266,14 @@ def test_noise_alone_does_not_decide_a_claim_on_many_cells(seed: int) -> None:
     # Each fails once in fifty surfaces; that all three seeds were unlucky in the same way would be a mistake.
     assert BY_NAME["acmommt-monotonic"].judge({"a-cmommt": flat}).distance < 1.2
     assert BY_NAME["range-gain"].judge({"a-cmommt": flat, "half-range": other}).distance < 1.2
+
+
+def test_a_single_run_leaves_the_spread_unknown_and_no_claim_without_a_verdict() -> None:
+    tables = {}
+    for name in needed():
+        cells = catalogue(QUICK, {})[name].cells
+        found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})))
+        tables[name] = found[found["replicate"] == 0]
+    verdicts = {claim.name: claim.judge(tables) for claim in CLAIMS}
+    assert verdicts["acmommt-monotonic"].holds
+    assert all(np.isfinite(found.distance) for found in verdicts.values())
