@@ -37,7 +37,7 @@ def _column(x: float, low: float, per: float, count: int) -> int:
 @kernel
 def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
     """Order the bodies by cell; within a cell by number."""
-    size = observed.x.shape[0]
+    size = observed.size
     cells.start[:] = 0
     for j in range(size):
         row = _column(observed.y[j], grid.low_y, grid.per_y, grid.rows)

@@ -38,11 +38,11 @@ class ProximityGraph(NamedTuple):
 
 
 class Observed(NamedTuple):
-    """Where the bodies are that can be observed, as a kernel reads it."""
+    """Where the bodies are that can be observed, as a kernel reads it; `x` and `y` are filled up to full SIMD lanes."""
 
     x: Any
     y: Any
-    square: Any
+    size: int
     own: int
     period_x: float
     period_y: float

@@ -4,8 +4,43 @@ from __future__ import annotations
 
 from typing import Any
 
-from teamsight.kernel import kernel
+import numpy as np
+from numba.cpython.unsafe.numbers import trailing_zeros
+
+from teamsight.kernel import inlined, kernel
 from teamsight.world.edges import Observed, append, shortest
+
+BLOCK = 64
+"""How many bodies are compared at once: one bit of a word for each."""
+
+FAR_AWAY = 1e150
+"""Where to put bodies that do not exist, so that the last lanes are full: out of any range, and its square is finite."""
+
+_ONE = np.uint64(1)
+
+
+@inlined
+def _near(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
+    """Return a word in which bit j is set if body ``first + j`` is near enough."""
+    near = np.uint64(0)
+    for bit in range(last - first):
+        # Unsigned, because numba wraps signed indices around, which keeps the loop from using SIMD lanes.
+        j = np.uint64(first) + np.uint64(bit)
+        way_x = observed.x[j] - x
+        way_y = observed.y[j] - y
+        near |= np.uint64(way_x * way_x + way_y * way_y <= limit) << np.uint64(bit)
+    return near
+
+
+@inlined
+def _near_on_torus(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
+    near = np.uint64(0)
+    for bit in range(last - first):
+        j = np.uint64(first) + np.uint64(bit)
+        way_x = shortest(observed.x[j] - x, observed.period_x)
+        way_y = shortest(observed.y[j] - y, observed.period_y)
+        near |= np.uint64(way_x * way_x + way_y * way_y <= limit) << np.uint64(bit)
+    return near
 
 
 @kernel
@@ -19,52 +54,38 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
     reach : ndarray, shape (n,), float64
         How far each observes.
     observed : Observed
-        The others, and work space `square` of shape (m,). Observer i itself is number i + `own` of them, if `own` ≥ 0.
+        The others. Observer i itself is number i + `own` of them, if `own` ≥ 0.
     graph : ProximityGraph
         Written as far as its arrays go; when the number returned is larger, they must grow.
     """
-    size = observed.x.shape[0]
     room = graph.index.shape[0]
     edge = 0
     wraps = observed.period_x > 0.0
+    size = observed.size if wraps else observed.x.shape[0]
     for i in range(position.shape[0]):
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
         limit = reach[i] * reach[i]
-        hits = 0
-        if wraps:
-            for j in range(size):
-                way_x = shortest(observed.x[j] - x, observed.period_x)
-                way_y = shortest(observed.y[j] - y, observed.period_y)
-                square = way_x * way_x + way_y * way_y
-                observed.square[j] = square
-                hits += square <= limit
-        else:
-            for j in range(size):
-                way_x = observed.x[j] - x
-                way_y = observed.y[j] - y
-                square = way_x * way_x + way_y * way_y
-                observed.square[j] = square
-                hits += square <= limit
-        myself = -1
-        if observed.own >= 0:
-            myself = i + observed.own
-            hits -= 1
-        if edge + hits > room:
-            edge += hits
-            continue
-        last = edge + hits
-        j = 0
-        while edge < last:
-            if observed.square[j] <= limit and j != myself:
-                way_x = observed.x[j] - x
-                way_y = observed.y[j] - y
-                if wraps:
-                    way_x = shortest(way_x, observed.period_x)
-                    way_y = shortest(way_y, observed.period_y)
-                append(graph, edge, j, way_x, way_y, observed.square[j])
+        myself = i + observed.own if observed.own >= 0 else -1
+        for first in range(0, size, BLOCK):
+            last = min(first + BLOCK, size)
+            if wraps:
+                near = _near_on_torus(x, y, limit, observed, first, last)
+            else:
+                near = _near(x, y, limit, observed, first, last)
+            while near != 0:
+                j = first + np.int64(trailing_zeros(near))
+                near &= near - _ONE
+                if j == myself:
+                    continue
+                if edge < room:
+                    way_x = observed.x[j] - x
+                    way_y = observed.y[j] - y
+                    if wraps:
+                        way_x = shortest(way_x, observed.period_x)
+                        way_y = shortest(way_y, observed.period_y)
+                    append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
                 edge += 1
-            j += 1
     graph.start[position.shape[0]] = edge
     return edge

@@ -17,15 +17,17 @@ from teamsight.kernel import Entry, array_at, kernel
 from teamsight.world.arena import Arena
 from teamsight.world.cells import Cells, Grid, search_cells
 from teamsight.world.edges import Observed, ProximityGraph
-from teamsight.world.pairs import search_pairs
+from teamsight.world.pairs import FAR_AWAY, search_pairs
 
 __all__ = ["ProximityGraph", "Search", "proximity_graph", "search"]
 
 # More pairs than this, and cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
 
+_LANES = 16
+
 _SEARCH = np.dtype(
-    [(name, np.int64) for name in ("size", "position", "reach", "observed", "x", "y", "square", "own")]
+    [(name, np.int64) for name in ("size", "position", "reach", "observed", "lanes", "x", "y", "own")]
     + [(name, np.float64) for name in ("period_x", "period_y", "low_x", "low_y", "per_x", "per_y")]
     + [(name, np.int64) for name in ("columns", "rows", "cell_start", "cell_place", "cell_order", "cell_x", "cell_y")]
     + [(name, np.int64) for name in ("room", "start", "index", "offset", "distance")]
@@ -41,9 +43,9 @@ def search(address: int) -> int:
     position = array_at(ask.position, (n, 2), np.float64)
     reach = array_at(ask.reach, n, np.float64)
     observed = Observed(
-        array_at(ask.x, m, np.float64),
-        array_at(ask.y, m, np.float64),
-        array_at(ask.square, m, np.float64),
+        array_at(ask.x, ask.lanes, np.float64),
+        array_at(ask.y, ask.lanes, np.float64),
+        m,
         ask.own,
         ask.period_x,
         ask.period_y,
@@ -106,11 +108,13 @@ class Search:
     ) -> None:
         n = len(position)
         self.position, self.reach = position, reach
-        self.x, self.y, self._square = np.zeros(observed), np.zeros(observed), np.empty(observed)
+        lanes = -(-observed // _LANES) * _LANES
+        self._lanes = np.full((2, lanes), FAR_AWAY)
+        self.x, self.y = self._lanes[:, :observed]
         self.start = np.zeros(n + 1, np.int64)
         self.record = np.zeros(1, _SEARCH)
         ask = self.record[0]
-        ask["size"], ask["observed"], ask["own"] = n, observed, own
+        ask["size"], ask["observed"], ask["lanes"], ask["own"] = n, observed, lanes, own
         ask["period_x"], ask["period_y"] = arena.period
         self._cells: Cells | None = None
         if not (n * observed <= MOST_PAIRS if pairs is None else pairs):
@@ -141,7 +145,7 @@ class Search:
         ask = self.record[0]
         ask["room"] = room
         named = dict(
-            position=self.position, reach=self.reach, x=self.x, y=self.y, square=self._square, start=self.start,
+            position=self.position, reach=self.reach, x=self.x, y=self.y, start=self.start,
             index=self.index, offset=self.offset, distance=self.distance,
         )  # fmt: skip
         if self._cells is not None:
