@@ -43,7 +43,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def position(self) -> Floats:
         """Where it is, shape (2,) [length]. What is set must lie in the arena."""
-        return self.group.position[self.row]
+        row: Floats = self.group.position[self.row]
+        return row
 
     @position.setter
     def position(self, value: npt.ArrayLike) -> None:
@@ -52,7 +53,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def heading(self) -> Floats:
         """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
-        return self.group.heading[self.row]
+        row: Floats = self.group.heading[self.row]
+        return row
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:

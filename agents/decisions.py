@@ -79,7 +79,7 @@ def _checked(name: str, answer: Any, i: int) -> tuple[float, float]:
 
 def _protected(percept: Percept) -> Percept:
     """Return the percept with arrays that cannot be written to."""
-    parts = [_protected_sightings(part) if isinstance(part, tuple) else _readonly(part) for part in percept]
+    parts: list[Any] = [_protected_sightings(part) if isinstance(part, tuple) else _readonly(part) for part in percept]
     return Percept(*parts)
 
 

@@ -75,7 +75,7 @@ class Group:
     def begin(self) -> None:
         """Forget everything and make the buffers anew, as wide as the group is now."""
         size = len(self.bodies)
-        self.memory = self.policy.start(size) if hasattr(self.policy, "start") else None
+        self.memory: Any = self.policy.start(size) if hasattr(self.policy, "start") else None
         self.draws = int(getattr(self.policy, "draws", 0))
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         self.lanes = -(-max(size, 1) // LANES) * LANES
@@ -85,7 +85,7 @@ class Group:
         self.situation = np.zeros((size, 0), np.float32)
         self._nothing = self._shown = self._reports = no_sightings(size)
         self._room = 0
-        self._situated_at = -1
+        self._situated_at: tuple[int, int] | None = None
         self.decided_at = -1
         self.policy_action = self.action
 
@@ -147,11 +147,11 @@ class Group:
         """Make room for this many entries in what the degree of awareness writes; bind again afterwards."""
         self._room = max(need + need // 4, 16)
 
-    def situate(self, tick: int) -> npt.NDArray[np.float32]:
-        """Return the situation vectors of the present tick, shape (n, width)."""
-        if self._situated_at != tick:
+    def situate(self, moment: tuple[int, int]) -> npt.NDArray[np.float32]:
+        """Return the situation vectors of the present moment (`World.moment`), shape (n, width)."""
+        if self._situated_at != moment:
             situate_entry(self.awareness)(self._scene.ctypes.data)
-            self._situated_at = tick
+            self._situated_at = moment
         return self._situation_on_demand
 
     def bind(self, record: Any, arena: Arena, team: list[Group]) -> None:
@@ -204,7 +204,7 @@ class Group:
         self._situation_on_demand = np.zeros((size, width), np.float32)
         if self._reads_situation:
             self.situation = self._situation_on_demand
-        self._situated_at = -1
+        self._situated_at = None
 
     def _bind_scene(self, team: list[Group]) -> None:
         scene = np.zeros(1, SCENE)

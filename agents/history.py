@@ -82,7 +82,7 @@ class History:
 
     @property
     def before(self) -> tuple[float, int, int]:
-        """Of all stretches but the last the sum of the shares observed and the number of rows; and the largest degree."""
+        """Of all stretches but the last: the sum of shares observed, and the number of rows; and the largest degree."""
         earlier = self._stretches[:-1]
         share = sum(stretch.observed_sum / stretch.targets for stretch in earlier if stretch.targets)
         return float(share), sum(stretch.rows for stretch in earlier), self.max_neighbours

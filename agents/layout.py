@@ -20,8 +20,8 @@ RELATION = np.dtype(
 )
 """Who observes whom: the search record, the observed groups, and the graph found.
 
-``parts`` is the address of rows (position, size), ``everyone`` of the identities of all observed, ``met`` of the step at
-which each body of the world was last counted by the observers' side, ``rows`` of where in it the observed are.
+``parts`` is the address of rows (position, size), ``everyone`` of the identities of all observed, ``met`` of the step
+at which each body of the world was last counted by the observers' side, ``rows`` of where in it the observed are.
 """
 
 WORLD = np.dtype(

@@ -63,7 +63,7 @@ def policy_of(value: Any) -> Any:
     return value
 
 
-def awareness_of(value: Awareness | str, **settings: Any) -> Awareness:
+def awareness_of(value: Awareness | str) -> Awareness:
     """Return the degree of awareness that a user names or gives.
 
     Raises
@@ -72,7 +72,7 @@ def awareness_of(value: Awareness | str, **settings: Any) -> Awareness:
         If it is none, or its name is unknown.
     """
     if isinstance(value, str):
-        return AWARENESS[checks.choice("awareness", value, AWARENESS)](**settings)
+        return AWARENESS[checks.choice("awareness", value, AWARENESS)]()
     if not isinstance(value, Awareness):
         shown = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else f"{value!r}: is none"
         raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
@@ -172,7 +172,8 @@ def drop(group: Group, agent: Body) -> None:
     keep = np.arange(len(group)) != agent.row
     bodies = group.bodies
     columns = {
-        name: np.ascontiguousarray(array[keep]) if name != "arena_size" else array for name, array in vars(bodies).items()
+        name: array if name == "arena_size" else np.ascontiguousarray(array[keep])
+        for name, array in vars(bodies).items()
     }
     memory = group.memory
     group.bodies = Bodies(**columns)
@@ -205,7 +206,9 @@ def check_fit(group: Group, team: list[Group]) -> None:
         if need not in awareness.delivers:
             fit = [degree.__name__ for degree in AWARENESS.values() if need in degree.delivers]
             cure = f"; use {fit[0]}()" if fit else ""
-            raise ValueError(f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}")
+            raise ValueError(
+                f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}"
+            )
     inputs = getattr(policy, "inputs", 0) or 0
     size = max(sum(map(len, team)), 1)
     width = sum(awareness.width(size))

@@ -17,12 +17,14 @@ def sector_of(x: float, y: float, heading_x: float, heading_y: float, sectors: i
     """Return the sector that holds a bearing; sector 0 is centred straight ahead, and they go anticlockwise."""
     ahead = x * heading_x + y * heading_y
     left = y * heading_x - x * heading_y
-    number = int(math.floor(math.atan2(left, ahead) * (sectors / _FULL_TURN) + 0.5))
+    number = math.floor(math.atan2(left, ahead) * (sectors / _FULL_TURN) + 0.5)
     return number + sectors if number < 0 else number % sectors
 
 
 @kernel
-def read_ring(row: Any, first: int, sectors: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float) -> None:
+def read_ring(
+    row: Any, first: int, sectors: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float
+) -> None:
     """Write the readings of one robot's ring.
 
     Parameters

@@ -8,7 +8,7 @@ from teamsight.agents.body import Body
 
 
 class Target(Body):
-    """A target. It is on no team; let it sense robots with ``world.senses(targets, robots)`` so that it can avoid them."""
+    """A target, on no team. Let it sense robots with ``world.senses(targets, robots)`` so that it can avoid them."""
 
     @property
     def observers(self) -> list[Any]:

@@ -13,7 +13,8 @@ from teamsight.agents.group import Group
 def neighbour_graph(groups: list[Group]) -> nx.Graph:
     """Return who is within whose awareness range.
 
-    Nodes are identities, with `position` and `group`; edges carry `distance`. With unequal ranges the graph is directed.
+    Nodes are identities, with `position` and `group`; edges carry `distance`. With unequal ranges the graph is
+    directed.
     """
     teams = [group for group in groups if "mates" in group.relations]
     ranges = {float(reach) for group in teams for reach in np.unique(group.awareness_range)}

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight import checks
-from teamsight.kernel import inlined, kernel
+from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.forces import attract, check_ascending, repel
+from teamsight.policies.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
 from teamsight.policies.interface import Memory
 from teamsight.policies.search import rule_draws, rule_number, search_step
 from teamsight.policies.tracks import AGE, IDENTITY, REPORTED, X, Y, no_tracks, update_tracks
@@ -18,11 +18,14 @@ WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
 SCALES = {"sensing": 0.0, "awareness": 1.0}
 OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
 
-_SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _DO1, _DO2, _DO3, _PREDICTIVE, _DR1, _DR2, _SCALE, _OWN, _REPORTED = range(14)
+_SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _REPORTED = range(8)
+_REPULSION = 8
+_ATTRACTION = 11
+_PREDICTIVE = _ATTRACTION + 3
 
 
 @inlined
-def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
+def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
     mates = percept.mates
     first = mates.start[i]
@@ -47,16 +50,11 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> float:
 
 
 @inlined
-def _pull(x: float, y: float, distance: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+def _pull(
+    x: float, y: float, distance: float, per_reach: float, percept: Any, i: int, parameters: Any
+) -> tuple[float, float]:
     """Return the weighted force of a target at (x, y)."""
-    reach = percept.sensing_range[i]
-    force = attract(
-        distance,
-        parameters[_DO1] * reach,
-        parameters[_DO2] * reach,
-        parameters[_DO3] * reach,
-        parameters[_PREDICTIVE] * reach,
-    )
+    force = attract(distance * per_reach, parameters[_ATTRACTION:])
     if force == 0.0 or distance == 0.0:
         return 0.0, 0.0
     force *= _weight(x, y, percept, i, parameters) / distance
@@ -64,25 +62,24 @@ def _pull(x: float, y: float, distance: float, percept: Any, i: int, parameters:
 
 
 @inlined
-def _push(percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
     """Return the force of all perceived teammates."""
     mates = percept.mates
-    scale = percept.sensing_range[i] if parameters[_SCALE] == 0.0 else percept.awareness_range[i]
-    d1 = parameters[_DR1] * scale
-    d2 = parameters[_DR2] * scale
+    scale = per_reach if parameters[_SCALE] == 0.0 else 1.0 / percept.awareness_range[i]
     x = 0.0
     y = 0.0
     for k in range(mates.start[i], mates.start[i + 1]):
         distance = mates.distance[k]
-        if 0.0 < distance < d2:
-            force = repel(distance, d1, d2) / distance
+        force = repel(distance * scale, parameters[_REPULSION:])
+        if force != 0.0 and distance > 0.0:
+            force /= distance
             x += force * mates.offset[k, 0]
             y += force * mates.offset[k, 1]
     return x, y
 
 
 @inlined
-def _expectations(i: int, percept: Any, mind: Any) -> tuple[float, float, int]:
+def _expectations(i: int, per_reach: float, percept: Any, mind: Any) -> tuple[float, float, int]:
     """Return the force of targets that are remembered but not sensed, and how many there are."""
     parameters = mind.parameters
     memory = mind.memory
@@ -105,13 +102,13 @@ def _expectations(i: int, percept: Any, mind: Any) -> tuple[float, float, int]:
         track_y = memory.real[i, slot, Y]
         distance = math.sqrt(track_x * track_x + track_y * track_y)
         exists = math.exp(-age / (parameters[_REPORTED] if reported else parameters[_OWN]))
-        pull_x, pull_y = _pull(track_x, track_y, distance, percept, i, parameters)
+        pull_x, pull_y = _pull(track_x, track_y, distance, per_reach, percept, i, parameters)
         x += exists * pull_x
         y += exists * pull_y
     return x, y, lost
 
 
-@kernel
+@inlined
 def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     parameters = mind.parameters
     targets = percept.targets
@@ -119,24 +116,26 @@ def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
         first = targets.start[i]
         last = targets.start[i + 1]
-        x, y = _push(percept, i, parameters)
+        per_reach = 1.0 / percept.sensing_range[i]
+        x, y = _push(per_reach, percept, i, parameters)
         for k in range(first, last):
             pull_x, pull_y = _pull(
-                targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], percept, i, parameters
+                targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], per_reach, percept, i, parameters
             )
             x += pull_x
             y += pull_y
         lost = 0
         told = percept.reports.start[i + 1] > percept.reports.start[i]
         if slots > 0 and (last > first or told or mind.memory.whole[i, 0, IDENTITY] >= 0):
-            pull_x, pull_y, lost = _expectations(i, percept, mind)
+            pull_x, pull_y, lost = _expectations(i, per_reach, percept, mind)
             x += pull_x
             y += pull_y
         square = x * x + y * y
         if square > 1e-18:
             length = math.sqrt(square)
-            action.heading[i, 0] = x / length
-            action.heading[i, 1] = y / length
+            shrink = 1.0 / length
+            action.heading[i, 0] = x * shrink
+            action.heading[i, 1] = y * shrink
             action.distance[i] = min(length, 1.0) * percept.speed[i]
         elif parameters[_WHEN] == 0.0 or (
             first == last and lost == 0 and percept.mates.start[i] == percept.mates.start[i + 1]
@@ -152,8 +151,8 @@ def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 class ACmommt(CompiledPolicy):
     """Follow targets that no teammate is nearer to, and keep away from teammates.
 
-    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units of
-    the sensing range.
+    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units
+    of the sensing range.
 
     Parameters
     ----------
@@ -163,7 +162,8 @@ class ACmommt(CompiledPolicy):
         When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
     weights : {"nearest", "shared", "per-teammate", "none"}
         The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
-        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's "Local").
+        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's
+        "Local").
     shared_weight, teammate_loss : float
         Constants of these rules, 0..1.
     do1, do2, do3, predictive : float
@@ -230,8 +230,9 @@ class ACmommt(CompiledPolicy):
     def parameters(self) -> tuple[float, ...]:
         return (
             rule_number(self.search), OCCASIONS[self.search_when], WEIGHTS[self.weights], self.shared_weight,
-            self.teammate_loss, self.do1, self.do2, self.do3, self.predictive, self.dr1, self.dr2,
-            SCALES[self.repulsion_scale], self.decay, self.reported_decay,
+            self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.reported_decay,
+            *repulsion_corners(self.dr1, self.dr2),
+            *attraction_corners(self.do1, self.do2, self.do3, self.predictive),
         )  # fmt: skip
 
     def start(self, size: int) -> Memory:

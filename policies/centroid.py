@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.kernel import kernel
+from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.search import rule_draws, rule_number, search_step
 
 
-@kernel
+@inlined
 def _to_centroid(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     targets = percept.targets
     for i in range(percept.heading.shape[0]):

@@ -74,7 +74,9 @@ def check_policy(policy: Policy, *, sizes: tuple[int, ...] = (1, 7), steps: int 
     name = type(policy).__name__
     for member in ("draws", "start", "decide"):
         if not hasattr(policy, member):
-            raise TypeError(f"{name}: has no {member!r}; a policy has draws, start(size) and decide(percept, memory, noise)")
+            raise TypeError(
+                f"{name}: has no {member!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
+            )
     if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
         raise TypeError(f"{name}.draws={policy.draws!r}: must be a whole number of at least 0")
     for size in sizes:

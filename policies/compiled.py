@@ -1,4 +1,4 @@
-"""Compiled policies: a kernel that decides for a whole group, and the record through which a loop hands it the percept."""
+"""Compiled policies: a kernel that decides for a whole group, and the record that hands it the percept."""
 
 from __future__ import annotations
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight import checks
-from teamsight.kernel import kernel
+from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.random_walk import walk_step
 
 
-@kernel
+@inlined
 def _evade(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     seen = percept.targets
     for i in range(percept.heading.shape[0]):

@@ -7,11 +7,13 @@ Notes
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.kernel import inlined
+from teamsight.kernel import inlined, plain
 
 
 def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.float64]:
@@ -34,10 +36,13 @@ def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.f
     *Source:* §7, Fig. 9.
     """
     check_ascending(d1=d1, d2=d2)
-    return np.asarray(np.vectorize(repel.py_func, otypes=[float])(np.asarray(distance, float), d1, d2))
+    corners = repulsion_corners(d1, d2)
+    return np.asarray(np.vectorize(lambda d: plain(repel)(d, corners), otypes=[float])(np.asarray(distance, float)))
 
 
-def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float) -> npt.NDArray[np.float64]:
+def attraction(
+    distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float
+) -> npt.NDArray[np.float64]:
     """Return the force along the way to a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 from `predictive` on.
 
     Parameters
@@ -53,9 +58,8 @@ def attraction(distance: npt.ArrayLike, do1: float, do2: float, do3: float, pred
         Between −1 and 1.
     """
     check_ascending(do1=do1, do2=do2, do3=do3, predictive=predictive)
-    return np.asarray(
-        np.vectorize(attract.py_func, otypes=[float])(np.asarray(distance, float), do1, do2, do3, predictive)
-    )
+    corners = attraction_corners(do1, do2, do3, predictive)
+    return np.asarray(np.vectorize(lambda d: plain(attract)(d, corners), otypes=[float])(np.asarray(distance, float)))
 
 
 def check_ascending(**limits: float) -> None:
@@ -74,25 +78,33 @@ def check_ascending(**limits: float) -> None:
         before, least = name, value
 
 
+def repulsion_corners(d1: float, d2: float) -> tuple[float, ...]:
+    """Return what `repel` takes: where the force changes, and its slope."""
+    return d1, d2, _slope(d1, d2)
+
+
+def attraction_corners(do1: float, do2: float, do3: float, predictive: float) -> tuple[float, ...]:
+    """Return what `attract` takes: where the force changes, and its slopes."""
+    return do1, do2, do3, predictive, _slope(0.0, do1), _slope(do1, do2), _slope(do3, predictive)
+
+
+def _slope(begin: float, end: float) -> float:
+    # Over an interval of no length the force jumps.
+    return 1.0 / (end - begin) if end > begin else 1e300
+
+
 @inlined
-def repel(distance: float, d1: float, d2: float) -> float:
+def repel(distance: float, corners: Any) -> float:
     """Return the force of one teammate; see `repulsion`."""
-    if distance < d1:
-        return -1.0
-    if distance < d2:
-        return (distance - d2) / (d2 - d1)
-    return 0.0
+    # Limits instead of branches: which side a distance falls on is a coin toss to the processor.
+    return max(min((distance - corners[1]) * corners[2], 0.0), -1.0)
 
 
 @inlined
-def attract(distance: float, do1: float, do2: float, do3: float, predictive: float) -> float:
+def attract(distance: float, corners: Any) -> float:
     """Return the force of one target; see `attraction`."""
-    if distance < do1:
-        return distance / do1 - 1.0
-    if distance < do2:
-        return (distance - do1) / (do2 - do1)
-    if distance <= do3:
-        return 1.0
-    if distance < predictive:
-        return (predictive - distance) / (predictive - do3)
-    return 0.0
+    near = distance * corners[4] - 1.0
+    rise = min((distance - corners[0]) * corners[5], 1.0)
+    fall = max((corners[3] - distance) * corners[6], 0.0)
+    force = near if distance < corners[0] else rise
+    return fall if distance > corners[2] else force

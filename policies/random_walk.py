@@ -8,7 +8,7 @@ from typing import Any
 
 from teamsight import checks
 from teamsight.angles import direction
-from teamsight.kernel import inlined, kernel
+from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 
 _TURN_PROBABILITY, _TURN_RANGE, _RANDOM_DISTANCE = range(3)
@@ -39,7 +39,7 @@ def walk_step(i: int, percept: Any, parameters: Any, noise: Any, action: Any) ->
         action.distance[i] *= noise[2, i]
 
 
-@kernel
+@inlined
 def _walk(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
         walk_step(i, percept, mind.parameters, noise, action)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.kernel import kernel
+from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 
 
-@kernel
+@inlined
 def _stay(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     action.heading[:] = 0.0
     action.distance[:] = 0.0

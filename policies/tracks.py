@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.kernel import inlined, kernel
+from teamsight.kernel import inlined
 from teamsight.policies.interface import Memory
 
 X, Y, STEP_X, STEP_Y = range(4)
@@ -36,12 +36,21 @@ def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
     return -1
 
 
+@kernel
+def _per_step(x: float, y: float, steps: int) -> tuple[float, float]:
+    # On its own, so that the usual case of a target seen a step ago does not wait for two divisions.
+    return x / steps, y / steps
+
+
 @inlined
 def _see(real: Any, whole: Any, slot: int, seen: Any, k: int, moved: Any) -> None:
     """Bring a track up to what is seen of its target now, and its step by what was wrong with the expectation."""
-    steps = whole[slot, AGE] + 1
-    real[slot, STEP_X] += (seen.offset[k, 0] - (real[slot, X] + real[slot, STEP_X] - moved[0])) / steps
-    real[slot, STEP_Y] += (seen.offset[k, 1] - (real[slot, Y] + real[slot, STEP_Y] - moved[1])) / steps
+    wrong_x = seen.offset[k, 0] - (real[slot, X] + real[slot, STEP_X] - moved[0])
+    wrong_y = seen.offset[k, 1] - (real[slot, Y] + real[slot, STEP_Y] - moved[1])
+    if whole[slot, AGE] > 0:
+        wrong_x, wrong_y = _per_step(wrong_x, wrong_y, whole[slot, AGE] + 1)
+    real[slot, STEP_X] += wrong_x
+    real[slot, STEP_Y] += wrong_y
     real[slot, X] = seen.offset[k, 0]
     real[slot, Y] = seen.offset[k, 1]
     whole[slot, AGE] = 0

@@ -43,10 +43,9 @@ def direction(fraction: float) -> tuple[float, float]:
     cosine = 1.0 / 24.0 - s * cosine
     cosine = 0.5 - s * cosine
     cosine = 1.0 - s * cosine
-    if quarter == 1:
-        return -sine, cosine
-    if quarter == 2:
-        return -cosine, -sine
-    if quarter == 3:
-        return sine, -cosine
-    return cosine, sine
+    # Selections, not branches: a random quarter would be mispredicted three times in four.
+    odd = quarter & 1
+    x = -sine if odd else cosine
+    y = cosine if odd else sine
+    half = quarter & 2
+    return (-x if half else x), (-y if half else y)

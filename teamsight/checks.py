@@ -21,7 +21,7 @@ def count(name: str, value: Any, *, least: int = 1, cure: str = "") -> int:
     """
     if isinstance(value, bool) or not isinstance(value, Integral):
         if isinstance(value, Real) and float(value).is_integer():
-            value = int(value)
+            value = int(float(value))
         else:
             raise TypeError(f"{name}={value!r}: must be a whole number of at least {least}")
     if value < least:
@@ -43,7 +43,7 @@ def number(
     """
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"{name}={value!r}: must be a number")
-    value = float(value)
+    result = float(value)
     limits = []
     if above is not None:
         limits.append(f"above {above:g}")
@@ -52,14 +52,14 @@ def number(
     if most is not None:
         limits.append(f"at most {most:g}")
     wrong = (
-        not math.isfinite(value)
-        or (above is not None and value <= above)
-        or (least is not None and value < least)
-        or (most is not None and value > most)
+        not math.isfinite(result)
+        or (above is not None and result <= above)
+        or (least is not None and result < least)
+        or (most is not None and result > most)
     )
     if wrong:
-        raise ValueError(f"{name}={value}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
-    return value
+        raise ValueError(f"{name}={result}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
+    return result
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:

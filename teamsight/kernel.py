@@ -47,7 +47,12 @@ def inlined(function: F) -> F:
     return cast(F, numba.njit(forceinline=True, **_FLAGS)(function))
 
 
-@intrinsic
+def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that types a call and writes its machine code; kernels call it without the typing context."""
+    return cast(Callable[..., Any], intrinsic(typing))
+
+
+@_generated
 def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     """Return the array of this shape and dtype, in C order, that lies at an address.
 
@@ -80,7 +85,7 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     return array(address, shape, dtype), generate
 
 
-@intrinsic
+@_generated
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 
@@ -90,6 +95,11 @@ def call(typing_context: Any, entry: Any, record: Any) -> Any:
         return builder.call(function, [arguments[1]])
 
     return numba.types.int64(numba.types.int64, numba.types.int64), generate
+
+
+def plain(function: F) -> F:
+    """Return the Python function behind a kernel."""
+    return cast(F, getattr(function, "py_func", function))
 
 
 class Entry:
@@ -121,7 +131,7 @@ class Entry:
         if self._compiled is None:
             signature = numba.types.int64(numba.types.int64)
             # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
-            compiled = CFunc(
+            compiled: Any = CFunc(
                 self.function, (signature.args, signature.return_type), locals={}, options=dict(_FLAGS, nopython=True)
             )
             compiled._cache = _Cache(self.function)
@@ -161,7 +171,7 @@ def digest(function: Callable[..., Any]) -> str:
 
 
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
-    value = getattr(value, "py_func", value)
+    value = plain(value)
     if isinstance(value, Entry):
         value = value.function
     if not isinstance(value, python_types.FunctionType):

@@ -66,7 +66,7 @@ class Arena(ABC):
         way = np.asarray(end, float) - np.asarray(start, float)
         period = np.asarray(self.period)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(period > 0, way - period * np.rint(way / period), way)
+            return np.asarray(np.where(period > 0, way - period * np.rint(way / period), way))
 
     def check_reach(self, reach: float) -> None:
         """Refuse a range that would see the same body twice.
@@ -84,11 +84,21 @@ class Arena(ABC):
             )
 
 
-@kernel
+@inlined
 def _confine_disc(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
-    radius = size[0]
+    end_x = x + step_x
+    end_y = y + step_y
+    if end_x * end_x + end_y * end_y <= size[0] * size[0]:
+        return end_x, end_y, heading_x, heading_y
+    return _bounce(x, y, step_x, step_y, heading_x, heading_y, size[0])
+
+
+@kernel
+def _bounce(
+    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, radius: float
+) -> tuple[float, float, float, float]:
     square = radius * radius
     for _ in range(64):
         end_x = x + step_x
@@ -130,7 +140,7 @@ def _fold(place: float, half: float) -> tuple[float, float]:
     return min(max(3.0 * half - shifted, -half), half), -1.0
 
 
-@kernel
+@inlined
 def _confine_box(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
@@ -148,7 +158,7 @@ def _wrap(place: float, side: float) -> float:
     return place if place >= -0.5 * side and place < 0.5 * side else -0.5 * side
 
 
-@kernel
+@inlined
 def _confine_torus(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:

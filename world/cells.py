@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from teamsight.kernel import inlined, kernel
-from teamsight.world.edges import Observed, append, shortest
+from teamsight.world.edges import Observed, append, shortest, take_roots
 
 
 class Cells(NamedTuple):
@@ -78,7 +78,12 @@ def _settle(graph: Any, first: int, edge: int) -> None:
 
 @kernel
 def _search_span(
-    here: tuple[float, float, float, int], span: tuple[int, int], observed: Observed, cells: Cells, graph: Any, edges: Any
+    here: tuple[float, float, float, int],
+    span: tuple[int, int],
+    observed: Observed,
+    cells: Cells,
+    graph: Any,
+    edges: tuple[int, int],
 ) -> int:
     """Find the edges from one observer to the bodies of a row of cells; return the number of the next edge."""
     x, y, limit, myself = here
@@ -131,4 +136,5 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
                 span = (cells.start[base + far], cells.start[base + far + 1])
                 edge = _search_span(here, span, observed, cells, graph, (first, edge))
     graph.start[position.shape[0]] = edge
+    take_roots(graph, edge)
     return edge

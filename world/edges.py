@@ -27,7 +27,7 @@ class ProximityGraph(NamedTuple):
     """
 
     start: npt.NDArray[np.int64]
-    index: npt.NDArray[np.int64]
+    index: npt.NDArray[np.int64]  # type: ignore[assignment]  # hides tuple.index, which nobody needs here
     offset: npt.NDArray[np.float64]
     distance: npt.NDArray[np.float64]
 
@@ -49,13 +49,23 @@ class Observed(NamedTuple):
 
 
 @inlined
-def shortest(way: float, period: float) -> float:
+def shortest(way: float, period: float) -> Any:
+    """Return a way along one axis by the shorter side of the torus."""
     return way - period * np.rint(way / period)
 
 
 @inlined
-def append(graph: Any, edge: int, j: int, way_x: float, way_y: float, square: float) -> None:
+def append(graph: Any, edge: int, j: Any, way_x: float, way_y: float, square: float) -> None:
+    """Write one edge."""
     graph.index[edge] = j
     graph.offset[edge, 0] = way_x
     graph.offset[edge, 1] = way_y
-    graph.distance[edge] = math.sqrt(square)
+    # The square for now; `take_roots` takes all roots at once, in SIMD lanes.
+    graph.distance[edge] = square
+
+
+@inlined
+def take_roots(graph: Any, edges: int) -> None:
+    """Turn the squares that `append` has written into distances."""
+    for k in range(min(edges, graph.distance.shape[0])):
+        graph.distance[k] = math.sqrt(graph.distance[k])

@@ -74,7 +74,7 @@ def _advance(address: int) -> int:
         if aim_x != 0.0 or aim_y != 0.0:
             heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
         distance = min(max(distance, 0.0), speed[i])
-        new_x, new_y, heading_x, heading_y = confine(
+        new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
             x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, arena_size
         )
         step_x = new_x - x

@@ -150,7 +150,7 @@ def uniforms(
     addresses = key.ctypes.data, identity.ctypes.data, block.ctypes.data
     request[0] = (*addresses, len(identity), channels, stream, tick)
     _FILL(request.ctypes.data)
-    return block[tick % TICKS_A_BLOCK]
+    return np.asarray(block[tick % TICKS_A_BLOCK])
 
 
 def generator(key: npt.NDArray[np.uint64], stream: int, tick: int, identity: int) -> np.random.Generator:

@@ -8,13 +8,13 @@ import numpy as np
 from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.kernel import inlined, kernel
-from teamsight.world.edges import Observed, append, shortest
+from teamsight.world.edges import Observed, append, shortest, take_roots
 
 BLOCK = 64
 """How many bodies are compared at once: one bit of a word for each."""
 
 FAR_AWAY = 1e150
-"""Where to put bodies that do not exist, so that the last lanes are full: out of any range, and its square is finite."""
+"""Where to put bodies that do not exist, to fill the last lanes: out of any range, and its square is finite."""
 
 _ONE = np.uint64(1)
 
@@ -88,4 +88,5 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
                     append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
                 edge += 1
     graph.start[position.shape[0]] = edge
+    take_roots(graph, edge)
     return edge

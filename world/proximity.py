@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, array_at, kernel
+from teamsight.kernel import Entry, array_at, kernel, plain
 from teamsight.world.arena import Arena
 from teamsight.world.cells import Cells, Grid, search_cells
 from teamsight.world.edges import Observed, ProximityGraph
@@ -69,7 +69,7 @@ def search(address: int) -> int:
     return search_cells(position, reach, observed, grid, cells, graph)
 
 
-_ENTRY = Entry(getattr(search, "py_func", search))
+_ENTRY = Entry(plain(search))
 
 
 class Search:
@@ -144,10 +144,10 @@ class Search:
         self.offset = np.zeros((room, 2))
         ask = self.record[0]
         ask["room"] = room
-        named = dict(
-            position=self.position, reach=self.reach, x=self.x, y=self.y, start=self.start,
-            index=self.index, offset=self.offset, distance=self.distance,
-        )  # fmt: skip
+        named = {
+            "position": self.position, "reach": self.reach, "x": self.x, "y": self.y, "start": self.start,
+            "index": self.index, "offset": self.offset, "distance": self.distance,
+        }  # fmt: skip
         if self._cells is not None:
             named |= {f"cell_{name}": array for name, array in self._cells._asdict().items()}
         for name, array in named.items():

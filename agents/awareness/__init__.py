@@ -8,7 +8,12 @@ from teamsight.agents.awareness.pairwise import PairwiseAwareness
 from teamsight.agents.awareness.ring_awareness import RingAwareness
 from teamsight.agents.awareness.shared import SharedAwareness
 
-AWARENESS = {"none": NoAwareness, "ring": RingAwareness, "pairwise": PairwiseAwareness, "shared": SharedAwareness}
+AWARENESS: dict[str, type[Awareness]] = {
+    "none": NoAwareness,
+    "ring": RingAwareness,
+    "pairwise": PairwiseAwareness,
+    "shared": SharedAwareness,
+}
 
 __all__ = [
     "AWARENESS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene", "SharedAwareness", "Width",

@@ -23,7 +23,7 @@ def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
     room = mates.distance.shape[0]
     # Two sightings of one robot in one sector merge, so the true sightings are room enough.
     if seen.start[scene.heading.shape[0]] > room:
-        return seen.start[scene.heading.shape[0]]
+        return int(seen.start[scene.heading.shape[0]])
     shown = 0
     for i in range(scene.heading.shape[0]):
         mates.start[i] = shown
@@ -86,8 +86,8 @@ class RingAwareness(Awareness):
 
     Notes
     -----
-    *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here any
-    δ ≥ 1 goes with any team.
+    *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here
+    any δ ≥ 1 goes with any team.
     """
 
     delta: int = 16
