@@ -68,7 +68,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def percept(self) -> PerceptOfOne:
         """What it knows now."""
-        self.model.look()
+        self.model.perceive(self.group)
         return percept_of_one(self.group.percept, self.row)
 
     def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:

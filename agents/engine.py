@@ -43,7 +43,7 @@ class Engine:
         self._sensed: list[tuple[Group, Group]] = []
         self._every = 0
         self.relations: list[Relation] = []
-        self.is_bound = self.is_seen = False
+        self.is_bound = self.is_seen = self._is_recorded = False
         self.looks = 0
         self.trails: list[Trail] = []
         self.stretch: Stretch = world._history.begin([])
@@ -64,8 +64,14 @@ class Engine:
             self.is_bound, self.is_seen = True, False
         if not self.is_seen:
             self._call(SEE)
-            self.is_seen = True
+            self.is_seen, self._is_recorded = True, False
             self.looks += 1
+
+    def perceive(self, group: Group) -> None:
+        """Bring a group's percept up to the present positions."""
+        self.prepare()
+        while not group.perceive():
+            self._bind_groups()
 
     def run(self, steps: int) -> None:
         """Make `steps` steps in one compiled call; all policies have kernels."""
@@ -94,6 +100,8 @@ class Engine:
     def present(self, name: str) -> float:
         """Return a column of the history as it would be for the present positions."""
         self.prepare()
+        if self._is_recorded:
+            return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
         seen: dict[int, npt.NDArray[np.bool_]] = {}
         edges = robots = 0
         for relation in self.relations:
@@ -219,6 +227,7 @@ class Engine:
         record = self._world_record
         self._world.tick = int(record["tick"])
         if record["history"]:
+            self._is_recorded = self._is_recorded or int(record["row"]) > self.stretch.rows
             self.stretch.rows = int(record["row"])
             self.stretch.sum_up()
         if self._every and record["trail"]:

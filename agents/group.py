@@ -150,9 +150,23 @@ class Group:
     def situate(self, moment: tuple[int, int]) -> npt.NDArray[np.float32]:
         """Return the situation vectors of the present moment (`World.moment`), shape (n, width)."""
         if self._situated_at != moment:
-            situate_entry(self.awareness)(self._scene.ctypes.data)
+            self._situations = np.zeros((len(self), self._width), np.float32)
+            scene = self._scene.copy()
+            scene[0]["situation"], scene[0]["width"] = self._situations.ctypes.data, self._width
+            situate_entry(self.awareness)(scene.ctypes.data)
             self._situated_at = moment
-        return self._situation_on_demand
+        return self._situations
+
+    def perceive(self) -> bool:
+        """Bring the percept up to the present sightings; return whether there was room."""
+        entry = perceive_entry(self.awareness)
+        need = entry(self._scene.ctypes.data) if entry else 0
+        if need > self._room:
+            self.grow(need)
+            return False
+        if self._reads_situation:
+            situate_entry(self.awareness)(self._scene.ctypes.data)
+        return True
 
     def bind(self, record: Any, arena: Arena, team: list[Group]) -> None:
         """Write where everything is into a record of kind `GROUP`."""
@@ -200,10 +214,9 @@ class Group:
             if not self.awareness.shows_mates:
                 self._shown = _room_for(size, self._room)
             self._reports = _room_for(size, self._room)
-        width = sum(self.awareness.width(max(sum(map(len, team)), 1)))
-        self._situation_on_demand = np.zeros((size, width), np.float32)
-        if self._reads_situation:
-            self.situation = self._situation_on_demand
+        self._width = sum(self.awareness.width(max(sum(map(len, team)), 1)))
+        # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
+        self.situation = np.zeros((size, self._width if self._reads_situation else 0), np.float32)
         self._situated_at = None
 
     def _bind_scene(self, team: list[Group]) -> None:
@@ -223,14 +236,14 @@ class Group:
         arrays = {
             "heading": self.bodies.heading, "sensing_range": self.sensing_range, "place": self._place,
             "awareness_range": self.awareness_range, "team": self._team, "parameters": self._parameters,
-            "situation": self._situation_on_demand,
+            "situation": self.situation,
         }  # fmt: skip
         for kind, seen in sightings.items():
             arrays |= {f"{kind}_{name}": array for name, array in seen._asdict().items()}
         row = scene[0]
         for name, array in arrays.items():
             row[name] = array.ctypes.data
-        row["size"], row["width"] = self._situation_on_demand.shape
+        row["size"], row["width"] = self.situation.shape
         row["first"] = mates.first.get(self.number, 0) if mates else 0
         row["team_groups"], row["parameter_count"] = len(self._team), len(self._parameters)
         row["shown_room"], row["reports_room"] = len(self._shown.distance), len(self._reports.distance)

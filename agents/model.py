@@ -332,6 +332,10 @@ class World(mesa.Model):  # type: ignore[misc]
         """Bring all sightings up to date, if anything was moved by hand."""
         self._engine.prepare()
 
+    def perceive(self, group: Group) -> None:
+        """Bring ``group.percept`` up to date; steps do so by themselves."""
+        self._engine.perceive(group)
+
     def refresh(self) -> None:
         """Say that something was moved by hand: sightings are found anew before they are read."""
         self._engine.is_seen = False

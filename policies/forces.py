@@ -7,8 +7,6 @@ Notes
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
@@ -94,14 +92,14 @@ def _slope(begin: float, end: float) -> float:
 
 
 @inlined
-def repel(distance: float, corners: Any) -> float:
+def repel(distance: float, corners: tuple[float, ...]) -> float:
     """Return the force of one teammate; see `repulsion`."""
     # Limits instead of branches: which side a distance falls on is a coin toss to the processor.
     return max(min((distance - corners[1]) * corners[2], 0.0), -1.0)
 
 
 @inlined
-def attract(distance: float, corners: Any) -> float:
+def attract(distance: float, corners: tuple[float, ...]) -> float:
     """Return the force of one target; see `attraction`."""
     near = distance * corners[4] - 1.0
     rise = min((distance - corners[0]) * corners[5], 1.0)

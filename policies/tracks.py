@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.kernel import inlined
+from teamsight.kernel import inlined, kernel
 from teamsight.policies.interface import Memory
 
 X, Y, STEP_X, STEP_Y = range(4)
