@@ -21,7 +21,6 @@ _TEAM, _LINK = DEGREE["ring"], DEGREE["pairwise"]
 
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
     from teamsight.agents.cmommt import CMOMMT
-
     from teamsight.analysis.study import Experiment
 
     seed = model_seed(conditions.root, 0, _ROBOTS, _TARGETS, _RADIUS)

@@ -17,9 +17,8 @@ _LOOKS = {"sensing": (DEGREE["ring"], "-"), "awareness": (DEGREE["pairwise"], "-
 
 
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
-    from teamsight.policies.forces import repulsion
-
     from teamsight.policies import ACmommt
+    from teamsight.policies.forces import repulsion
 
     distance = np.round(np.linspace(0.0, 1.2, 601), 6)
     parts = []
