@@ -28,7 +28,13 @@ def main() -> None:
     folder = store.prepare_folder(given.out)
     with Progress() as bar, Crew(given.workers, IMPORTS, bar.console.print) as crew:
         task = bar.add_task("calibrating", total=None)
-        assessed = calibration.search(crew, progress=lambda done, total: bar.update(task, completed=done, total=total))
+
+        def show(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+            if not bar.console.is_terminal:
+                bar.console.print(f"{done} of {total} settings judged")
+
+        assessed = calibration.search(crew, progress=show)
     store.write_table(folder / "calibration.parquet", assessed, {"version": __version__})
     store.write_text(folder / "calibration.md", page(assessed))
 
