@@ -138,6 +138,12 @@ class CMOMMT(World):
         self.look()
         self.datacollector = HistoryCollector()
 
+    def reset(self, rng: int | None = None) -> None:
+        """Begin anew, also to collect; see `World.reset`."""
+        super().reset(rng)
+        self.targets.bodies.speed[:] = self._target_speeds(len(self.targets))
+        self.datacollector = HistoryCollector()
+
     def _target_speeds(self, count: int) -> Any:
         fastest = self.settings["target_speed"]
         if not self.settings["uniform_target_speed"]:

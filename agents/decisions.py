@@ -59,7 +59,7 @@ def _of_each(group: Group, rules: list[Any], name: str, tick: int, key: npt.NDAr
     stream = stream_number(Stream.CALLABLE, group.number)
     answers = np.zeros((len(group), 2))
     for i, rule in enumerate(rules):
-        rng = generator(key, stream, tick, int(group.bodies.identity[i]))
+        rng = generator(key, stream, tick, int(group.bodies.member[i]))
         answers[i] = _checked(name, rule(percept_of_one(percept, i), rng), i)
     return Action(turned(percept.heading, answers[:, 0]), answers[:, 1])
 

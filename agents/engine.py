@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.kernel import Entry
 
+# About a quarter of a second's work.
+_BODY_STEPS_A_CALL = 4_000_000
+
 
 class Engine:
     """What stands between a `World` and the compiled loop.
@@ -92,10 +95,21 @@ class Engine:
                 decisions.decide(group, world.tick, world.key)
         self._call(END_STEP)
 
+    @property
+    def longest_call(self) -> int:
+        """How many steps to make in one call: so many that calls cost nothing, so few that Ctrl-C is heard at once."""
+        return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._world.groups)), 1), 1)
+
     def record_positions(self, every: int) -> None:
         """Keep positions each `every` steps, from now on."""
         self._every = every
         self.is_bound = False
+
+    def forget(self) -> None:
+        """Begin to record anew."""
+        self.is_bound = self.is_seen = self._is_recorded = False
+        self.trails = []
+        self.stretch = self._world._history.begin([])
 
     def present(self, name: str) -> float:
         """Return a column of the history as it would be for the present positions."""

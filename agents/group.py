@@ -69,6 +69,7 @@ class Group:
         self.policy, self.awareness = policy, awareness
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
+        self.plan: Any = None
         self.relations: dict[str, Relation] = {}
         self.begin()
 
@@ -81,7 +82,7 @@ class Group:
         self.lanes = -(-max(size, 1) // LANES) * LANES
         self._noise = np.zeros((TICKS_A_BLOCK, self.draws, self.lanes))
         self._noise_identity = np.zeros(self.lanes, np.int64)
-        self._noise_identity[:size] = self.bodies.identity
+        self._noise_identity[:size] = self.bodies.member
         self.situation = np.zeros((size, 0), np.float32)
         self._nothing = self._shown = self._reports = no_sightings(size)
         self._room = 0

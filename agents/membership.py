@@ -86,6 +86,17 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     size = checks.count("count", count)
     number = len(world.groups)
     policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
+    bodies, ranges = make_bodies(world, number, size, plan)
+    name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
+    if name in [group.name for group in world.groups]:
+        raise ValueError(f"name={name!r}: another group has this name; give one of its own")
+    group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness)
+    group.plan = plan
+    return group
+
+
+def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodies, tuple[Floats, Floats]]:
+    """Return the bodies of a group at the beginning, and their sensing and awareness ranges."""
     sensing = _column("sensing_range", plan.sensing_range, size, above=0)
     ranges = sensing, _column("awareness_range", plan.awareness_range, size, above=0)
     for reach in ranges:
@@ -96,6 +107,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     cosine, sine = np.array([turn_limit_of(limit) for limit in limits]).T
     bodies = Bodies(
         identity=np.zeros(size, np.int64),
+        member=np.arange(size),
         position=_positions(world.arena, plan.placement, numbers[:2], float(sensing.max())),
         heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
         moved=np.zeros((size, 2)),
@@ -104,10 +116,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
         turn_sine=np.ascontiguousarray(sine),
         arena_size=np.array(world.arena.size),
     )
-    name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
-    if name in [group.name for group in world.groups]:
-        raise ValueError(f"name={name!r}: another group has this name; give one of its own")
-    return Group(name, number, agent_class.team, bodies, ranges, policy, awareness)
+    return bodies, ranges
 
 
 def _free_name(world: World, name: str) -> str:

@@ -15,13 +15,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight import checks
-from teamsight.agents import compat, decisions, membership
+from teamsight.agents import compat, decisions, membership, state
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
+from teamsight.agents.state import State
 from teamsight.agents.views import neighbour_graph, trajectory_frame
 from teamsight.policies.interface import Action
 from teamsight.world.arena import Arena
@@ -183,7 +184,8 @@ class World(mesa.Model):  # type: ignore[misc]
             self._let_events_happen()
             if not self.running:
                 break
-            self._run_stretch(int(min(end - self.tick, max(self.clock.ticks_until_event(self.tick), 1))))
+            quiet = max(self.clock.ticks_until_event(self.tick), 1)
+            self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
             reason = self._needs_python()
 
     def _run_stretch(self, steps: int) -> None:
@@ -362,6 +364,30 @@ class World(mesa.Model):  # type: ignore[misc]
         """Take an agent that has left mesa's sets out of its group's arrays."""
         membership.drop(group, agent)
         self.change()
+
+    def state(self) -> State:
+        """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
+        return state.take(self)
+
+    def restore(self, saved: State) -> None:
+        """Go back to a saved state of this world, or of one that was made in the same way.
+
+        Raises
+        ------
+        ValueError
+            If the state belongs to a world with other groups.
+        """
+        state.put(self, saved)
+
+    def reset(self, rng: int | None = None) -> None:
+        """Begin anew: everybody is placed again, and the clock starts at 0 without events.
+
+        Parameters
+        ----------
+        rng : int, optional
+            The seed; by default the one in use.
+        """
+        state.begin_again(self, self.seed_used if rng is None else _one_seed(rng, None))
 
     def close(self) -> None:
         """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""

@@ -18,6 +18,8 @@ class Bodies:
     ----------
     identity : ndarray, shape (n,), int64
         Who: unique in its world, never reused.
+    member : ndarray, shape (n,), int64
+        Its number within its group, never reused: whose noise it draws.
     position : ndarray, shape (n, 2), float64
         Where [length].
     heading : ndarray, shape (n, 2), float64
@@ -33,6 +35,7 @@ class Bodies:
     """
 
     identity: npt.NDArray[np.int64]
+    member: npt.NDArray[np.int64]
     position: Column
     heading: Column
     moved: Column
