@@ -47,11 +47,12 @@ def page(assessed: pd.DataFrame) -> str:
     parts = [
         "# Calibration",
         "The paper leaves out speeds, what a robot does that senses nothing, and how robots that sense one target "
-        f"share it. All {len(screened)} combinations of the values below were screened on a coarse grid; the "
-        f"{len(final)} best were judged again on the paper's grid, each with two other root seeds, all of which are "
-        "below 0 and so never those of a ledger. Settings rank by the number of the "
-        f"{len(OPEN_CLAIMS)} simulated claims that hold, then by their mean distance from the paper's figures in "
-        "tolerances of the rule. Made by `python -m teamsight.analysis.calibrate`.",
+        f"share it. All {len(screened)} combinations of the values below were screened on a coarse grid; the best "
+        f"{calibration.FINALISTS}, and the defaults, were judged again on the paper's grid, each with "
+        f"{len(calibration.FINAL.roots)} other root seeds, all of which are below 0 and so never those of a ledger. "
+        f"Settings rank by the number of the {len(OPEN_CLAIMS)} simulated claims that hold (when screened: "
+        f"{len(calibration.SCREEN.claims)}), then by their mean distance from the paper's figures in tolerances of the "
+        "rule. Made by `python -m teamsight.analysis.calibrate`.",
         "The best: " + ", ".join(f"`{name}={value!r}`" for name, value in _plain(best).items()) + ".",
         "## The best settings, on the paper's grid",
         _settings_table(final.head(_SHOWN)),
@@ -77,18 +78,25 @@ def _settings_table(ranked: pd.DataFrame) -> str:
     names = [claim.name for claim in OPEN_CLAIMS]
     lines = [[*PARAMETERS, "hold", "distance", "differ"], ["---"] * (len(PARAMETERS) + 3)]
     for row in ranked.to_dict("records"):
-        missing = ", ".join(name if row[name] == 0 else f"({name})" for name in names if row[name] < 1) or "none"
+        missing = ", ".join(name if row[name] == 0 else f"({name})" for name in names if row.get(name, 1) < 1) or "none"
         lines.append(
-            [*(str(row[name]) for name in PARAMETERS), f"{row['holding']:g}", f"{row['distance']:.2f}", missing]
+            [*(str(row[name]) for name in PARAMETERS), f"{row['holding']:.1f}", f"{row['distance']:.2f}", missing]
         )
-    return _table(lines) + "\n\nIn brackets: differs with one of the two root seeds."
+    return _table(lines) + "\n\nIn brackets: differs with some of the root seeds. Counts are means over them."
 
 
 def _effects_table(screened: pd.DataFrame) -> str:
     lines = [["parameter", "value", "best", "mean"], ["---"] * 4]
     ratio = (screened["target_speed"] / screened["robot_speed"]).round(2)
     table = screened.assign(**{"target_speed / robot_speed": ratio})
-    for name in ("robot_speed", "target_speed / robot_speed", "uniform_target_speed", "search", "weights"):
+    for name in (
+        "robot_speed",
+        "target_speed / robot_speed",
+        "uniform_target_speed",
+        "search",
+        "search_when",
+        "weights",
+    ):
         for value, rows in table.groupby(name, sort=False):
             lines.append([name, str(value), f"{rows['holding'].max()}", f"{rows['holding'].mean():.1f}"])
     return _table(lines)
@@ -97,9 +105,13 @@ def _effects_table(screened: pd.DataFrame) -> str:
 def _claims_table(screened: pd.DataFrame, final: pd.DataFrame) -> str:
     lines = [["claim", "rule", "screened", "best"], ["---"] * 4]
     for claim in OPEN_CLAIMS:
-        shares = [f"{100 * table[claim.name].mean():.0f} %" for table in (screened, final)]
+        shares = [_share(table[claim.name]) for table in (screened, final)]
         lines.append([claim.name, claim.rule, *shares])
     return _table(lines)
+
+
+def _share(holds: pd.Series[bool]) -> str:
+    return f"{100 * holds.eq(True).mean():.0f} %" if holds.notna().any() else "–"
 
 
 def _table(lines: list[list[str]]) -> str:

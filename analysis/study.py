@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 # recognised as equal, so that they are made once.
 _POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
-        "a-cmommt": frozenset({"search", "weights"}),
+        "a-cmommt": frozenset({"search", "search_when", "weights"}),
         "centroid": frozenset({"search"}),
         "random-walk": frozenset(),
         "stationary": frozenset(),
     }
 )
-_POLICY_ONLY = frozenset({"search", "weights"})
+_POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
 class Grid(NamedTuple):

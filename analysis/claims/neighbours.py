@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pandas as pd
+
 from teamsight.analysis.claims.interface import (
     Claim,
     Tables,
@@ -15,6 +17,7 @@ from teamsight.analysis.claims.interface import (
     verdict,
     within,
 )
+from teamsight.analysis.observation import cell_means, grid_of, paired
 
 _TEAM = (1, 30)
 
@@ -66,11 +69,15 @@ def judge_targets(tables: Tables) -> Verdict:
 
 def judge_evasive(tables: Tables) -> Verdict:
     """Targets that avoid robots may change the maximum a great deal."""
-    evasive = part(maxima(tables["evasive"]), _TEAM, (2, 9))
-    change = evasive - part(maxima(tables["a-cmommt"]), _TEAM, (2, 9))
+    cells = cell_means(paired(tables["evasive"], _roomy(tables["a-cmommt"]), "max_neighbours"), "difference")
+    change = grid_of(cells)
     up, down = peak(change), peak(-change)
     most, sign = (up, 1) if up.value >= down.value else (down, -1)
-    return verdict(f"{sign * most.value:+.0f} at N = {most.robots}, R = {most.radius:g}", at_least(most.value, 3))
+    return verdict(f"{sign * most.value:+.1f} at N = {most.robots}, R = {most.radius:g}", at_least(most.value, 3))
+
+
+def _roomy(table: pd.DataFrame) -> pd.DataFrame:
+    return table[table["radius"] >= 2]
 
 
 CLAIMS = (
@@ -124,7 +131,8 @@ CLAIMS = (
         "§5",
         "targets that avoid robots may have a huge impact on the maximum",
         "may",
-        "some cell at R ≥ 2 differs by ≥ 3 from random targets",
+        "some cell at R ≥ 2 differs by ≥ 3 from random targets, on the mean of the runs' maxima (the maximum of all "
+        "runs would by chance)",
         judge_evasive,
         ("a-cmommt", "evasive"),
     ),

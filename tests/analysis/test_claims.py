@@ -65,6 +65,10 @@ def single(share: float = 0.5, most: int = 0, radii: tuple[float, ...] = (10.0,)
     return table(lambda n, r: share, lambda n, r: most, Grid((30,), radii))
 
 
+def roomy(found: pd.DataFrame) -> pd.DataFrame:
+    return found[found["radius"] >= 2]
+
+
 def falling(n: int, r: float) -> float:
     """A surface such as the paper's Fig. 7."""
     return float(1 - np.exp(-n * 5.0 / r**3))
@@ -105,12 +109,12 @@ CASES: list[tuple[str, bool, Tables]] = [
     (
         "neighbours-evasive",
         True,
-        {"a-cmommt": table(most=packed), "evasive": table(most=lambda n, r: packed(n, r) + 3 * (n == 9))},
+        {"a-cmommt": table(most=packed), "evasive": roomy(table(most=lambda n, r: packed(n, r) + 3 * (n == 9)))},
     ),
     (
         "neighbours-evasive",
         False,
-        {"a-cmommt": table(most=packed), "evasive": table(most=lambda n, r: packed(n, r) + 9 * (r == 1))},
+        {"a-cmommt": table(most=packed), "evasive": roomy(table(most=lambda n, r: packed(n, r) + 2 * (n == 9)))},
     ),
     ("collective-drop", True, {"centroid": table(lambda n, r: 0.8 if r == 1 else 0.45)}),
     ("collective-drop", False, {"centroid": table(lambda n, r: 0.8 - 0.1 * (r > 1))}),
