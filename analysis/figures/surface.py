@@ -78,7 +78,7 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     look_of_faces = {"cmap": colours, "norm": norm, "linewidth": 0.35, "edgecolor": "#33333388", "shade": False}
     axes.plot_surface(robots, radius, height, rstride=1, cstride=1, **look_of_faces)
     # Differences are mostly of one sign: leave out what no cell reaches of the other.
-    axes.set_zlim(min(0.0, 10.0 * np.floor(height.min() / 10)) if look.around_zero else look.low, look.high)
+    axes.set_zlim(min(0.0, 10.0 * np.floor(height.min() / 10 + 0.05)) if look.around_zero else look.low, look.high)
     # Seen from few robots in a large arena, where every surface of the paper is low, so that nothing hides behind it.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
