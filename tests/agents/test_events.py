@@ -111,7 +111,7 @@ def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> No
     assert model.tick == 5
     model.running = True
     advance(model, 3)
-    assert model.tick == 7
+    assert model.tick == 8
 
 
 @roads
