@@ -18,15 +18,26 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
+class Place(np.ndarray[Any, np.dtype[np.float64]]):
+    """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
+
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) + other
+
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) - other
+
+
 class Body(mesa.Agent):  # type: ignore[misc]
     """An agent with a body in the world. Groups make their agents; scripts read and move them.
+
+    A subclass that has an ``__init__`` of its own takes ``(self, model, group, row)`` and hands them to
+    ``super().__init__``.
 
     Attributes
     ----------
     group : Group
         The group that it belongs to.
-    row : int
-        Its row in the group's arrays.
     """
 
     team: ClassVar[str | None] = None
@@ -35,7 +46,18 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     def __init__(self, model: World, group: Group, row: int) -> None:
         super().__init__(model)
-        self.group, self.row = group, row
+        self.group, self._row = group, row
+
+    @property
+    def row(self) -> int:
+        """Its row in the group's arrays; a ValueError once it has left the world."""
+        if self._row < 0:
+            raise ValueError(f"{self!r} has left the world: it has no place, and can do nothing; ask another agent")
+        return self._row
+
+    @row.setter
+    def row(self, row: int) -> None:
+        self._row = row
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.unique_id} of {self.group.name!r}>"
@@ -43,8 +65,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def position(self) -> Floats:
         """Where it is, shape (2,) [length]. What is set must lie in the arena."""
-        row: Floats = self.group.position[self.row]
-        return row
+        place: Floats = self.group.position[self.row].view(Place)
+        return place
 
     @position.setter
     def position(self, value: npt.ArrayLike) -> None:
@@ -53,12 +75,15 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def heading(self) -> Floats:
         """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
-        row: Floats = self.group.heading[self.row]
-        return row
+        vector: Floats = self.group.heading[self.row].view(Place)
+        return vector
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:
-        vector = np.asarray(value, float)
+        try:
+            vector = np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise TypeError(f"heading={value!r}: must be two finite numbers that are not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise ValueError(f"heading={value!r}: must be two finite numbers that are not both 0")
@@ -88,10 +113,12 @@ class Body(mesa.Agent):  # type: ignore[misc]
         return turn, float(action.distance[self.row])
 
     def remove(self) -> None:
-        """Leave the world."""
-        group = self.group
+        """Leave the world; to do so twice is to do so once."""
+        if self._row < 0:
+            return
         super().remove()
-        self.model.forget(group, self)
+        self.model.forget(self.group, self)
+        self._row = -1
 
     def _within(self, kind: str) -> list[Any]:
         self.model.look()

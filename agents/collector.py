@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import mesa
 import numpy as np
 
 from teamsight.agents.history import Stretch
 
 REPORTERS = {name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours")}
+
+
+class Rows(NamedTuple):
+    """Rows of a stretch that are still to be collected, and the sums over all rows before them.
+
+    Attributes
+    ----------
+    stretch : Stretch
+        Where the rows are.
+    first, last : int
+        Which.
+    tick : int
+        The step of the last.
+    observed, largest : int
+        The targets observed in earlier rows of the stretch, and the largest degree so far.
+    share, rows : float, int
+        Of earlier stretches the sum of the shares observed and the number of rows.
+    """
+
+    stretch: Stretch
+    first: int
+    last: int
+    tick: int
+    observed: int
+    largest: int
+    share: float
+    rows: int
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
@@ -18,32 +47,47 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     """
 
     def __init__(self) -> None:
+        self._pending: list[Rows] = []
         super().__init__(model_reporters=REPORTERS)
 
-    def collect_rows(self, tick: int, stretch: Stretch, first: int, before: tuple[float, int, int]) -> None:
-        """Collect the rows of a stretch from row `first` on, as `collect` would have after each of these steps.
+    @property
+    def model_vars(self) -> dict[str, list[Any]]:
+        """What was collected; rows of compiled runs are worked out when somebody reads them."""
+        pending, self._pending = self._pending, []
+        for rows in pending:
+            self._fill(rows)
+        return self._model_vars
 
-        Parameters
-        ----------
-        tick : int
-            How many steps the model has made, the new ones included.
-        stretch : Stretch
-            Where the rows are.
-        first : int
-            The first new row.
-        before : tuple of float, int, int
-            Of earlier stretches the sum of the shares observed and the number of rows; and the largest degree so far.
-        """
-        share, rows, largest = before
-        columns = stretch.columns(first)
-        counts = stretch.observed_counts()
-        new = stretch.rows - first
-        observed = int(counts[:first].sum()) + np.cumsum(counts[first:])
-        mean = share + observed / stretch.targets if stretch.targets else np.full(new, np.nan)
-        self.model_vars["observed"].extend(columns["observed"].tolist())
-        self.model_vars["observed_fraction"].extend((mean / (rows + first + np.arange(1, new + 1))).tolist())
-        self.model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
-        most = np.maximum.accumulate(np.concatenate([[largest], columns["max_neighbours"]]))[1:]
-        self.model_vars["max_neighbours"].extend(most.tolist())
-        if hasattr(self, "_collection_steps"):
-            self._collection_steps.extend(map(float, range(tick - new + 1, tick + 1)))
+    @model_vars.setter
+    def model_vars(self, value: dict[str, list[Any]]) -> None:
+        self._model_vars = value
+
+    @property
+    def _collection_steps(self) -> list[float]:
+        """The steps that mesa 3.5 asks for; mesa 3.3 has no such list and does not read it."""
+        return self._steps if self.model_vars else []
+
+    @_collection_steps.setter
+    def _collection_steps(self, value: list[float]) -> None:
+        self._steps = value
+
+    def collect_rows(self, rows: Rows) -> None:
+        """Collect rows of the history, as `collect` would have after each of these steps."""
+        self._pending.append(rows)
+
+    def _fill(self, new: Rows) -> None:
+        columns = new.stretch.columns(new.first, new.last)
+        count = new.last - new.first
+        if new.stretch.targets:
+            observed = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
+            rows = new.rows + new.first + np.arange(1, count + 1)
+            mean = (new.share + observed / new.stretch.targets) / rows
+        else:
+            mean = np.full(count, new.share / new.rows if new.rows else np.nan)
+        self._model_vars["observed"].extend(columns["observed"].tolist())
+        self._model_vars["observed_fraction"].extend(mean.tolist())
+        self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
+        most = np.maximum.accumulate(np.concatenate([[new.largest], columns["max_neighbours"]]))[1:]
+        self._model_vars["max_neighbours"].extend(most.tolist())
+        if hasattr(self, "_steps"):
+            self._steps.extend(map(float, range(new.tick - count + 1, new.tick + 1)))

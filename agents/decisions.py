@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.check import check_action
+from teamsight.policies.check import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Sightings, percept_of_one, turned
 from teamsight.world.noise import Stream, generator, stream_number
 
@@ -46,7 +45,12 @@ def _of_policy(group: Group, tick: int, key: npt.NDArray[np.uint64]) -> Action:
     name = getattr(policy, "__name__", type(policy).__name__)
     if not hasattr(policy, "decide"):
         return _of_each(group, [policy] * len(group), name, tick, key)
-    answer = policy.decide(_protected(group.percept), group.memory, group.noise(tick))
+    try:
+        answer = policy.decide(_protected(group.percept), group.memory, group.noise(tick))
+    except ValueError as error:
+        if "read-only" not in str(error):
+            raise
+        raise ValueError(f"{name}.decide writes into its percept ({error}); copy the array first") from error
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
     action, group.memory = answer
@@ -60,21 +64,8 @@ def _of_each(group: Group, rules: list[Any], name: str, tick: int, key: npt.NDAr
     answers = np.zeros((len(group), 2))
     for i, rule in enumerate(rules):
         rng = generator(key, stream, tick, int(group.bodies.member[i]))
-        answers[i] = _checked(name, rule(percept_of_one(percept, i), rng), i)
+        answers[i] = check_answer(name, rule(percept_of_one(percept, i), rng), i)
     return Action(turned(percept.heading, answers[:, 0]), answers[:, 1])
-
-
-def _checked(name: str, answer: Any, i: int) -> tuple[float, float]:
-    try:
-        turn, distance = answer
-        turn, distance = float(turn), float(distance)
-    except (TypeError, ValueError):
-        raise TypeError(
-            f"{name}: robot {i} got {answer!r}; a rule for one robot returns two numbers, (turn, distance)"
-        ) from None
-    if not (math.isfinite(turn) and math.isfinite(distance)):
-        raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")
-    return turn, distance
 
 
 def _protected(percept: Percept) -> Percept:

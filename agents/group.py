@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
-from teamsight.agents.awareness.compiled import SCENE, perceive_entry, situate_entry
+from teamsight.agents.awareness.compiled import perceive_entry, situate_entry
 from teamsight.agents.layout import GROUP
+from teamsight.agents.perception import Perception, filled
 from teamsight.agents.relation import Relation
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision
-from teamsight.policies.interface import Action, Percept, Sightings, no_sightings
+from teamsight.policies.interface import Action, Percept, Sightings
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import motion
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
@@ -41,12 +42,12 @@ class Group:
         The agents, one for each row of the arrays.
     bodies : Bodies
         Where they are and how they can move.
-    sensing_range, awareness_range : ndarray, shape (n,), float64
+    ranges : tuple of two ndarray, shape (n,), float64
         How far each senses targets and teammates [length].
-    policy : object
-        What decides for them.
-    awareness : Awareness
-        What they perceive of teammates.
+    rules : tuple
+        The policy and the degree of awareness; `World.adjust` changes them.
+    columns : dict
+        The user's own columns, shape (n, …) each; see `add_column`.
     memory : object
         What they remember; rows as in `agents`.
     action : Action
@@ -65,8 +66,9 @@ class Group:
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
-        self.sensing_range, self.awareness_range = ranges
-        self.policy, self.awareness = policy, awareness
+        self.ranges = ranges
+        self.rules = policy, awareness
+        self.columns: dict[str, npt.NDArray[Any]] = {}
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
         self.plan: Any = None
@@ -83,10 +85,7 @@ class Group:
         self._noise = np.zeros((TICKS_A_BLOCK, self.draws, self.lanes))
         self._noise_identity = np.zeros(self.lanes, np.int64)
         self._noise_identity[:size] = self.bodies.member
-        self.situation = np.zeros((size, 0), np.float32)
-        self._nothing = self._shown = self._reports = no_sightings(size)
-        self._room = 0
-        self._situated_at: tuple[int, int] | None = None
+        self.perception = Perception(size)
         self.decided_at = -1
         self.policy_action = self.action
 
@@ -101,6 +100,59 @@ class Group:
 
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
+
+    @property
+    def policy(self) -> Any:
+        """What decides for them; to change it, use `World.adjust`."""
+        return self.rules[0]
+
+    @property
+    def awareness(self) -> Awareness:
+        """What they perceive of teammates; to change it, use `World.adjust`."""
+        return self.rules[1]
+
+    @property
+    def sensing_range(self) -> Floats:
+        """How far each senses targets, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.ranges[0])
+
+    @property
+    def awareness_range(self) -> Floats:
+        """How far each senses teammates, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.ranges[1])
+
+    @property
+    def speed(self) -> Floats:
+        """The farthest each can go a step, shape (n,) [length]; to change it, use `World.adjust`."""
+        return _readonly(self.bodies.speed)
+
+    def add_column(self, name: str, fill: Any = 0.0) -> npt.NDArray[Any]:
+        """Give the agents a property of the user's own, which is saved and restored with the world.
+
+        Parameters
+        ----------
+        name : str
+            A new name.
+        fill : object or array_like, shape (n, …)
+            The value for all, or for each.
+
+        Returns
+        -------
+        ndarray, shape (n, …)
+            The column; change its elements in place.
+
+        Raises
+        ------
+        ValueError
+            If there is a column of this name, or `fill` is of another length.
+        """
+        if name in self.columns:
+            raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
+        value = np.asarray(fill)
+        if value.ndim and len(value) != len(self):
+            raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
+        self.columns[name] = np.array(value if value.ndim else np.full(len(self), fill))
+        return self.columns[name]
 
     @property
     def position(self) -> Floats:
@@ -120,65 +172,38 @@ class Group:
     @property
     def is_compiled(self) -> bool:
         """Whether the group can run without Python."""
-        return isinstance(self.policy, CompiledPolicy) and not self.decides_alone
+        kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
+        return kernel_decides and not self.decides_alone
 
     def sightings(self, kind: str) -> Sightings:
         """Return who is truly within range: `targets` or `mates`."""
-        return self.relations[kind].sightings if kind in self.relations else self._nothing
+        return self.relations[kind].sightings if kind in self.relations else self.perception.nothing
 
-    def _buffers_of(self, kind: str) -> Sightings:
-        return self.relations[kind].buffers if kind in self.relations else self._nothing
+    def buffers(self, kind: str) -> Sightings:
+        """Return the whole arrays behind `sightings`."""
+        return self.relations[kind].buffers if kind in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """What the group knows now, as views that the next step overwrites."""
-        mates = self.sightings("mates") if self.awareness.shows_mates else _filled(self._shown)
-        return self._percept(self.sightings("targets"), mates, _filled(self._reports))
+        mates = self.sightings("mates") if self.awareness.shows_mates else filled(self.perception.shown)
+        return self._percept(self.sightings("targets"), mates, filled(self.perception.reports))
 
     def _percept(self, targets: Sightings, mates: Sightings, reports: Sightings) -> Percept:
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
-        return Percept(*body, targets, mates, reports, self.situation)
+        return Percept(*body, targets, mates, reports, self.perception.situation)
 
     def noise(self, tick: int) -> Floats:
         """Return the numbers that the policy is handed at this tick, shape (draws, n)."""
         return self._noise[tick % TICKS_A_BLOCK, :, : len(self)]
 
-    def grow(self, need: int) -> None:
-        """Make room for this many entries in what the degree of awareness writes; bind again afterwards."""
-        self._room = max(need + need // 4, 16)
-
-    def situate(self, moment: tuple[int, int]) -> npt.NDArray[np.float32]:
-        """Return the situation vectors of the present moment (`World.moment`), shape (n, width)."""
-        if self._situated_at != moment:
-            self._situations = np.zeros((len(self), self._width), np.float32)
-            scene = self._scene.copy()
-            scene[0]["situation"], scene[0]["width"] = self._situations.ctypes.data, self._width
-            situate_entry(self.awareness)(scene.ctypes.data)
-            self._situated_at = moment
-        return self._situations
-
-    def perceive(self) -> bool:
-        """Bring the percept up to the present sightings; return whether there was room."""
-        entry = perceive_entry(self.awareness)
-        need = entry(self._scene.ctypes.data) if entry else 0
-        if need > self._room:
-            self.grow(need)
-            return False
-        if self._reads_situation:
-            situate_entry(self.awareness)(self._scene.ctypes.data)
-        return True
-
     def bind(self, record: Any, arena: Arena, team: list[Group]) -> None:
         """Write where everything is into a record of kind `GROUP`."""
-        self._make_buffers(team)
-        self._bind_scene(team)
-        buffers = self._percept(
-            self._buffers_of("targets"),
-            self._mates_buffers(),
-            self._reports,
-        )
-        self._buffers = buffers
+        perception = self.perception
+        perception.bind(self, team)
+        mates = self.buffers("mates") if self.awareness.shows_mates else perception.shown
+        buffers = self._percept(self.buffers("targets"), mates, perception.reports)
         self._move = motion(arena, self.bodies, self.action.heading, self.action.distance)
         self._decision = np.zeros(1, DECISION)
         self._kept: list[npt.NDArray[Any]] = []
@@ -190,79 +215,14 @@ class Group:
             record["decide"], record["decision"] = self.policy.entry().address, self._decision.ctypes.data
         perceive = perceive_entry(self.awareness)
         arrays = {"identity": self._noise_identity, "noise": self._noise, "position": self.bodies.position}
-        for name, array in (*arrays.items(), ("scene", self._scene), ("move", self._move.record)):
+        for name, array in (*arrays.items(), ("scene", perception.scene), ("move", self._move.record)):
             record[name] = array.ctypes.data
         record["size"], record["lanes"], record["draws"] = len(self), self.lanes, self.draws
         record["stream"], record["noise_block"] = stream_number(Stream.POLICY, self.number), -1
-        record["perceive"], record["room"] = perceive.address if perceive else 0, self._room
-        record["situate"] = situate_entry(self.awareness).address if self._reads_situation else 0
+        record["perceive"], record["room"] = perceive.address if perceive else 0, perception.room
+        record["situate"] = situate_entry(self.awareness).address if perception.is_situated else 0
         record["advance"] = self._move.entry.address
         assert set(record.dtype.names) == set(GROUP.names or ())
-
-    @property
-    def _reads_situation(self) -> bool:
-        return bool(getattr(self.policy, "inputs", 0))
-
-    def _mates_buffers(self) -> Sightings:
-        if self.awareness.shows_mates:
-            return self._buffers_of("mates")
-        return self._shown
-
-    def _make_buffers(self, team: list[Group]) -> None:
-        size = len(self)
-        if type(self.awareness).perceive is not None and "mates" in self.relations:
-            self._room = max(self._room, len(self.relations["mates"].identity))
-            if not self.awareness.shows_mates:
-                self._shown = _room_for(size, self._room)
-            self._reports = _room_for(size, self._room)
-        self._width = sum(self.awareness.width(max(sum(map(len, team)), 1)))
-        # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
-        self.situation = np.zeros((size, self._width if self._reads_situation else 0), np.float32)
-        self._situated_at = None
-
-    def _bind_scene(self, team: list[Group]) -> None:
-        scene = np.zeros(1, SCENE)
-        mates = self.relations.get("mates")
-        self._parameters = np.ascontiguousarray(self.awareness.parameters, float)
-        self._place = mates.search.index if mates else np.zeros(0, np.int64)
-        self._team = np.array([group._as_teammates(mates.first[group.number]) for group in team if mates], np.int64)
-        self._team = self._team.reshape(-1, 8)
-        sightings = {
-            "targets": self._buffers_of("targets"),
-            "mates": self._buffers_of("mates"),
-            "shown": self._shown,
-            "reports": self._reports,
-        }
-        self._seen = sightings
-        arrays = {
-            "heading": self.bodies.heading, "sensing_range": self.sensing_range, "place": self._place,
-            "awareness_range": self.awareness_range, "team": self._team, "parameters": self._parameters,
-            "situation": self.situation,
-        }  # fmt: skip
-        for kind, seen in sightings.items():
-            arrays |= {f"{kind}_{name}": array for name, array in seen._asdict().items()}
-        row = scene[0]
-        for name, array in arrays.items():
-            row[name] = array.ctypes.data
-        row["size"], row["width"] = self.situation.shape
-        row["first"] = mates.first.get(self.number, 0) if mates else 0
-        row["team_groups"], row["parameter_count"] = len(self._team), len(self._parameters)
-        row["shown_room"], row["reports_room"] = len(self._shown.distance), len(self._reports.distance)
-        self._scene = scene
-
-    def _as_teammates(self, first: int) -> list[int]:
-        """Return the group's row of `Scene.team`."""
-        arrays = (*self._buffers_of("targets"), self.bodies.heading, self.sensing_range)
-        return [first, len(self), *(array.ctypes.data for array in arrays)]
-
-
-def _room_for(size: int, room: int) -> Sightings:
-    return Sightings(np.zeros(size + 1, np.int64), np.zeros(room, np.int64), np.zeros((room, 2)), np.zeros(room))
-
-
-def _filled(buffers: Sightings) -> Sightings:
-    edges = buffers.start[-1]
-    return Sightings(buffers.start, buffers.identity[:edges], buffers.offset[:edges], buffers.distance[:edges])
 
 
 def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

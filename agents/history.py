@@ -51,13 +51,13 @@ class Stretch:
             self.largest = max(self.largest, int(new[:, self._mates, _LARGEST].max(initial=0)))
             self._summed = self.rows
 
-    def observed_counts(self) -> npt.NDArray[np.int64]:
-        """Return for each row how many targets at least one robot saw."""
-        return np.asarray(self.raw[: self.rows, self._targets, _OBSERVED].sum(axis=1))
+    def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
+        """Return for each of these rows how many targets at least one robot saw."""
+        return np.asarray(self.raw[first:last, self._targets, _OBSERVED].sum(axis=1))
 
-    def columns(self, first: int = 0) -> dict[str, npt.NDArray[Any]]:
-        """Return the columns of `World.history` from row `first` of the stretch on."""
-        raw = self.raw[first : self.rows]
+    def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
+        raw = self.raw[first : self.rows if last is None else last]
         # No targets, or no robots: there is nothing to take a share or a mean of.
         targets, robots = self.targets or np.nan, self.robots or np.nan
         return {
@@ -81,18 +81,15 @@ class History:
         return self._stretches[-1]
 
     @property
-    def before(self) -> tuple[float, int, int]:
-        """Of all stretches but the last: the sum of shares observed, and the number of rows; and the largest degree."""
-        earlier = self._stretches[:-1]
-        share = sum(stretch.observed_sum / stretch.targets for stretch in earlier if stretch.targets)
-        return float(share), sum(stretch.rows for stretch in earlier), self.max_neighbours
+    def earlier(self) -> tuple[float, int]:
+        """Of all stretches but the last that had targets, the sum of the shares observed and the number of rows."""
+        return _shares(self._stretches[:-1])
 
     @property
     def observed_fraction(self) -> float:
-        """The mean over all rows of the share of targets that at least one robot sees; NaN before the first."""
-        rows = sum(stretch.rows for stretch in self._stretches)
-        total = sum(stretch.observed_sum / stretch.targets for stretch in self._stretches if stretch.targets)
-        return total / rows if rows and any(stretch.targets for stretch in self._stretches) else float("nan")
+        """The mean share of targets that at least one robot sees, over the rows with targets; NaN before the first."""
+        share, rows = _shares(self._stretches)
+        return share / rows if rows else float("nan")
 
     @property
     def max_neighbours(self) -> int:
@@ -105,3 +102,14 @@ class History:
         table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table
+
+
+def _shares(stretches: list[Stretch]) -> tuple[float, int]:
+    """Return the sum of the shares observed over all rows with targets, and the number of these rows."""
+    # Not `sum`, which since Python 3.12 carries what rounding lost: continued later, it would not give the same bits.
+    share, rows = 0.0, 0
+    for stretch in stretches:
+        if stretch.targets:
+            share += stretch.observed_sum / stretch.targets
+            rows += stretch.rows
+    return share, rows

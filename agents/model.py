@@ -5,32 +5,31 @@ from __future__ import annotations
 import random
 import secrets
 import warnings
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import Any
 
 import mesa
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from teamsight import checks
 from teamsight.agents import compat, decisions, membership, state
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.collector import HistoryCollector
+from teamsight.agents.collector import HistoryCollector, Rows
 from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
+from teamsight.agents.readings import Readings
 from teamsight.agents.state import State
-from teamsight.agents.views import neighbour_graph, trajectory_frame
+from teamsight.agents.timeline import Timeline
 from teamsight.policies.interface import Action
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
 from teamsight.world.noise import key_of
 
 
-class World(mesa.Model):  # type: ignore[misc]
+class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -82,7 +81,6 @@ class World(mesa.Model):  # type: ignore[misc]
         self.recorders: list[Callable[[World], Any]] = []
         self._history = History()
         self._engine = Engine(self)
-        self._in_event = False
         self._collector: mesa.DataCollector | None = None
         self._warned: set[str] = set()
 
@@ -147,14 +145,49 @@ class World(mesa.Model):  # type: ignore[misc]
         self._engine.senses(observers, observed)
         self.change()
 
+    def adjust(
+        self,
+        group: Group,
+        *,
+        policy: Any = None,
+        awareness: Awareness | str | None = None,
+        sensing_range: npt.ArrayLike | None = None,
+        awareness_range: npt.ArrayLike | None = None,
+        speed: npt.ArrayLike | None = None,
+        turn_limit: npt.ArrayLike | None = None,
+    ) -> None:
+        """Change what a group can do from the next step on; what is not given stays. A new policy remembers nothing.
+
+        Parameters
+        ----------
+        group : Group
+            Of this world.
+        policy, awareness, sensing_range, awareness_range, speed, turn_limit
+            As for `add`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `add`; then nothing is changed.
+        """
+        membership.adjust(
+            self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
+            awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
+        )  # fmt: skip
+        self.change()
+
     def step(self) -> None:
         """Make one step."""
         self._let_events_happen()
+        self._make_step()
+
+    def _make_step(self) -> None:
         self._engine.prepare()
         for group in self.groups:
             if membership.steps_by_itself(group):
                 for agent in list(group.agents):
                     agent.step()
+        self._engine.prepare()
         self._engine.step()
         self._after_step()
 
@@ -181,25 +214,38 @@ class World(mesa.Model):  # type: ignore[misc]
                 mesa_step: Callable[[], None] = self.step
                 mesa_step()
                 continue
+            compat.count_steps(self, 1)
             self._let_events_happen()
-            if not self.running:
-                break
-            quiet = max(self.clock.ticks_until_event(self.tick), 1)
-            self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
+            # An event may have brought in what needs Python, or said that this step is the last.
             reason = self._needs_python()
+            if reason:
+                self._make_step()
+                continue
+            quiet = max(self.clock.ticks_until_event(self.tick), 1) if self.running else 1
+            self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
+
+    def run_for(self, duration: int) -> None:
+        """Make this many steps: mesa's other name for `run`."""
+        self.run(duration)
+
+    def run_until(self, end_time: int) -> None:
+        """Make steps until this many have been made: mesa's name."""
+        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
 
     def _run_stretch(self, steps: int) -> None:
         self._engine.prepare()
-        stretch, before = self._engine.stretch, self._history.before
-        first = stretch.rows
+        stretch = self._engine.stretch
+        first, observed, largest = stretch.rows, stretch.observed_sum, self._history.max_neighbours
         try:
             self._engine.run(steps)
         except BaseException:
             self.running = False
             raise
-        compat.count_steps(self, stretch.rows - first)
+        # The first was counted before the events that preceded it.
+        compat.count_steps(self, stretch.rows - first - 1)
         if isinstance(self._collector, HistoryCollector):
-            self._collector.collect_rows(self.tick, stretch, first, before)
+            earlier = self._history.earlier
+            self._collector.collect_rows(Rows(stretch, first, stretch.rows, self.tick, observed, largest, *earlier))
 
     def _needs_python(self) -> str:
         """Say why steps cannot be made in a compiled call; empty when they can."""
@@ -212,6 +258,8 @@ class World(mesa.Model):  # type: ignore[misc]
         for group in self.groups:
             if membership.steps_by_itself(group):
                 return f"an agent class of {group.name} overrides step"
+            if group.decides_alone:
+                return f"the agent class of {group.name} overrides decide"
             if not group.is_compiled:
                 return f"the policy of {group.name} is Python"
         return ""
@@ -221,102 +269,6 @@ class World(mesa.Model):  # type: ignore[misc]
             recorder(self)
         if self._collector is not None:
             self._collector.collect(self)
-
-    def _let_events_happen(self) -> None:
-        self._in_event = True
-        try:
-            self.clock.advance(self.tick)
-        except BaseException:
-            self.running = False
-            raise
-        finally:
-            self._in_event = False
-
-    @property
-    def now(self) -> float:
-        """The time [ticks]; while an event happens, its exact time."""
-        return self.clock.now if self._in_event else float(self.tick)
-
-    def at(self, time: float, action: Callable[[], Any]) -> None:
-        """Call `action()` at `time` [ticks]; it takes effect before the step that starts at the next whole tick.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `action` cannot be called, or `time` is not finite or has passed.
-        """
-        self._set_clock()
-        self.clock.at(time, action)
-
-    def process(self, generator: Generator[Any, Any, Any]) -> Any:
-        """Start a process: a generator that yields SimPy events such as ``world.timeout(10)``.
-
-        Returns
-        -------
-        simpy.Process
-        """
-        self._set_clock()
-        return self.clock.process(generator)
-
-    def timeout(self, delay: float) -> Any:
-        """Return an event that happens after `delay` [ticks]; for use in a process."""
-        return self.clock.timeout(delay)
-
-    def _set_clock(self) -> None:
-        if not self._in_event:
-            self.clock.catch_up(self.tick)
-
-    @property
-    def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector; what is set collects at once, and then after every step."""
-        if self._collector is None:
-            raise AttributeError("this world has no datacollector; set world.datacollector = mesa.DataCollector(…)")
-        return self._collector
-
-    @datacollector.setter
-    def datacollector(self, collector: mesa.DataCollector) -> None:
-        self._collector = collector
-        self.look()
-        collector.collect(self)
-
-    @property
-    def observed_fraction(self) -> float:
-        """The mean over the completed steps of the share of targets that at least one robot sees, 0..1."""
-        return self._history.observed_fraction
-
-    @property
-    def max_neighbours(self) -> int:
-        """The largest number of robots within any robot's awareness range in the completed steps."""
-        return self._history.max_neighbours
-
-    @property
-    def observed(self) -> float:
-        """The share of targets that at least one robot sees now, 0..1."""
-        return self._engine.present("observed")
-
-    @property
-    def mean_neighbours(self) -> float:
-        """The mean number of robots within a robot's awareness range now."""
-        return self._engine.present("mean_neighbours")
-
-    @property
-    def history(self) -> pd.DataFrame:
-        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
-        return self._history.frame()
-
-    def neighbour_graph(self) -> nx.Graph:
-        """Return the present graph of who is within whose awareness range; directed when ranges differ."""
-        self.look()
-        return neighbour_graph(self.groups)
-
-    def record_positions(self, every: int = 1) -> None:
-        """From now on keep the positions of all agents, each `every` steps; read them from `trajectory`."""
-        self._engine.record_positions(checks.count("every", every))
-
-    @property
-    def trajectory(self) -> pd.DataFrame:
-        """The positions kept: time [ticks], group, identity, x, y [length]."""
-        return trajectory_frame(self._engine.trails)
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Put an agent somewhere in the arena.
@@ -329,10 +281,6 @@ class World(mesa.Model):  # type: ignore[misc]
         group, row = agent.group, agent.row
         group.bodies.position[row] = membership.checked_positions(self.arena, position, (2,))
         self.refresh()
-
-    def look(self) -> None:
-        """Bring all sightings up to date, if anything was moved by hand."""
-        self._engine.prepare()
 
     def perceive(self, group: Group) -> None:
         """Bring ``group.percept`` up to date; steps do so by themselves."""
@@ -378,6 +326,9 @@ class World(mesa.Model):  # type: ignore[misc]
             If the state belongs to a world with other groups.
         """
         state.put(self, saved)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew: everybody is placed again, and the clock starts at 0 without events.

@@ -33,4 +33,4 @@ class Robot(Body):
     def situation(self) -> npt.NDArray[np.float32]:
         """The vector for learners, shape (width,): 16 heading-relative target sectors and what the degree adds (§8)."""
         self.model.look()
-        return np.array(self.group.situate(self.model.moment)[self.row])
+        return np.array(self.group.perception.situate(self.group.awareness, self.model.moment)[self.row])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.history import History
 from teamsight.agents.membership import make_bodies
 from teamsight.world.bodies import Bodies
@@ -23,37 +24,43 @@ class State(NamedTuple):
     seed, tick : int
         The seed and how many steps have been made.
     groups : tuple
-        For each group its name, bodies, ranges and memory.
+        For each group its name, bodies, ranges, memory and the user's columns.
     history : History
         The steps so far.
+    collected : HistoryCollector or None
+        What the world's own data collector holds; a user's collector is not part of the state.
     """
 
     seed: int
     tick: int
-    groups: tuple[tuple[str, Bodies, Any, Any], ...]
+    groups: tuple[tuple[str, Bodies, Any, Any, dict[str, Any]], ...]
     history: History
+    collected: HistoryCollector | None
 
 
 def take(world: World) -> State:
     """Return a copy of a world's state."""
     groups = tuple(
-        (group.name, group.bodies, (group.sensing_range, group.awareness_range), group.memory) for group in world.groups
+        (group.name, group.bodies, group.ranges, group.memory, group.columns) for group in world.groups
     )
-    return copy.deepcopy(State(world.seed_used, world.tick, groups, world._history))
+    collector = world._collector if isinstance(world._collector, HistoryCollector) else None
+    return copy.deepcopy(State(world.seed_used, world.tick, groups, world._history, collector))
 
 
 def put(world: World, saved: State) -> None:
     """Bring a world to a saved state."""
     mine = [(group.name, len(group)) for group in world.groups]
-    theirs = [(name, len(bodies)) for name, bodies, _, _ in saved.groups]
+    theirs = [(name, len(bodies)) for name, bodies, *_ in saved.groups]
     if mine != theirs:
         raise ValueError(f"restore(…): the state is of a world with {theirs}, this one has {mine}; make an equal one")
     saved = copy.deepcopy(saved)
-    for group, (_, bodies, ranges, memory) in zip(world.groups, saved.groups, strict=True):
+    for group, (_, bodies, ranges, memory, columns) in zip(world.groups, saved.groups, strict=True):
         bodies.identity[:] = group.bodies.identity
-        group.bodies, (group.sensing_range, group.awareness_range) = bodies, ranges
+        group.bodies, group.ranges, group.columns = bodies, ranges, columns
         group.begin()
         group.memory = memory
+    if saved.collected is not None and isinstance(world._collector, HistoryCollector):
+        world._collector = saved.collected
     _go_on(world, saved.seed, saved.tick, saved.history)
 
 
@@ -62,9 +69,7 @@ def begin_again(world: World, seed: int) -> None:
     world.key = key_of(seed)
     for group in world.groups:
         identity = group.bodies.identity
-        group.bodies, (group.sensing_range, group.awareness_range) = make_bodies(
-            world, group.number, len(group), group.plan
-        )
+        group.bodies, group.ranges = make_bodies(world, group.number, len(group), group.plan)
         group.bodies.identity[:] = identity
         group.begin()
     _go_on(world, seed, 0, History())

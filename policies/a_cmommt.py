@@ -40,10 +40,10 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
         way_x = x - mates.offset[k, 0]
         way_y = y - mates.offset[k, 1]
         rivals += way_x * way_x + way_y * way_y < limit
+    if rule == 0.0:
+        return 0.0 if rivals > 0 else 1.0
     if rivals == 0:
         return 1.0
-    if rule == 0.0:
-        return 0.0
     if rule == 1.0:
         return parameters[_SHARED]
     return max(1.0 - parameters[_LOSS] * rivals, 0.0)
@@ -55,9 +55,8 @@ def _pull(
 ) -> tuple[float, float]:
     """Return the weighted force of a target at (x, y)."""
     force = attract(distance * per_reach, parameters[_ATTRACTION:])
-    if force == 0.0 or distance == 0.0:
-        return 0.0, 0.0
-    force *= _weight(x, y, percept, i, parameters) / distance
+    # Limits and selections instead of branches, here and below; a target or teammate in the same place pulls nowhere.
+    force *= _weight(x, y, percept, i, parameters) / max(distance, 1e-300)
     return force * x, force * y
 
 
@@ -71,10 +70,9 @@ def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[floa
     for k in range(mates.start[i], mates.start[i + 1]):
         distance = mates.distance[k]
         force = repel(distance * scale, parameters[_REPULSION:])
-        if force != 0.0 and distance > 0.0:
-            force /= distance
-            x += force * mates.offset[k, 0]
-            y += force * mates.offset[k, 1]
+        force /= max(distance, 1e-300)
+        x += force * mates.offset[k, 0]
+        y += force * mates.offset[k, 1]
     return x, y
 
 

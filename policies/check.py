@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import Action, Percept, Policy, Sightings
+from teamsight.policies.interface import Action, Percept, Policy, Rule, Sightings, percept_of_one
 
 
 def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0) -> Percept:
@@ -51,13 +52,13 @@ def _sample_sightings(size: int, rng: np.random.Generator) -> Sightings:
     )
 
 
-def check_policy(policy: Policy, *, sizes: tuple[int, ...] = (1, 7), steps: int = 3) -> None:
+def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), steps: int = 3) -> None:
     """Try a policy on made-up percepts and refuse it where it breaks the contract.
 
     Parameters
     ----------
-    policy : Policy
-        An object with `draws`, `start` and `decide`.
+    policy : Policy or callable
+        An object with `draws`, `start` and `decide`; or a callable for one robot.
     sizes : tuple of int
         How many robots to try it with.
     steps : int
@@ -66,17 +67,21 @@ def check_policy(policy: Policy, *, sizes: tuple[int, ...] = (1, 7), steps: int 
     Raises
     ------
     TypeError
-        If a member is missing, or an answer is not an `Action` and a memory.
+        If a member is missing, or an answer is not an `Action` and a memory, or of a callable not two numbers.
     ValueError
         If an answer has the wrong shape or is not finite, if headings are not unit vectors, if the policy changes what
         it is given, or if the same question gets two answers.
     """
-    name = type(policy).__name__
-    for member in ("draws", "start", "decide"):
-        if not hasattr(policy, member):
-            raise TypeError(
-                f"{name}: has no {member!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
-            )
+    name = getattr(policy, "__name__", type(policy).__name__)
+    if callable(policy) and not hasattr(policy, "decide"):
+        for size in sizes:
+            _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))
+        return
+    if not isinstance(policy, Policy):
+        missing = next(member for member in ("draws", "start", "decide") if not hasattr(policy, member))
+        raise TypeError(
+            f"{name}: has no {missing!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
+        )
     if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
         raise TypeError(f"{name}.draws={policy.draws!r}: must be a whole number of at least 0")
     for size in sizes:
@@ -108,6 +113,36 @@ def _arrays(value: Any) -> list[npt.NDArray[Any]]:
     if isinstance(value, tuple):
         return [array for part in value for array in _arrays(part)]
     return []
+
+
+def _check_rule(name: str, rule: Rule, percept: Percept) -> None:
+    before = [array.copy() for array in _arrays(percept)]
+    for i in range(len(percept.heading)):
+        answers = [check_answer(name, rule(percept_of_one(percept, i), np.random.default_rng(i)), i) for _ in range(2)]
+        if answers[0] != answers[1]:
+            raise ValueError(f"{name} gave two answers to one question; take random numbers from `rng` only")
+    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays(percept), strict=True)):
+        raise ValueError(f"{name} changes its percept; copy what you change")
+
+
+def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
+    """Return the (turn, distance) that a rule for one robot answered, if that is what it is.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the rule, the robot `i` and the answer.
+    """
+    try:
+        turn, distance = answer
+        turn, distance = float(turn), float(distance)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"{name}: robot {i} got {answer!r}; a rule for one robot returns two numbers, (turn, distance)"
+        ) from None
+    if not (math.isfinite(turn) and math.isfinite(distance)):
+        raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")
+    return turn, distance
 
 
 def check_action(name: str, action: Action, size: int) -> None:

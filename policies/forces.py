@@ -88,7 +88,7 @@ def attraction_corners(do1: float, do2: float, do3: float, predictive: float) ->
 
 def _slope(begin: float, end: float) -> float:
     # Over an interval of no length the force jumps.
-    return 1.0 / (end - begin) if end > begin else 1e300
+    return 1.0 / max(end - begin, 1e-300)
 
 
 @inlined

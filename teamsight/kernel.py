@@ -14,6 +14,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import re
 import sys
 import tempfile
 import types as python_types
@@ -28,6 +29,7 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.ccallback import CFunc
+from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
@@ -86,6 +88,33 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
 
 
 @_generated
+def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
+    """Return a word whose bits 0..7 say which of the places ``first .. first + 7`` are within the square distance."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.DoubleType(), 8)
+
+        def splat(value: Any) -> Any:
+            one = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+            zeros = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
+            return builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
+
+        def eight(kind: Any, value: Any) -> Any:
+            data = make_array(kind)(context, builder, value).data
+            place = builder.gep(data, [arguments[2]])
+            return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
+
+        way_x = builder.fsub(eight(signature.args[0], arguments[0]), splat(arguments[3]))
+        way_y = builder.fsub(eight(signature.args[1], arguments[1]), splat(arguments[4]))
+        square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
+        bits = builder.fcmp_ordered("<=", square, splat(arguments[5]))
+        return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
+
+    f8 = numba.types.float64
+    return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
+
+
+@_generated
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 
@@ -135,12 +164,28 @@ class Entry:
                 self.function, (signature.args, signature.return_type), locals={}, options=dict(_FLAGS, nopython=True)
             )
             compiled._cache = _Cache(self.function)
-            compiled.compile()
+            try:
+                compiled.compile()
+            except NumbaError as error:
+                raise TypeError(f"{self.function.__qualname__}: {_reason(error)}") from error
             self._compiled = compiled
         return self._compiled
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))
+
+
+def _reason(error: NumbaError) -> str:
+    """Say in one line why a kernel cannot be compiled; numba's own account stays attached to the error."""
+    told = " ".join(str(error).split())
+    if "NRT required" not in told:
+        return f"its kernel cannot be compiled: {told}"
+    place = re.search(r"During: lowering .*? at (\S+ \(\d+\))", told)
+    where = f"at {place[1]} " if place else ""
+    return (
+        f"{where}its kernel makes or copies an array, which kernels cannot; write numbers one by one, "
+        "such as action.heading[i, 0] = x (docs/policies.md)"
+    )
 
 
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
@@ -174,6 +219,8 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     value = plain(value)
     if isinstance(value, Entry):
         value = value.function
+    # Code that numba is told to generate is written in a function of its own.
+    value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
         fields = getattr(value, "_fields", None)
         yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.kernel import inlined, kernel
+from teamsight.kernel import inlined, kernel, near_eight
 from teamsight.world.edges import Observed, append, shortest, take_roots
 
 BLOCK = 64
@@ -23,12 +23,8 @@ _ONE = np.uint64(1)
 def _near(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
     """Return a word in which bit j is set if body ``first + j`` is near enough."""
     near = np.uint64(0)
-    for bit in range(last - first):
-        # Unsigned, because numba wraps signed indices around, which keeps the loop from using SIMD lanes.
-        j = np.uint64(first) + np.uint64(bit)
-        way_x = observed.x[j] - x
-        way_y = observed.y[j] - y
-        near |= np.uint64(way_x * way_x + way_y * way_y <= limit) << np.uint64(bit)
+    for part in range(0, last - first, 8):
+        near |= near_eight(observed.x, observed.y, first + part, x, y, limit) << np.uint64(part)
     return near
 
 
@@ -66,7 +62,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
-        limit = reach[i] * reach[i]
+        limit = min(reach[i] * reach[i], 0.5 * FAR_AWAY * FAR_AWAY)
         myself = i + observed.own if observed.own >= 0 else -1
         for first in range(0, size, BLOCK):
             last = min(first + BLOCK, size)
@@ -74,11 +70,11 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
                 near = _near_on_torus(x, y, limit, observed, first, last)
             else:
                 near = _near(x, y, limit, observed, first, last)
+            if first <= myself < last:
+                near &= ~(_ONE << np.uint64(myself - first))
             while near != 0:
-                j = first + np.int64(trailing_zeros(near))
+                j = np.uint64(first) + np.uint64(trailing_zeros(near))
                 near &= near - _ONE
-                if j == myself:
-                    continue
                 if edge < room:
                     way_x = observed.x[j] - x
                     way_y = observed.y[j] - y

@@ -23,6 +23,7 @@ __all__ = ["ProximityGraph", "Search", "proximity_graph", "search"]
 
 # More pairs than this, and cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
+MOST_PAIRS_ON_TORUS = 1_500
 
 _LANES = 16
 
@@ -117,7 +118,8 @@ class Search:
         ask["size"], ask["observed"], ask["lanes"], ask["own"] = n, observed, lanes, own
         ask["period_x"], ask["period_y"] = arena.period
         self._cells: Cells | None = None
-        if not (n * observed <= MOST_PAIRS if pairs is None else pairs):
+        most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
+        if not (n * observed <= most if pairs is None else pairs):
             self._cut(arena, ask)
         self._room(n * observed if n * observed <= MOST_PAIRS else 4 * n + 64)
 
@@ -125,7 +127,9 @@ class Search:
         low, high = arena.bounds
         side = high - low
         # Cells narrower than the range would need more than nine looks; far more cells than bodies cost time to clear.
-        width = max(float(self.reach.max(initial=0.0)), math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
+        # They are a hair wider, because rounding may push a body into the next cell.
+        reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
+        width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
         wraps = arena.period[0] > 0
         if wraps and min(columns, rows) < 3:
@@ -206,7 +210,10 @@ def proximity_graph(
     """
     here = _points("observers", observers)
     there = here if observed is None else _points("observed", observed)
-    far = np.array(np.broadcast_to(np.asarray(reach, float), len(here)), order="C")
+    given = np.asarray(reach, float)
+    if given.shape not in ((), (len(here),)):
+        raise ValueError(f"reach: has the shape {given.shape}; give one number, or {len(here)}, one for each observer")
+    far = np.array(np.broadcast_to(given, len(here)), order="C")
     if not np.all(far >= 0) or not np.all(np.isfinite(far)):
         raise ValueError("reach: must be a finite number of at least 0 for every observer")
     if arena is None:

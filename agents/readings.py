@@ -1,0 +1,78 @@
+"""The readings of a world: what was observed, now and so far, for scripts, data collectors and viewers."""
+
+from __future__ import annotations
+
+import mesa
+import networkx as nx
+import pandas as pd
+
+from teamsight import checks
+from teamsight.agents.engine import Engine
+from teamsight.agents.group import Group
+from teamsight.agents.history import History
+from teamsight.agents.views import neighbour_graph, trajectory_frame
+
+
+class Readings:
+    """What of a `World` is read and not changed."""
+
+    groups: list[Group]
+    _collector: mesa.DataCollector | None
+    _engine: Engine
+    _history: History
+
+    def look(self) -> None:
+        """Bring all sightings up to date, if anything was moved by hand."""
+        self._engine.prepare()
+
+    @property
+    def datacollector(self) -> mesa.DataCollector:
+        """mesa's data collector; what is set collects at once, and then after every step."""
+        if self._collector is None:
+            raise AttributeError("this world has no datacollector; set world.datacollector = mesa.DataCollector(…)")
+        return self._collector
+
+    @datacollector.setter
+    def datacollector(self, collector: mesa.DataCollector) -> None:
+        self._collector = collector
+        self.look()
+        collector.collect(self)
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean over the completed steps of the share of targets that at least one robot sees, 0..1."""
+        return self._history.observed_fraction
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest number of robots within any robot's awareness range in the completed steps."""
+        return self._history.max_neighbours
+
+    @property
+    def observed(self) -> float:
+        """The share of targets that at least one robot sees now, 0..1."""
+        return self._engine.present("observed")
+
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean number of robots within a robot's awareness range now."""
+        return self._engine.present("mean_neighbours")
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
+        return self._history.frame()
+
+    def neighbour_graph(self) -> nx.Graph:
+        """Return the present graph of who is within whose awareness range; directed when ranges differ."""
+        self.look()
+        return neighbour_graph(self.groups)
+
+    def record_positions(self, every: int = 1) -> None:
+        """From now on keep the positions of all agents, each `every` steps; read them from `trajectory`."""
+        self._engine.record_positions(checks.count("every", every))
+
+    @property
+    def trajectory(self) -> pd.DataFrame:
+        """The positions kept: time [ticks], group, identity, x, y [length]."""
+        return trajectory_frame(self._engine.trails)

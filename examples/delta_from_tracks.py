@@ -1,0 +1,32 @@
+"""δ from recorded positions: first record a run, as a tracking system would real robots, then read the file."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from teamsight import CMOMMT
+from teamsight.analysis import tracks
+
+
+def record(path: Path) -> None:
+    """Write the positions of a team's robots: columns time, robot, x, y."""
+    model = CMOMMT(robots=20, radius=3.0, rng=1)
+    model.record_positions(every=5)
+    model.run(3000)
+    seen = model.trajectory
+    robots = seen[seen["group"] == "robots"].rename(columns={"identity": "robot"})
+    robots[["time", "robot", "x", "y"]].to_csv(path, index=False)
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "tracks.csv"
+        record(path)
+        report = tracks.delta_from_tracks(tracks.read_tracks(path), awareness_range=1.0, risk=0.05, window=100)
+    print(report)
+    print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,74 @@
+"""A policy of your own, three ways: a compiled kernel, NumPy for a whole group, and a plain function for one robot.
+
+All three do the same: lean from the present heading towards the sensed targets and away from perceived teammates.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teamsight import CMOMMT
+from teamsight.kernel import kernel
+from teamsight.policies import Action, CompiledPolicy, check_policy
+
+
+@kernel
+def _lean(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        x, y = percept.heading[i, 0], percept.heading[i, 1]
+        for seen, weight in ((percept.targets, 1.0), (percept.mates, -mind.parameters[0])):
+            for k in range(seen.start[i], seen.start[i + 1]):
+                x += weight * seen.offset[k, 0]
+                y += weight * seen.offset[k, 1]
+        length = math.sqrt(x * x + y * y)
+        action.heading[i, 0], action.heading[i, 1] = x / length, y / length
+        action.distance[i] = percept.speed[i]
+
+
+@dataclass(frozen=True)
+class CompiledLean(CompiledPolicy):
+    """The fast road: the kernel decides for all robots, and a run needs no Python."""
+
+    repulsion: float = 0.5
+    kernel = _lean
+    parameters = property(lambda self: (self.repulsion,))
+
+
+class NumpyLean:
+    """Arrays for the whole group: an object with `draws`, `start` and `decide`."""
+
+    draws = 0
+
+    def start(self, size: int) -> None:
+        return None
+
+    def decide(self, percept: Any, memory: None, noise: Any) -> tuple[Action, None]:
+        way = percept.heading.copy()
+        for seen, weight in ((percept.targets, 1.0), (percept.mates, -0.5)):
+            observer = np.repeat(np.arange(len(way)), np.diff(seen.start))
+            np.add.at(way, observer, weight * seen.offset)
+        return Action(way / np.linalg.norm(way, axis=1, keepdims=True), percept.speed), memory
+
+
+def lean(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+    """One robot at a time: return how far to turn [rad, anticlockwise] and how far to go."""
+    x, y = percept.heading + percept.targets.offset.sum(axis=0) - 0.5 * percept.mates.offset.sum(axis=0)
+    ahead, left = percept.heading
+    return math.atan2(y * ahead - x * left, x * ahead + y * left), percept.speed
+
+
+def main() -> None:
+    for policy in (CompiledLean(), NumpyLean(), lean):
+        check_policy(policy)
+        model = CMOMMT(policy=policy, rng=1)
+        for _ in range(100):
+            model.step()
+        print(f"{getattr(policy, '__name__', type(policy).__name__):12} {model.observed_fraction:.3f} observed")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""The four degrees of awareness: each shows a policy what it says, no more, in as many inputs as it says."""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Any
+
+import naive
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teamsight import CMOMMT, Disc, Robot, Target, World
+from teamsight.agents.awareness import (
+    AWARENESS,
+    Awareness,
+    NoAwareness,
+    PairwiseAwareness,
+    RingAwareness,
+    SharedAwareness,
+)
+from teamsight.policies import Stationary
+from teamsight.policies.interface import Action
+
+DEGREES: list[Awareness] = [NoAwareness(), RingAwareness(16), RingAwareness(5), RingAwareness(1), PairwiseAwareness(), SharedAwareness()]
+
+seeds = st.integers(0, 2**31)
+
+
+def crowd(awareness: Awareness | str, seed: int, teams: tuple[int, ...] = (4, 3)) -> World:
+    """Robots of one team in two groups, with ranges of their own, among targets."""
+    world = World(Disc(1.2), rng=seed)
+    targets = world.add(Target, 6, policy=Stationary())
+    for size in teams:
+        ranges = np.random.default_rng(seed).uniform(0.3, 1.5, (2, size))
+        robots = world.add(
+            Robot, size, policy=Stationary(), awareness=awareness, sensing_range=ranges[0], awareness_range=ranges[1]
+        )
+        world.senses(robots, targets)
+    return world
+
+
+def robots_of(world: World) -> list[Any]:
+    return [agent for group in world.groups for agent in group if isinstance(agent, Robot)]
+
+
+def way(one: Any, other: Any) -> tuple[float, float]:
+    x, y = (other.position - one.position).tolist()
+    return x, y
+
+
+def within(one: Any, others: list[Any], reach: float) -> list[Any]:
+    return [other for other in others if other is not one and math.hypot(*way(one, other)) <= reach]
+
+
+def reach_of(robot: Any, kind: str) -> float:
+    return float(getattr(robot.group, f"{kind}_range")[robot.row])
+
+
+@pytest.mark.short
+@given(seeds)
+def test_neighbours_and_targets_are_those_within_range(seed: int) -> None:
+    world = crowd("none", seed)
+    robots, targets = robots_of(world), list(world.groups[0])
+    for robot in robots:
+        assert robot.neighbours == within(robot, robots, reach_of(robot, "awareness"))
+        assert robot.observed_targets == within(robot, targets, reach_of(robot, "sensing"))
+    for target in targets:
+        assert target.observers == [robot for robot in robots if target in robot.observed_targets]
+        assert target.is_observed == bool(target.observers)
+
+
+@pytest.mark.parametrize("awareness", DEGREES, ids=str)
+@given(seed=seeds)
+def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
+    world = crowd(awareness, seed)
+    for robot in robots_of(world):
+        percept = robot.percept
+        assert percept.targets.identity.tolist() == [target.unique_id for target in robot.observed_targets]
+        assert np.allclose(percept.targets.offset, np.reshape([way(robot, t) for t in robot.observed_targets], (-1, 2)))
+        mates = [way(robot, mate) for mate in robot.neighbours]
+        if isinstance(awareness, NoAwareness):
+            assert len(percept.mates.identity) == 0
+        elif isinstance(awareness, RingAwareness):
+            shown = naive.ring_view(mates, robot.heading.tolist(), awareness.delta)
+            assert np.allclose(percept.mates.offset, np.reshape(shown, (-1, 2)), atol=1e-9)
+            assert np.all(percept.mates.identity == -1)
+        else:
+            assert percept.mates.identity.tolist() == [mate.unique_id for mate in robot.neighbours]
+            assert np.allclose(percept.mates.offset, np.reshape(mates, (-1, 2)))
+        reports = []
+        if isinstance(awareness, SharedAwareness):
+            reports = [(target, way(robot, target)) for mate in robot.neighbours for target in mate.observed_targets]
+        assert percept.reports.identity.tolist() == [target.unique_id for target, _ in reports]
+        assert np.allclose(percept.reports.offset, np.reshape([offset for _, offset in reports], (-1, 2)))
+        for seen in (percept.targets, percept.mates, percept.reports):
+            assert np.allclose(seen.distance, np.hypot(*seen.offset.T))
+
+
+def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
+    """The vector of §8, as the class says it."""
+
+    def own(of: Any) -> list[float]:
+        return naive.ring([way(of, t) for t in of.observed_targets], of.heading.tolist(), 16, reach_of(of, "sensing"))
+
+    inputs, near, reach = own(robot), robot.neighbours, reach_of(robot, "awareness")
+    if isinstance(awareness, RingAwareness):
+        return inputs + naive.ring([way(robot, mate) for mate in near], robot.heading.tolist(), awareness.delta, reach)
+    for mate in (mate for mate in team if mate is not robot):
+        if isinstance(awareness, PairwiseAwareness):
+            x, y = way(robot, mate)
+            bearing = math.atan2(y, x) - math.atan2(robot.heading[1], robot.heading[0])
+            inputs += [math.hypot(x, y) / reach, bearing / (2 * math.pi) % 1] if mate in near else [1.0, 1.0]
+        elif isinstance(awareness, SharedAwareness):
+            inputs += own(mate) if mate in near else [1.0] * 16
+    return inputs
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("awareness", DEGREES, ids=str)
+@given(seed=seeds)
+def test_the_situation_is_the_vector_of_the_paper(awareness: Awareness, seed: int) -> None:
+    world = crowd(awareness, seed)
+    team = robots_of(world)
+    for robot in team:
+        found = robot.situation
+        assert found.dtype == np.float32
+        assert found.shape == (sum(awareness.width(len(team))),)
+        assert found == pytest.approx(situation(robot, team, awareness), abs=1e-6)
+
+
+@pytest.mark.parametrize("awareness", DEGREES, ids=str)
+def test_the_situation_follows_when_somebody_is_moved_or_turned(awareness: Awareness) -> None:
+    world = crowd(awareness, 1)
+    world.run(3)
+    team = robots_of(world)
+    for change in ("position", "heading"):
+        before = [robot.situation for robot in team]
+        target = team[0].observed_targets[0] if team[0].observed_targets else world.groups[0][0]
+        setattr(team[0] if change == "heading" else target, change, (0.3, -0.2))
+        for robot in team:
+            assert robot.situation == pytest.approx(situation(robot, team, awareness), abs=1e-6)
+        assert any(not np.array_equal(a, robot.situation) for a, robot in zip(before, team, strict=True))
+
+
+@pytest.mark.parametrize("team_size", [1, 2, 30])
+def test_widths(team_size: int) -> None:
+    widths = {name: tuple(degree().width(team_size)) for name, degree in AWARENESS.items()}
+    others = team_size - 1
+    assert widths == {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
+    assert RingAwareness(7).width(team_size) == (16, 7)
+
+
+class Reader:
+    """A NumPy policy that keeps the last percept that it was given."""
+
+    draws = 0
+
+    def __init__(self, inputs: int = 0, needs: tuple[str, ...] = ()) -> None:
+        self.inputs, self.needs = inputs, needs
+        self.seen: Any = None
+
+    def start(self, size: int) -> None:
+        pass
+
+    def decide(self, percept: Any, memory: None, noise: Any) -> Any:
+        self.seen = [np.array(part) for part in (*percept.targets, *percept.mates, *percept.reports, percept.situation)]
+        return Action(np.zeros_like(percept.heading), np.zeros(len(percept.heading))), memory
+
+
+@pytest.mark.filterwarnings("ignore:run.. makes")
+@pytest.mark.parametrize("awareness", DEGREES, ids=str)
+def test_in_a_step_a_policy_is_given_what_its_robots_say_they_perceive(awareness: Awareness) -> None:
+    width = sum(awareness.width(8))
+    reader = Reader(inputs=width)
+    model = CMOMMT(robots=8, policy=reader, awareness=awareness, radius=1.5, rng=3)
+    model.run(2)
+    expected = copy.deepcopy([robot.percept for robot in model.robots])
+    situations = [robot.situation for robot in model.robots]
+    model.step()
+    assert reader.seen[-1].shape == (8, width)
+    assert np.array_equal(reader.seen[-1], situations)
+    for kind in range(3):
+        for field in range(3):
+            parts = [percept[5 + kind][field] for percept in expected]
+            assert np.array_equal(reader.seen[4 * kind + 1 + field], np.concatenate(parts))
+
+
+MISFITS = [
+    ("none", {"needs": ("mates",)}, r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use RingAwareness\(\)"),
+    ("pairwise", {"needs": ("reports",)}, r"needs 'reports', which awareness 'pairwise' does not deliver; use SharedAwareness\(\)"),
+    ("none", {"needs": ("minds",)}, r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets"),
+    ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use RingAwareness\(\)"),
+    ("ring", {"inputs": 34}, r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use PairwiseAwareness\(\)"),
+    ("shared", {"inputs": 16}, r"use NoAwareness\(\)"),
+    ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\)"),
+    ("ring", {"inputs": 3}, r"train it for this width"),
+]
+
+
+@pytest.mark.parametrize(("awareness", "wants", "message"), MISFITS)
+def test_a_policy_that_does_not_fit_is_refused_with_the_cure(awareness: str, wants: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        CMOMMT(policy=Reader(**wants), awareness=awareness)
+
+
+def test_a_policy_that_fits_is_not_refused() -> None:
+    CMOMMT(policy=Reader(inputs=16 + 18, needs=("mates", "targets")), awareness="pairwise")
+
+
+def test_degrees_change_what_robots_do() -> None:
+    ends = {}
+    for name in AWARENESS:
+        model = CMOMMT(awareness=name, radius=2.0, rng=5)
+        model.run(100)
+        ends[name] = model.robots.position.tobytes()
+    assert len(set(ends.values())) == 4

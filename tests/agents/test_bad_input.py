@@ -1,0 +1,214 @@
+"""Bad input: one line that names the value, the limit and the cure, when the model is built."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
+from teamsight.agents.awareness import RingAwareness
+from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary
+
+nan, inf = math.nan, math.inf
+
+MODELS: list[tuple[dict[str, Any], str]] = [
+    ({"robots": 0}, r"robots=0: must be at least 1"),
+    ({"robots": -3}, r"robots=-3: must be at least 1"),
+    ({"robots": 2.5}, r"robots=2\.5: must be a whole number of at least 1"),
+    ({"robots": "10"}, r"robots='10': must be a whole number"),
+    ({"robots": True}, r"robots=True: must be a whole number"),
+    ({"robots": nan}, r"robots=nan: must be a whole number"),
+    ({"robots": inf}, r"robots=inf: must be a whole number"),
+    ({"targets": 0}, r"targets=0: must be at least 1"),
+    ({"targets": [1]}, r"targets=\[1\]: must be a whole number"),
+    ({"radius": 0}, r"radius=0\.0: must be a finite number, above 0"),
+    ({"radius": -1.0}, r"radius=-1\.0: must be a finite number, above 0"),
+    ({"radius": nan}, r"radius=nan: must be a finite number"),
+    ({"radius": inf}, r"radius=inf: must be a finite number"),
+    ({"radius": "5"}, r"radius='5': must be a number"),
+    ({"sensing_range": 0}, r"sensing_range=0\.0: must be a finite number, above 0"),
+    ({"sensing_range": inf}, r"sensing_range=inf: must be a finite number"),
+    ({"awareness_range": -1}, r"awareness_range=-1\.0: must be a finite number, above 0"),
+    ({"awareness_range": nan}, r"awareness_range=nan"),
+    ({"robot_speed": -0.1}, r"robot_speed=-0\.1: must be a finite number, at least 0"),
+    ({"target_speed": nan}, r"target_speed=nan: must be a finite number"),
+    ({"target_speed": "fast"}, r"target_speed='fast': must be a number"),
+    ({"delta": 0}, r"delta=0: must be at least 1; .*for no awareness use NoAwareness\(\)"),
+    ({"delta": 0, "awareness": "ring"}, r"delta=0: .*NoAwareness\(\)"),
+    ({"delta": 1.5}, r"delta=1\.5: must be a whole number"),
+    ({"policy": "acmommt"}, r"policy='acmommt': unknown; did you mean 'a-cmommt'\? known are a-cmommt, centroid"),
+    ({"policy": "zzz"}, r"policy='zzz': unknown; known are"),
+    ({"policy": Centroid}, r"policy=Centroid: is a class; give an object, Centroid\(\)"),
+    ({"policy": 7}, r"policy=7: must be a name, an object with draws"),
+    ({"target_policy": "evasion"}, r"target_policy='evasion': unknown; did you mean 'evasive'"),
+    pytest.param({"target_policy": Evasive}, r"target_policy=Evasive: is a class"),
+    ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are none, pairwise, ring, shared"),
+    ({"awareness": RingAwareness}, r"awareness=RingAwareness: is a class; give an object"),
+    ({"awareness": 16}, r"awareness=16: is none, such as PairwiseAwareness\(\), or one of none, ring, pairwise, shared"),
+    ({"search": "wonder"}, r"search='wonder': unknown; did you mean 'wander'"),
+    ({"search_when": "never"}, r"search_when='never': unknown"),
+    ({"weights": "nearst"}, r"weights='nearst': unknown; did you mean 'nearest'"),
+    ({"preset": "touzet"}, r"preset='touzet': unknown; did you mean 'touzet2000'"),
+    ({"rng": -1}, r"rng=-1: must be at least 0"),
+    ({"rng": 1.5}, r"rng=1\.5: must be a whole number"),
+    ({"seed": "x"}, r"seed='x': must be a whole number of at least 0, or None"),
+    ({"rng": 1, "seed": 2}, r"rng=1, seed=2: two names for one seed; give one of them"),
+    pytest.param({"uniform_target_speed": "no"}, r"uniform_target_speed='no'"),
+    pytest.param({"robots": 10**15}, r"robots=10+: "),
+]  # fmt: skip
+
+
+def label(value: Any) -> str:
+    """Name a case the same in every process."""
+    return re.sub(r" object at 0x\w+", "", str(value))
+
+
+def assert_one_line(error: BaseException, message: str) -> None:
+    assert isinstance(error, (ValueError, TypeError))
+    assert re.match(message, str(error)), str(error)
+    assert "\n" not in str(error)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(("settings", "message"), MODELS, ids=label)
+def test_a_model_that_cannot_be(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        CMOMMT(**settings)
+    assert_one_line(caught.value, message)
+
+
+def world() -> World:
+    return World(Disc(5.0), rng=1)
+
+
+class NoStart:
+    draws = 0
+
+    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+        return None
+
+
+class Misfit(NoStart):
+    needs = ("reports",)
+
+    def start(self, size: int) -> None:
+        pass
+
+
+GROUPS: list[tuple[dict[str, Any], str]] = [
+    ({"count": 0}, r"count=0: must be at least 1"),
+    ({"agent_class": object}, r"agent_class=<class 'object'>: must be Robot, Target or a subclass"),
+    ({"agent_class": "Robot"}, r"agent_class='Robot': must be Robot"),
+    ({"policy": NoStart()}, r"policy=.*: has decide but no start; see check_policy\(\)"),
+    ({"policy": None}, r"policy=None: must be a name"),
+    ({"speed": -1}, r"speed=-1\.0: must be a finite number, at least 0"),
+    ({"speed": [0.1, nan, 0.1]}, r"speed=nan: must be a finite number"),
+    ({"speed": [0.1, 0.2]}, r"speed: has the shape \(2,\); give one number, or 3, one for each agent"),
+    ({"speed": "fast"}, r"speed='fast': must be a number, or one for each agent"),
+    ({"speed": True}, r"speed=True: must be a number"),
+    ({"speed": None}, r"speed=None: must be a number"),
+    ({"sensing_range": [1, 0, 1]}, r"sensing_range=0\.0: must be a finite number, above 0"),
+    ({"awareness_range": [[1.0]]}, r"awareness_range: has the shape \(1, 1\)"),
+    ({"turn_limit": -0.1}, r"turn_limit=-0\.1: must be a finite number, at least 0"),
+    ({"turn_limit": inf}, r"turn_limit=inf: must be a finite number"),
+    ({"placement": "spred"}, r"placement='spred': unknown; did you mean 'spread'"),
+    ({"placement": [(0, 0)]}, r"position: has the shape \(1, 2\); it must be \(3, 2\)"),
+    ({"placement": [(0, 0), (1, 1), (4, 4)]}, r"position=\(4\.0, 4\.0\): must be two finite numbers inside Disc\(radius=5\.0\)"),
+    ({"placement": [(0, 0), (1, nan), (1, 1)]}, r"position=\(1\.0, nan\): must be two finite numbers"),
+    ({"placement": [("a", "b")] * 3}, r"position=.*: must be numbers of shape \(3, 2\)"),
+    ({"name": "first"}, r"name='first': another group has this name; give one of its own"),
+    ({"awareness": None}, r"awareness=None: is none"),
+    pytest.param({"policy": Misfit()}, r"policy=Misfit: needs 'reports'"),
+    pytest.param(
+        {"policy": type("Negative", (Misfit,), {"needs": (), "draws": -1})()}, r".*draws=-1"
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("settings", "message"), GROUPS, ids=label)
+def test_a_group_that_cannot_be(settings: dict[str, Any], message: str) -> None:
+    home = world()
+    home.add(Target, 2, policy="random-walk", name="first")
+    plan: dict[str, Any] = {"agent_class": Robot, "count": 3, "policy": "centroid", **settings}
+    with pytest.raises((ValueError, TypeError)) as caught:
+        home.add(plan.pop("agent_class"), plan.pop("count"), **plan)
+    assert_one_line(caught.value, message)
+    # Nothing half-made is left.
+    assert len(home.groups) == 1
+    assert len(home.agents) == 2
+    home.run(3)
+
+
+POLICIES: list[tuple[Any, dict[str, Any], str]] = [
+    (ACmommt, {"search": "redrawn"}, r"search='redrawn': unknown; did you mean 'redraw'"),
+    (ACmommt, {"weights": 1}, r"weights=1: unknown"),
+    (ACmommt, {"shared_weight": 1.1}, r"shared_weight=1\.1: must be a finite number, at least 0 and at most 1"),
+    (ACmommt, {"teammate_loss": nan}, r"teammate_loss=nan"),
+    (ACmommt, {"do1": 0.5}, r"do2=0\.308: must be at least do1=0\.5"),
+    (ACmommt, {"do1": "near"}, r"do1='near': must be a number"),
+    (ACmommt, {"predictive": 0.9}, r"predictive=0\.9: must be at least do3=1"),
+    (ACmommt, {"dr2": 0.1}, r"dr2=0\.1: must be at least dr1=0\.481"),
+    (ACmommt, {"dr1": -1}, r"dr1=-1: must be at least 0"),
+    (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
+    (ACmommt, {"tracks": -1}, r"tracks=-1: must be at least 0"),
+    (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),
+    (Centroid, {"search": None}, r"search=None: unknown"),
+    (RandomWalk, {"turn_probability": 1.01}, r"turn_probability=1\.01: must be a finite number, at least 0 and at most 1"),
+    (RandomWalk, {"turn_probability": "often"}, r"turn_probability='often': must be a number"),
+    (RandomWalk, {"turn_range": 4}, r"turn_range=4\.0: must be a finite number"),
+    pytest.param(RandomWalk, {"random_distance": "no"}, r"random_distance='no'"),
+    (Evasive, {"turn_probability": -0.1}, r"turn_probability=-0\.1: must be a finite number, at least 0"),
+    (RingAwareness, {"delta": 0}, r"delta=0: must be at least 1; a ring needs at least 1 sector; for no awareness use NoAwareness\(\)"),
+    (RingAwareness, {"delta": "16"}, r"delta='16': must be a whole number"),
+    (Disc, {"radius": 0}, r"radius=0\.0: must be a finite number, above 0"),
+    (Box, {"width": 1, "height": -1}, r"height=-1\.0: must be a finite number, above 0"),
+    (Torus, {"width": nan, "height": 1}, r"width=nan"),
+    (World, {"arena": 5.0}, r"arena=5\.0: must be an arena, such as Disc\(5\.0\)"),
+    (World, {"arena": Disc}, r"arena=<class .*Disc'>: must be an arena"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "settings", "message"), POLICIES, ids=label)
+def test_a_part_that_cannot_be(kind: Any, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        kind(**settings)
+    assert_one_line(caught.value, message)
+
+
+CALLS: list[tuple[Any, str]] = [
+    (lambda m: m.run(-1), r"steps=-1: must be at least 0"),
+    (lambda m: m.run(1.5), r"steps=1\.5: must be a whole number"),
+    (lambda m: m.record_positions(0), r"every=0: must be at least 1"),
+    (lambda m: m.at(5, "now"), r"at\(5, 'now'\): the second argument must be callable"),
+    (lambda m: m.at(nan, print), r"time=nan: must be a finite number"),
+    (lambda m: m.at(1, print), r"time=1: has passed; it must be at least now, 2"),
+    pytest.param(lambda m: m.process(lambda: None), r"process\("),
+    (lambda m: setattr(m.robots[0], "position", (9, 0)), r"position=\(9\.0, 0\.0\): must be two finite numbers inside Disc"),
+    (lambda m: setattr(m.robots[0], "position", (nan, 0)), r"position=\(nan, 0\.0\)"),
+    (lambda m: setattr(m.robots[0], "position", 3), r"position: has the shape \(\); it must be \(2,\)"),
+    (lambda m: setattr(m.robots[0], "heading", (0, 0)), r"heading=\(0, 0\): must be two finite numbers that are not both 0"),
+    (lambda m: setattr(m.robots[0], "heading", (nan, 0)), r"heading=\(nan, 0\)"),
+    (lambda m: setattr(m.robots[0], "heading", (1, 0, 0)), r"heading=\(1, 0, 0\)"),
+    pytest.param(lambda m: setattr(m.robots[0], "heading", "up"), r"heading='up'"),
+    (lambda m: m.senses(m.robots, CMOMMT(rng=1).targets), r"senses\(.*both groups must have been added to this world"),
+    (lambda m: m.restore(CMOMMT(robots=3).state()), r"restore\(…\): the state is of a world with"),
+    (lambda m: m.reset(rng=-1), r"rng=-1: must be at least 0"),
+    (lambda m: World(Torus(1, 3)).add(Robot, 1, policy=Stationary()), r"range=1: on a torus a range must be at most half .* 0\.5; take"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "message"), CALLS)
+def test_a_call_that_cannot_be(call: Any, message: str) -> None:
+    model = CMOMMT(rng=1)
+    model.run(2)
+    before = model.robots.position.copy()
+    with pytest.raises((ValueError, TypeError)) as caught:
+        call(model)
+    assert_one_line(caught.value, message)
+    assert np.array_equal(model.robots.position, before)
+    model.run(1)
+    assert model.tick == 3

@@ -1,0 +1,89 @@
+"""Room: buffers that grow in the middle of a run change no bit of its result."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT
+from teamsight.agents.engine import Engine
+from teamsight.world.proximity import Search
+
+DEGREES = ["none", "ring", "pairwise", "shared"]
+
+
+def gathering(awareness: str) -> CMOMMT:
+    """Far more robots than there is room for at first come together around a few targets."""
+    return CMOMMT(
+        robots=90, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
+        robot_speed=0.4, target_speed=0.02, rng=int(np.random.default_rng().integers(2**31)),
+    )  # fmt: skip
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("awareness", DEGREES)
+def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    grown: list[int] = []
+    grow = Engine._grow
+
+    def counted(self: Engine, status: int, where: int, need: int) -> None:
+        grown.append(int(self._world_record["tick"]))
+        grow(self, status, where, need)
+
+    model = gathering(awareness)
+    again = {**model.settings, "rng": model.seed_used}
+    stepped = CMOMMT(**again)
+    monkeypatch.setattr(Engine, "_grow", counted)
+    model.run(60)
+    assert grown[-1] > 5
+    assert model.max_neighbours == 89
+    for _ in range(60):
+        stepped.step()
+    room = Search._room
+    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
+    monkeypatch.setattr(Engine, "_grow", lambda *arguments: pytest.fail("there should have been room"))
+    roomy = CMOMMT(**again)
+    roomy.run(60)
+    for other in (roomy, stepped):
+        assert np.array_equal(model.robots.position, other.robots.position)
+        assert np.array_equal(model.targets.position, other.targets.position)
+        assert model.history.equals(other.history)
+        for a, b in zip(model.robots.sightings("mates"), other.robots.sightings("mates"), strict=True):
+            assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("awareness", DEGREES)
+def test_growing_from_hardly_any_room(awareness: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    reference = CMOMMT(robots=20, targets=30, radius=1.5, policy="a-cmommt", awareness=awareness, target_policy="evasive", rng=2)
+    reference.run(50)
+    room = Search._room
+    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted))
+    model = CMOMMT(**{**reference.settings, "rng": 2})
+    model.run(20)
+    for _ in range(30):
+        model.step()
+    assert np.array_equal(reference.robots.position, model.robots.position)
+    assert reference.history.equals(model.history)
+
+
+def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    def counts() -> list[int]:
+        seen: list[int] = []
+
+        def look(percept: Any, rng: Any) -> tuple[float, float]:
+            seen.append(len(percept.mates.identity) + 100 * len(percept.reports.identity))
+            toward = percept.targets.offset.mean(axis=0)
+            return float(np.arctan2(*toward[::-1]) - np.arctan2(*percept.heading[::-1])), 0.3
+
+        model = CMOMMT(**{**plan, "policy": look})
+        for _ in range(15):
+            model.step()
+        return seen
+
+    plan = {**gathering("shared").settings, "rng": 4}
+    expected = counts()
+    room = Search._room
+    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
+    assert counts() == expected

@@ -1,0 +1,308 @@
+"""Two roads, one answer: running, stepping and any mix of the two give the same bits."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
+from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary, turned
+from teamsight.policies.interface import Action
+
+pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+
+ROADS: dict[str, Callable[[World], None]] = {
+    "steps": lambda model: [model.step() for _ in range(60)] and None,
+    "mixed": lambda model: [model.run(30), model.step(), model.run(0), model.run(29)] and None,
+    "pieces": lambda model: [model.run(k) for k in (1, 2, 3, 5, 7, 11, 13, 17, 1)] and None,
+}
+
+
+def fingerprint(model: World) -> list[Any]:
+    """All that a user can see of what has happened."""
+    seen: list[Any] = [model.tick, model.steps, model.observed, model.mean_neighbours, model.observed_fraction, model.max_neighbours]
+    for group in model.groups:
+        seen += [group.position, group.heading, group.bodies.moved, group.identity]
+        seen += [group.memory] if isinstance(group.memory, np.ndarray) else list(group.memory or ())
+        for kind in ("targets", "mates"):
+            seen += list(group.sightings(kind))
+        seen += [agent.situation for agent in group if isinstance(agent, Robot)]
+        for agent in list(group)[:3]:
+            percept = agent.percept
+            seen += [*percept.targets, *percept.mates, *percept.reports, percept.moved]
+    seen += [model.history, model.trajectory]
+    if hasattr(model, "datacollector"):
+        seen += [model.datacollector.get_model_vars_dataframe()]
+    return seen
+
+
+def same(one: Any, other: Any) -> bool:
+    if isinstance(one, pd.DataFrame):
+        return bool(one.equals(other) and one.index.equals(other.index))
+    if isinstance(one, np.ndarray):
+        return bool(one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes())
+    return bool(one == other or (one != one and other != other))
+
+
+def assert_one_answer(make: Callable[[], World], roads: dict[str, Callable[[World], None]] = ROADS) -> None:
+    reference = make()
+    start = [group.position.copy() for group in reference.groups]
+    reference.run(60)
+    assert reference.tick == 60
+    expected = fingerprint(reference)
+    still = all(np.array_equal(a, group.position) for a, group in zip(start, reference.groups, strict=True))
+    assert not still or all(isinstance(group.policy, Stationary) for group in reference.groups)
+    for name, road in roads.items():
+        model = make()
+        road(model)
+        found = fingerprint(model)
+        assert len(found) == len(expected)
+        wrong = [k for k, pair in enumerate(zip(expected, found, strict=True)) if not same(*pair)]
+        assert not wrong, f"{name}: {[(expected[k], found[k]) for k in wrong[:2]]}"
+
+
+def seeds() -> int:
+    return int(np.random.default_rng().integers(2**31))
+
+
+POLICIES = [
+    ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", search="wander"), ACmommt(weights="none", search="stay"),
+    ACmommt(search_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
+    Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
+]  # fmt: skip
+DEGREES = [NoAwareness(), RingAwareness(16), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness()]
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("policy", POLICIES, ids=str)
+def test_every_policy(policy: Any) -> None:
+    seed = seeds()
+    assert_one_answer(lambda: CMOMMT(policy=policy, awareness="shared", radius=2.5, rng=seed))
+
+
+@pytest.mark.parametrize("awareness", DEGREES, ids=str)
+@pytest.mark.parametrize("target_policy", ["random-walk", "evasive", "stationary", "centroid", "a-cmommt", RandomWalk(0.3)], ids=str)
+def test_every_degree_and_every_target_policy(awareness: Any, target_policy: Any) -> None:
+    seed = seeds()
+    assert_one_answer(lambda: CMOMMT(awareness=awareness, target_policy=target_policy, radius=2.5, rng=seed, uniform_target_speed=True))
+
+
+@pytest.mark.parametrize("arena", [Disc(2.0), Box(3.0, 5.0), Torus(4.0, 6.0), Disc(0.05)], ids=str)
+@pytest.mark.parametrize("turn_limit", [None, 0.2, [0.0, 0.1, 1.0, 3.0, 4.0, 0.5]], ids=str)
+def test_every_arena_and_turn_limits_and_several_groups(arena: Any, turn_limit: Any) -> None:
+    seed = seeds()
+
+    def make() -> World:
+        world = World(arena, rng=seed)
+        fast = world.add(Robot, 6, policy=ACmommt(), awareness="shared", turn_limit=turn_limit, speed=[0.1, 0.2, 0.0, 0.3, 1.0, 0.1])
+        slow = world.add(Robot, 3, policy=Centroid(), awareness=RingAwareness(4), awareness_range=[0.5, 1.0, 2.0], speed=0.03)
+        deer = world.add(Target, 5, policy=Evasive(), speed=0.08, sensing_range=0.7)
+        flies = world.add(Target, 30, policy=RandomWalk(0.2), speed=0.1)
+        for robots in (fast, slow):
+            for targets in (deer, flies):
+                world.senses(robots, targets)
+        world.senses(deer, fast)
+        return world
+
+    assert_one_answer(make)
+
+
+@pytest.mark.parametrize("every", [1, 7, 100])
+def test_recording_positions(every: int) -> None:
+    seed = seeds()
+
+    def make() -> World:
+        model = CMOMMT(robots=4, targets=3, rng=seed)
+        model.record_positions(every)
+        return model
+
+    assert_one_answer(make)
+    plain, recorded = CMOMMT(robots=4, targets=3, rng=seed), make()
+    plain.run(60)
+    recorded.run(60)
+    assert np.array_equal(plain.robots.position, recorded.robots.position)
+    table = recorded.trajectory
+    assert table.time.unique().tolist() == list(range(every, 61, every))
+    assert len(table) == 7 * (60 // every)
+    if every == 1:
+        assert np.array_equal(table[table.time == 60][["x", "y"]].to_numpy()[:4], plain.robots.position)
+
+
+def test_events_between() -> None:
+    seed = seeds()
+
+    def make() -> World:
+        model = CMOMMT(robots=8, targets=6, radius=2.0, target_policy="evasive", rng=seed)
+
+        def teleport() -> None:
+            model.robots[0].position = (0.0, 0.0)
+            model.targets[1].heading = (1.0, 2.0)
+
+        def kick() -> Any:
+            while True:
+                yield model.timeout(7.5)
+                model.robots[int(model.now) % len(model.robots)].position = (0.1 * model.now % 1, 0.2)
+
+        model.at(12.5, teleport)
+        model.at(20, model.robots[3].remove)
+        model.at(20, model.targets[2].remove)
+        model.at(41.1, lambda: model.add(Robot, 2, policy="a-cmommt", awareness="shared", name="late"))
+        model.process(kick())
+        return model
+
+    assert_one_answer(make)
+
+
+class Careful:
+    """A NumPy policy with a memory: circles, the wider the more targets there are, with noise."""
+
+    draws = 2
+
+    def start(self, size: int) -> Any:
+        return np.zeros(size)
+
+    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+        seen = np.diff(percept.targets.start)
+        return Action(turned(percept.heading, 0.3 + noise[0] + memory), percept.speed * noise[1] / (1 + seen)), memory + 0.01
+
+
+def rule(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+    """A policy for one robot."""
+    return rng.normal() + len(percept.mates.identity), percept.speed * rng.random()
+
+
+class Own(Robot):
+    """Turns to the left of what its group's policy says."""
+
+    def decide(self, percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+        turn, distance = super().decide(percept, rng)
+        return turn + 0.1, 0.9 * distance
+
+
+class Busy(Robot):
+    """Moves by itself before it perceives."""
+
+    def step(self) -> None:
+        self.position = 0.99 * self.position
+
+
+@pytest.mark.short
+def test_python_and_compiled_policies_mixed() -> None:
+    seed = seeds()
+
+    def make() -> World:
+        world = World(Disc(2.0), rng=seed)
+        kinds = [(Robot, ACmommt()), (Robot, Careful()), (Robot, rule), (Own, ACmommt()), (Own, Careful()), (Busy, Centroid())]
+        teams = [world.add(kind, 3, policy=policy, awareness="shared") for kind, policy in kinds]
+        targets = world.add(Target, 6, policy=Evasive(), speed=0.05)
+        for robots in teams:
+            world.senses(robots, targets)
+            world.senses(targets, robots)
+        return world
+
+    assert_one_answer(make)
+
+
+class Plain:
+    """The same policy, as its NumPy side only."""
+
+    def __init__(self, policy: Any) -> None:
+        self.policy, self.draws, self.start, self.decide = policy, policy.draws, policy.start, policy.decide
+
+
+@pytest.mark.parametrize("policy", [p for p in POLICIES if not isinstance(p, Stationary)], ids=str)
+def test_a_policy_called_from_python_agrees_with_its_kernel_in_the_loop(policy: Any) -> None:
+    seed = seeds()
+    compiled, plain = (CMOMMT(policy=p, awareness="shared", radius=2.5, rng=seed) for p in (policy, Plain(policy)))
+    compiled.run(50)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        plain.run(50)
+    assert np.array_equal(compiled.robots.position, plain.robots.position)
+    assert compiled.history.equals(plain.history)
+
+
+def test_running_says_once_why_it_steps() -> None:
+    model = CMOMMT(policy=rule, rng=1)
+    with pytest.warns(UserWarning, match=r"run\(\) makes its steps one by one, because the policy of robots is Python"):
+        model.run(2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.run(2)
+        CMOMMT(rng=1).run(5)
+
+
+def test_leaving_often_changes_no_last_bit() -> None:
+    # The mean over several stretches is a sum of shares: summed in another way it differs in the last bit.
+    for seed in np.random.default_rng().integers(2**31, size=8).tolist():
+
+        def leave(model: World, advance: Callable[[int], Any]) -> World:
+            for _ in range(4):
+                advance(7)
+                model.groups[1][0].remove()
+            return model
+
+        run, stepped = (CMOMMT(robots=4, targets=14, radius=3.0, rng=seed) for _ in range(2))
+        leave(run, run.run)
+        leave(stepped, lambda steps: [stepped.step() for _ in range(steps)])
+        assert same(run.datacollector.get_model_vars_dataframe(), stepped.datacollector.get_model_vars_dataframe())
+
+
+def test_when_all_targets_have_left() -> None:
+    run, stepped = (CMOMMT(robots=3, targets=2, rng=1) for _ in range(2))
+    for model in (run, stepped):
+        model.run(3)
+        for target in list(model.targets):
+            target.remove()
+    run.run(2)
+    stepped.step()
+    stepped.step()
+    assert same(run.datacollector.get_model_vars_dataframe(), stepped.datacollector.get_model_vars_dataframe())
+
+
+@pytest.mark.parametrize("late", ["group", "recorder", "collector"])
+def test_an_event_that_brings_python_into_a_run(late: str) -> None:
+    calls: list[int] = []
+
+    def make() -> CMOMMT:
+        model = CMOMMT(rng=1)
+
+        def watch(world: World) -> float:
+            calls.append(world.tick)
+            return 0.0
+
+        def come() -> None:
+            if late == "group":
+                model.add(Robot, 2, policy=lambda percept, rng: (watch(model), 0.05), name="late")
+            elif late == "recorder":
+                model.recorders.append(watch)
+            else:
+                import mesa
+
+                model.datacollector = mesa.DataCollector({"tick": watch})
+
+        model.at(5, come)
+        return model
+
+    stepped = make()
+    for _ in range(10):
+        stepped.step()
+    expected, calls = calls, []
+    make().run(10)
+    assert expected
+    assert calls == expected
+
+
+def test_counters_in_an_event() -> None:
+    seen: list[Any] = []
+    for advance in (lambda model: model.run(5), lambda model: [model.step() for _ in range(5)]):
+        model = CMOMMT(rng=1)
+        model.at(3, lambda model=model: seen.append((model.tick, model.now, model.steps)))
+        advance(model)
+    assert seen[0] == seen[1]

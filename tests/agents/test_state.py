@@ -1,0 +1,106 @@
+"""State: saved, restored and reset, a world goes on as if nothing had happened."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT
+
+PARTS: list[dict[str, Any]] = [
+    {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "search": "wander"},
+    {"policy": "stationary", "uniform_target_speed": True},
+]  # fmt: skip
+
+
+def same(one: CMOMMT, other: CMOMMT) -> bool:
+    return bool(
+        np.array_equal(one.robots.position, other.robots.position)
+        and np.array_equal(one.targets.position, other.targets.position)
+        and one.history.equals(other.history)
+        and (one.tick, one.steps, one.observed_fraction) == (other.tick, other.steps, other.observed_fraction)
+    )
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("settings", PARTS, ids=str)
+def test_a_saved_state_goes_on_in_the_same_world_and_in_an_equal_one(settings: dict[str, Any]) -> None:
+    model, reference = (CMOMMT(rng=6, radius=2.0, **settings) for _ in range(2))
+    reference.run(50)
+    model.run(20)
+    saved = pickle.loads(pickle.dumps(model.state()))
+    model.run(7)
+    model.restore(saved)
+    other = CMOMMT(rng=99, radius=2.0, **settings)
+    other.run(3)
+    other.restore(saved)
+    for world in (model, other):
+        assert world.tick == 20
+        world.run(29)
+        world.step()
+        assert same(world, reference)
+
+
+def test_a_state_is_a_copy() -> None:
+    model = CMOMMT(rng=1)
+    model.run(5)
+    saved = model.state()
+    before = pickle.dumps(saved)
+    model.run(5)
+    model.restore(saved)
+    model.run(5)
+    assert pickle.dumps(saved) == before
+
+
+@pytest.mark.parametrize("settings", PARTS, ids=str)
+def test_a_reset_world_is_a_new_one(settings: dict[str, Any]) -> None:
+    model = CMOMMT(rng=6, **settings)
+    model.at(30, lambda: pytest.fail("events do not outlive a reset"))
+    model.run(20)
+    for seed in (7, None):
+        model.reset(seed)
+        model.run(20)
+        new = CMOMMT(rng=7, **settings)
+        new.run(20)
+        assert same(model, new)
+        assert model.datacollector.get_model_vars_dataframe().equals(new.datacollector.get_model_vars_dataframe())
+
+
+def test_a_copy_either_lives_by_itself_or_is_refused() -> None:
+    model, reference = CMOMMT(rng=1), CMOMMT(rng=1)
+    for world in (model, reference):
+        world.run(5)
+    try:
+        other = copy.deepcopy(model)
+    except TypeError as error:
+        assert "state()" in str(error)
+        return
+    other.step()
+    assert (other.tick, model.tick) == (6, 5)
+    model.run(5)
+    reference.run(5)
+    assert same(model, reference)
+
+
+def test_a_restored_world_forgets_what_it_collected_since() -> None:
+    model = CMOMMT(rng=1)
+    model.run(3)
+    saved = model.state()
+    model.run(5)
+    model.restore(saved)
+    model.run(5)
+    assert len(model.datacollector.get_model_vars_dataframe()) == 9
+
+
+def test_a_reset_world_keeps_its_users_collector() -> None:
+    import mesa
+
+    model = CMOMMT(rng=1)
+    model.datacollector = mesa.DataCollector({"tick": "tick"})
+    model.reset()
+    model.step()
+    assert model.datacollector.get_model_vars_dataframe().tick.tolist() == [0, 1]

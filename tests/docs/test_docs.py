@@ -1,0 +1,92 @@
+"""What the README and the pages say: commands, code, links and dependencies."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+SET_UP = "python3 -m venv .venv && .venv/bin/pip install -e"
+COMMANDS = [f"{SET_UP} . && .venv/bin/teamsight reproduce", f"{SET_UP} '.[test]' && .venv/bin/pytest"]
+
+
+def code(page: Path) -> str:
+    """Return the Python of a page, its blocks one after the other."""
+    return "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+
+
+def run(page: Path, folder: Path) -> None:
+    # A file, because kernels are looked up by their source.
+    script = folder / "page.py"
+    script.write_text(code(page), encoding="utf-8")
+    runpy.run_path(str(script))
+
+
+def test_the_readme_has_the_two_commands_literally() -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert [line for line in lines if line.startswith("python3")] == COMMANDS
+
+
+@pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
+def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert sum(bool(line.strip()) for line in code(ROOT / "README.md").splitlines()) == 10
+    run(ROOT / "README.md", tmp_path)
+    assert re.match(r"\d+% of the targets seen", capsys.readouterr().out)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("name", ["model", "awareness", "policies"])
+def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
+    run(ROOT / "docs" / f"{name}.md", tmp_path)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
+        if link.startswith("http"):
+            continue
+        name, _, anchor = link.partition("#")
+        place = (page.parent / name).resolve() if name else page
+        assert place.exists(), link
+        headings = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE) if anchor else []
+        assert not anchor or anchor in [heading.lower().replace(" ", "-") for heading in headings], link
+
+
+def test_the_index_lists_every_page() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.name == "index.md" or f"]({page.name})" in index, page.name
+
+
+def test_pictures_are_small() -> None:
+    pictures = list((ROOT / "docs" / "images").iterdir())
+    assert pictures
+    for picture in pictures:
+        assert picture.stat().st_size < 200_000
+
+
+def test_every_dependency_is_explained_with_its_range() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    required = [
+        *project["project"]["dependencies"],
+        *project["project"]["optional-dependencies"]["test"],
+        *project["build-system"]["requires"],
+    ]
+    page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (?!package)([a-z-]+) \| (\S*) ?\| \w", page, re.MULTILINE)
+    told = {name: ranges.strip("`") for name, ranges in rows}
+    wanted = dict(re.fullmatch(r"([a-z-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
+    assert told == wanted
+
+
+def test_versions_agree() -> None:
+    import teamsight
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    cited = re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [project["version"]] == cited == [teamsight.__version__]

@@ -1,0 +1,101 @@
+"""The examples run as they are, and show what they say."""
+
+from __future__ import annotations
+
+import os
+import re
+import runpy
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+Run = Callable[[str], str]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Run an example as a script and return what it prints."""
+
+    def main(name: str) -> str:
+        runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
+        return capsys.readouterr().out
+
+    return main
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_is_short_and_tested(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 80
+    assert f'run("{path.stem}")' in Path(__file__).read_text(encoding="utf-8") or path.stem == "sweep"
+
+
+def test_a_new_agent_spends_its_charge(run: Run) -> None:
+    told = run("new_agent")
+    least, most = map(float, re.findall(r"charge left: ([\d.]+) to ([\d.]+)", told)[0])
+    assert 0 <= least <= most < 15
+
+
+@pytest.mark.short
+def test_the_same_policy_in_three_ways_observes_the_same(run: Run) -> None:
+    told = re.findall(r"(\w+) +([\d.]+) observed", run("own_policy"))
+    assert [name for name, _ in told] == ["CompiledLean", "NumpyLean", "lean"]
+    # The same rule from the same start; they differ by rounding alone, which may shift when a target comes into sight.
+    assert max(float(share) for _, share in told) - min(float(share) for _, share in told) < 0.03
+
+
+def test_each_way_to_a_policy_takes_under_20_lines() -> None:
+    text = (ROOT / "examples" / "own_policy.py").read_text(encoding="utf-8")
+    parts = re.split(r"\n\n\n", text)[1:-2]
+    sizes = {re.findall(r"(?:class|def) (\w+)", part)[0]: len(part.strip().splitlines()) for part in parts}
+    assert sizes["_lean"] + sizes["CompiledLean"] < 20
+    assert sizes["NumpyLean"] < 20
+    assert sizes["lean"] < 20
+
+
+@pytest.mark.short
+def test_events_happen_at_their_times(run: Run) -> None:
+    told = run("events")
+    assert [int(time) for time in re.findall(r"tick +(\d+)", told)] == [100, 150, 250, 300, 400, 450, 550]
+    assert "by 9 robots" in told
+
+
+def test_neighbours_are_counted_over_time(run: Run) -> None:
+    told = run("neighbours").splitlines()
+    assert [int(line.split()[0]) for line in told[1:12]] == list(range(0, 201, 20))
+    groups = [int(size) for size in re.findall(r"groups of \[(.*)\]", told[12])[0].split(", ")]
+    assert sum(groups) == 30
+
+
+@pytest.mark.short
+def test_delta_comes_from_the_tracks_file(run: Run) -> None:
+    delta, safe = map(int, re.findall(r"δ = (\d+); to rely on: (\d+)", run("delta_from_tracks"))[0])
+    assert 1 <= delta <= safe <= 19
+
+
+@pytest.mark.short
+def test_a_sweep_gives_what_each_model_gives_alone() -> None:
+    from teamsight import CMOMMT
+
+    sweep = runpy.run_path(str(ROOT / "examples" / "sweep.py"))["sweep"]
+    table = sweep(processes=1, steps=20)
+    assert len(table) == 16
+    for _, row in table.iterrows():
+        model = CMOMMT(robots=row["robots"], radius=row["radius"], awareness=row["awareness"], rng=row["rng"])
+        model.run(20)
+        assert row["observed_fraction"] == model.observed_fraction
+        model.close()
+
+
+def test_the_sweep_script_runs_on_two_processes() -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, str(ROOT / "examples" / "sweep.py")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert "observed_fraction" in done.stdout

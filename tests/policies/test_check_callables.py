@@ -1,0 +1,49 @@
+"""`check_policy` on callables for one robot, and what a kernel that numba refuses says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight.kernel import kernel
+from teamsight.policies import CompiledPolicy, check_policy
+
+
+def test_a_rule_that_keeps_the_contract_passes() -> None:
+    check_policy(lambda percept, rng: (rng.normal(), percept.speed))
+
+
+@pytest.mark.parametrize(
+    ("rule", "error", "told"),
+    [
+        (lambda percept, rng: 1.0, TypeError, "two numbers"),
+        (lambda percept, rng: (math.nan, 1.0), ValueError, "finite"),
+        (lambda percept, rng: (np.random.default_rng().random(), 1.0), ValueError, "two answers"),
+        (lambda percept, rng: (percept.heading.fill(0.0) or 0.0, 1.0), ValueError, "changes its percept"),
+    ],
+)
+def test_a_rule_that_breaks_the_contract_is_refused(rule: Any, error: type[Exception], told: str) -> None:
+    with pytest.raises(error, match=told):
+        check_policy(rule)
+
+
+@kernel
+def _copies_a_row(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        action.heading[i] = percept.heading[i]
+
+
+@dataclass(frozen=True)
+class CopiesARow(CompiledPolicy):
+    kernel = _copies_a_row
+    parameters = ()
+
+
+def test_a_kernel_that_copies_an_array_is_told_where_and_what_to_do() -> None:
+    with pytest.raises(TypeError, match=r"test_check_callables\.py \(\d+\) its kernel makes or copies") as told:
+        check_policy(CopiesARow())
+    assert "\n" not in str(told.value)

@@ -1,0 +1,72 @@
+"""Checks: what passes comes back as a plain number, what does not is named with limit and cure."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teamsight import checks
+from teamsight.angles import direction
+from teamsight.kernel import plain
+
+
+@pytest.mark.parametrize("value", [3, 3.0, np.int64(3), np.float32(3)])
+def test_whole_numbers_of_all_kinds_are_counts(value: Any) -> None:
+    found = checks.count("n", value)
+    assert found == 3
+    assert type(found) is int
+
+
+@pytest.mark.parametrize("value", [True, np.True_, "3", None, 3.5, math.nan, math.inf, [3], 3j, Decimal("3.5")])
+def test_other_things_are_no_counts(value: Any) -> None:
+    with pytest.raises(TypeError, match=r"n=.*: must be a whole number of at least 2"):
+        checks.count("n", value, least=2)
+
+
+def test_a_count_too_small_names_limit_and_cure() -> None:
+    with pytest.raises(ValueError, match=r"^n=1: must be at least 2; take another$"):
+        checks.count("n", 1, least=2, cure="take another")
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_come_back_as_they_are(value: float) -> None:
+    assert checks.number("x", value) == value
+    for limits, good in (({"above": 0.0}, value > 0), ({"least": 0.0}, value >= 0), ({"most": 1.0}, value <= 1)):
+        if good:
+            assert checks.number("x", value, **limits) == value
+        else:
+            with pytest.raises(ValueError, match="x="):
+                checks.number("x", value, **limits)
+
+
+@pytest.mark.parametrize("value", [True, "1", None, 1j, [1.0], np.array([1.0, 2.0])])
+def test_other_things_are_no_numbers(value: Any) -> None:
+    with pytest.raises(TypeError, match="x=.*: must be a number"):
+        checks.number("x", value)
+
+
+def test_both_limits_are_named() -> None:
+    with pytest.raises(ValueError, match=r"^x=2\.0: must be a finite number, above 0 and at most 1$"):
+        checks.number("x", 2, above=0, most=1)
+
+
+def test_the_nearest_choice_is_suggested() -> None:
+    with pytest.raises(ValueError, match=r"^c='Rnig': unknown; did you mean 'ring'\? known are none, ring$"):
+        checks.choice("c", "Rnig", {"ring": 1, "none": 2})
+    with pytest.raises(ValueError, match=r"^c=\['ring'\]: unknown; "):
+        checks.choice("c", ["ring"], ["ring", "none"])
+    assert checks.choice("c", "ring", ["ring"]) == "ring"
+
+
+@given(st.floats(0, 1))
+def test_directions_are_unit_vectors_at_their_angle(fraction: float) -> None:
+    x, y = plain(direction)(fraction)
+    assert x == pytest.approx(math.cos(2 * math.pi * fraction), abs=1e-15)
+    assert y == pytest.approx(math.sin(2 * math.pi * fraction), abs=1e-15)
+    assert math.hypot(x, y) == pytest.approx(1, abs=4e-16)

@@ -1,0 +1,77 @@
+"""Motion: turning and speed limits, and actions that are no numbers."""
+
+from __future__ import annotations
+
+import math
+
+import naive
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from teamsight.world.arena import Box
+from teamsight.world.bodies import Bodies
+from teamsight.world.motion import NOT_A_NUMBER, motion, turn_limit
+
+angles = st.floats(-math.pi, math.pi)
+
+
+def moved(angle: float, limit: float, speed: float, action: tuple[float, float, float]) -> tuple[int, Bodies]:
+    """Let one body in the middle of a large box act: face (x, y), go that far."""
+    cosine, sine = turn_limit(limit)
+    bodies = Bodies(
+        identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)),
+        heading=np.array([[math.cos(angle), math.sin(angle)]]), moved=np.ones((1, 2)), speed=np.array([speed]),
+        turn_cosine=np.array([cosine]), turn_sine=np.array([sine]), arena_size=np.array([1000.0, 1000.0]),
+    )  # fmt: skip
+    move = motion(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
+    return move.entry(move.record.ctypes.data), bodies
+
+
+@pytest.mark.short
+@given(angle=angles, aim=angles, limit=st.floats(0, 4), speed=st.floats(0, 5), distance=st.floats(-1, 10))
+def test_a_body_turns_and_goes_as_far_as_it_can(angle: float, aim: float, limit: float, speed: float, distance: float) -> None:
+    assume(abs(abs(math.remainder(aim - angle, 2 * math.pi)) - math.pi) > 1e-6)  # Straight behind is the next test.
+    status, bodies = moved(angle, limit, speed, (math.cos(aim), math.sin(aim), distance))
+    heading = naive.turn((math.cos(angle), math.sin(angle)), (math.cos(aim), math.sin(aim)), limit)
+    assert status == 0
+    assert bodies.heading[0] == pytest.approx(heading, abs=1e-9)
+    assert bodies.position[0] == pytest.approx(np.multiply(heading, min(max(distance, 0), speed)), abs=1e-8)
+    assert np.array_equal(bodies.moved, bodies.position)
+
+
+@pytest.mark.parametrize("limit", [0.3, 1.0])
+def test_an_aim_straight_behind_is_turned_to_on_the_left(limit: float) -> None:
+    _, bodies = moved(0.0, limit, 1.0, (-1.0, 0.0, 0.0))
+    assert bodies.heading[0] == pytest.approx((math.cos(limit), math.sin(limit)))
+
+
+def test_no_aim_keeps_the_heading_and_still_goes() -> None:
+    _, bodies = moved(1.0, 0.1, 1.0, (0.0, 0.0, 0.7))
+    assert bodies.heading[0] == pytest.approx((math.cos(1.0), math.sin(1.0)))
+    assert bodies.position[0] == pytest.approx((0.7 * math.cos(1.0), 0.7 * math.sin(1.0)))
+
+
+def test_headings_stay_unit_vectors_through_many_turns() -> None:
+    cosine, sine = turn_limit(0.37)
+    heading = np.array([[1.0, 0.0]])
+    bodies = Bodies(
+        identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)), heading=heading,
+        moved=np.zeros((1, 2)), speed=np.zeros(1), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
+        arena_size=np.array([10.0, 10.0]),
+    )  # fmt: skip
+    aim = np.zeros((1, 2))
+    move = motion(Box(10, 10), bodies, aim, np.zeros(1))
+    for _ in range(20_000):
+        aim[0] = -heading[0, 1], heading[0, 0]  # Always a quarter of a turn to the left.
+        move.entry(move.record.ctypes.data)
+    assert np.hypot(*heading[0]) == pytest.approx(1, abs=1e-12)
+    assert math.remainder(math.atan2(heading[0, 1], heading[0, 0]) - 20_000 * 0.37, 2 * math.pi) == pytest.approx(0, abs=1e-8)
+
+
+@pytest.mark.parametrize("action", [(math.nan, 0, 1), (1, math.nan, 1), (1, 0, math.nan), (math.inf, 0, 1), (0, -math.inf, 1), (2, 0, 1)])
+def test_actions_that_are_no_numbers_are_reported_and_nobody_moves(action: tuple[float, float, float]) -> None:
+    status, bodies = moved(0.0, math.pi, 1.0, action)
+    assert status == NOT_A_NUMBER
+    assert bodies.position.tolist() == [[0, 0]]

@@ -1,0 +1,71 @@
+"""Placement: uniform over the area, or spread without overlap where that is possible."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from teamsight.world import placement
+from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.proximity import proximity_graph
+
+ARENAS: list[Arena] = [Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0)]
+
+
+@pytest.mark.parametrize("arena", ARENAS, ids=str)
+def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
+    points = placement.uniform(arena, np.random.default_rng().random((2, 4000)))
+    assert arena.contains(points).all()
+    if isinstance(arena, Disc):
+        shares = [np.sum(points**2, axis=1) / 25, (np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)) % 1]
+    else:
+        shares = list((points / arena.size + 0.5).T)
+    for share in shares:
+        # Fails by chance once in ten million runs.
+        assert stats.kstest(share, "uniform").pvalue > 1e-7
+
+
+@pytest.mark.parametrize("arena", ARENAS, ids=str)
+@pytest.mark.parametrize("count", [1, 2, 7, 12])
+def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: int) -> None:
+    points = placement.spread(arena, np.random.default_rng().random((2, count)), 1.0)
+    assert len(points) == count
+    apart = proximity_graph(points, None, 2 - 1e-6, arena)
+    assert not len(apart.index)
+    if isinstance(arena, Disc):
+        assert np.all(np.hypot(*points.T) <= 4 + 1e-9)
+    elif isinstance(arena, Box):
+        assert np.all(np.abs(points) <= arena.bounds[1] - 1 + 1e-9)
+
+
+@pytest.mark.parametrize("arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0)], ids=str)
+@pytest.mark.parametrize("count", [2, 40])
+def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> None:
+    rng = np.random.default_rng()
+    points = placement.spread(arena, rng.random((2, count)), 1.0)
+    assert np.isfinite(points).all()
+    assert arena.contains(points).all()
+    # Even: the worst served of many places is nearer to somebody than under random placement.
+    samples = arena.place(rng.random(4000), rng.random(4000))
+
+    def worst(of: np.ndarray) -> float:
+        ways = arena.displacement(of[None, :, :], samples[:, None, :])
+        return float(np.sqrt(np.min(np.sum(ways**2, axis=-1), axis=1)).max())
+
+    if count == 40:
+        random = [worst(placement.uniform(arena, rng.random((2, count)))) for _ in range(5)]
+        assert worst(points) < 0.8 * np.mean(random)
+
+
+def test_spread_robots_see_more_than_random_ones() -> None:
+    rng = np.random.default_rng()
+    samples = Disc(5.0).place(rng.random(5000), rng.random(5000))
+
+    def covered(points: np.ndarray) -> float:
+        return float((np.diff(proximity_graph(samples, points, 1.0).start) > 0).mean())
+
+    spread = covered(placement.spread(Disc(5.0), rng.random((2, 12)), 1.0))
+    # 12 discs of a 25th of the area that do not overlap; 3 standard deviations of counting are 0.02.
+    assert spread == pytest.approx(12 / 25, abs=0.03)
+    assert covered(placement.uniform(Disc(5.0), rng.random((2, 12)))) < spread + 0.02

@@ -1,0 +1,132 @@
+"""The proximity graph: the same edges by pairs, by cells, by the slow twin and by scipy."""
+
+from __future__ import annotations
+
+import naive
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import cKDTree
+
+from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.edges import ProximityGraph
+from teamsight.world.proximity import MOST_PAIRS, Search, proximity_graph
+
+ARENAS: list[Arena | None] = [None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0)]
+
+seeds = st.integers(0, 2**32 - 1)
+sizes = st.integers(0, 90)
+
+
+def places(arena: Arena | None, rng: np.random.Generator, size: int) -> np.ndarray:
+    """Places in an arena: anywhere, on a lattice (so that distances are often exactly the range), or all in a heap."""
+    points = (arena or Disc(5.0)).place(rng.random(size), rng.random(size))
+    kind = rng.integers(3)
+    if kind == 1:
+        points = np.clip(np.round(2 * points) / 2, *(arena or Disc(5.0)).bounds)
+        points = points[(arena or Disc(5.0)).contains(points)]
+    return 0.01 * points if kind == 2 else points
+
+
+def assert_same(one: ProximityGraph, other: ProximityGraph) -> None:
+    for a, b in zip(one, other, strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("arena", ARENAS, ids=str)
+@given(seed=seeds, n=sizes, m=sizes, equal=st.booleans())
+def test_pairs_and_cells_and_the_slow_twin_agree(arena: Arena | None, seed: int, n: int, m: int, equal: bool) -> None:
+    rng = np.random.default_rng(seed)
+    here, there = places(arena, rng, n), places(arena, rng, m)
+    reach = np.full(len(here), 1.0) if equal else rng.choice([0.0, 0.5, 1.0, 1.5], len(here))
+    period = arena.period if arena else (0.0, 0.0)
+    for observed in (there, None):
+        pairs = proximity_graph(here, observed, reach, arena, pairs=True)
+        assert_same(pairs, proximity_graph(here, observed, reach, arena, pairs=False))
+        assert_same(pairs, proximity_graph(here, observed, reach, arena))
+        others = here if observed is None else observed
+        found = list(zip(np.repeat(np.arange(len(here)), pairs.degree).tolist(), pairs.index.tolist(), strict=True))
+        assert found == naive.edges(here.tolist(), others.tolist(), reach, period, observed is None)
+        ways = others[pairs.index] - np.repeat(here, pairs.degree, axis=0)
+        assert np.array_equal(pairs.offset, arena.displacement(0 * ways, ways) if arena else ways)
+        assert pairs.distance == pytest.approx(np.hypot(*pairs.offset.T), rel=1e-15)
+
+
+@given(seed=seeds, n=sizes, torus=st.booleans(), reach=st.floats(0.01, 3))
+def test_scipy_finds_the_same_edges(seed: int, n: int, torus: bool, reach: float) -> None:
+    rng = np.random.default_rng(seed)
+    arena = Torus(10.0, 8.0) if torus else Box(10.0, 8.0)
+    here = arena.place(rng.random(n), rng.random(n))
+    graph = proximity_graph(here, None, reach, arena)
+    tree = cKDTree((here + [5.0, 4.0]) % [10.0, 8.0], boxsize=[10.0, 8.0] if torus else None)
+    observer = np.repeat(np.arange(n), graph.degree)
+    found = {(i, j) for i, j in zip(observer.tolist(), graph.index.tolist(), strict=True) if i < j}
+    assert found == tree.query_pairs(reach)
+    assert np.all(np.diff(graph.index)[np.diff(observer) == 0] > 0)
+
+
+def test_cells_miss_nobody_across_the_rounding_of_a_cell() -> None:
+    # −1 − 2⁻⁵¹ lies in the fourth cell of width 1 from −5, and −4e−16 + 5 rounds into the sixth; their distance is 1.
+    crowd = [[4.0, y / 9] for y in range(-40, 41)]
+    here = np.array([[-1 - 2**-51, 0.0], [-4e-16, 0.0], *crowd])
+    pairs = proximity_graph(here, None, 1.0, Box(10.0, 10.0), pairs=True)
+    assert 1 in pairs.index[: pairs.start[1]]
+    assert_same(pairs, proximity_graph(here, None, 1.0, Box(10.0, 10.0), pairs=False))
+
+
+@pytest.mark.parametrize("arena", ARENAS, ids=str)
+def test_cells_are_taken_for_many_and_give_the_same_bits(arena: Arena | None) -> None:
+    rng = np.random.default_rng()
+    here = (arena or Disc(5.0)).place(rng.random(1500), rng.random(1500))
+    assert len(here) ** 2 > MOST_PAIRS
+    reach = rng.uniform(0.1, 0.7, len(here))
+    assert_same(proximity_graph(here, None, reach, arena), proximity_graph(here, None, reach, arena, pairs=True))
+
+
+def test_the_wall_of_the_range_is_inside_it() -> None:
+    graph = proximity_graph([[0.0, 0.0]], [[3.0, 4.0], [0.0, np.nextafter(5.0, 6.0)]], 5.0)
+    assert graph.index.tolist() == [0]
+    assert graph.distance.tolist() == [5.0]
+
+
+def test_two_in_one_place_see_each_other_but_nobody_sees_itself() -> None:
+    graph = proximity_graph(np.zeros((3, 2)), None, 0.0)
+    assert graph.index.tolist() == [1, 2, 0, 2, 0, 1]
+
+
+@pytest.mark.parametrize("pairs", [True, False])
+@pytest.mark.parametrize("reach", [1e12, 1e149, 1e155, 1e300])
+def test_no_range_reaches_bodies_that_do_not_exist(reach: float, pairs: bool) -> None:
+    graph = proximity_graph([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]], None, reach, pairs=pairs)
+    assert graph.index.tolist() == [1, 2, 0, 2, 0, 1]
+
+
+def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
+    rng = np.random.default_rng()
+    here = rng.uniform(-1, 1, (300, 2))
+    search = Search(here, np.full(300, 9.0), 300, 0, Box(40.0, 40.0))
+    search.x[:], search.y[:] = here.T
+    assert len(search.index) < 300 * 299
+    assert search.run() == 300 * 299
+    search.x[:] += 30.0
+    assert search.run() == 0
+    assert len(search.graph.index) == 0
+
+
+@pytest.mark.parametrize(
+    ("observers", "observed", "reach", "arena", "message"),
+    [
+        ([[0.0, np.nan]], None, 1.0, None, r"observers: row 0 is not finite"),
+        ([[0.0, 0.0]], [[0.0, 0.0], [np.inf, 0.0]], 1.0, None, r"observed: row 1 is not finite"),
+        ([0.0, 0.0], None, 1.0, None, r"observers: shape \(2,\); positions have the shape \(n, 2\)"),
+        ([[0.0, 0.0]], None, -1.0, None, r"reach: .* at least 0"),
+        ([[0.0, 0.0]], None, np.nan, None, r"reach: .* finite"),
+        ([[0.0, 0.0]], None, 6.0, Torus(10, 12), r"range=6: .* at most half .* 5;"),
+        pytest.param([[0.0, 0.0]], None, [1.0, 2.0], None, r"reach: "),
+    ],
+)
+def test_bad_input_is_named(observers: object, observed: object, reach: object, arena: Arena | None, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        proximity_graph(observers, observed, reach, arena)  # type: ignore[arg-type]
