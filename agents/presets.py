@@ -12,5 +12,5 @@ PRESETS: dict[str, dict[str, Any]] = {
         "search": "stay",
         "search_when": "no-force",
         "weights": "nearest",
-    },
+    }
 }

@@ -149,13 +149,18 @@ def never(assessed: pd.DataFrame) -> list[str]:
 
 
 def never_together(assessed: pd.DataFrame) -> list[tuple[str, str]]:
-    """Return the pairs of claims of which each holds under some setting, but never both under one."""
-    names = [claim.name for claim in OPEN_CLAIMS if assessed[claim.name].eq(True).any()]
+    """Return the pairs of claims of which each holds under some setting, but never both under one.
+
+    Only where both were judged: the screen leaves out some claims.
+    """
+    names = [claim.name for claim in OPEN_CLAIMS]
+    judged = assessed[names].notna().to_numpy(dtype=int)
     holds = assessed[names].eq(True).to_numpy(dtype=int)
-    both = holds.T @ holds
+    # [first, second]: in how many rows first holds and second was judged; in how many both hold.
+    alone, both = holds.T @ judged, holds.T @ holds
     return [
         (first, second)
         for row, first in enumerate(names)
         for column, second in enumerate(names)
-        if row < column and not both[row, column]
+        if row < column and alone[row, column] and alone[column, row] and not both[row, column]
     ]

@@ -71,7 +71,9 @@ class Clock:
             If it is no generator.
         """
         if not hasattr(generator, "throw"):
-            raise TypeError(f"process({generator!r}): must be a generator; call the function that yields: process(f(…))")
+            raise TypeError(
+                f"process({generator!r}): must be a generator; call the function that yields: process(f(…))"
+            )
         return self.environment.process(generator if tick is None else self._from(tick, generator))
 
     def _from(self, tick: int, generator: Generator[Any, Any, Any]) -> Generator[Any, Any, Any]:

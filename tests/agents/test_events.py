@@ -22,7 +22,9 @@ roads = pytest.mark.parametrize("advance", ROADS, ids=["run", "step"])
 
 @pytest.mark.short
 @roads
-@pytest.mark.parametrize(("time", "before"), [(0, 1), (0.01, 2), (2.5, 4), (3, 4), (3 - 1e-12, 4), (3 + 1e-12, 4), (3.0001, 5)])
+@pytest.mark.parametrize(
+    ("time", "before"), [(0, 1), (0.01, 2), (2.5, 4), (3, 4), (3 - 1e-12, 4), (3 + 1e-12, 4), (3.0001, 5)]
+)
 def test_an_event_takes_effect_before_the_step_that_starts_at_the_next_whole_tick(
     advance: Callable[[World, int], Any], time: float, before: int
 ) -> None:
@@ -91,7 +93,9 @@ def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
 
 
 @roads
-def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(advance: Callable[[World, int], Any]) -> None:
+def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
+    advance: Callable[[World, int], Any],
+) -> None:
     model, log = CMOMMT(rng=1), []
     for name in "abc":
         model.at(2, lambda name=name: log.append(name))
@@ -158,9 +162,18 @@ class Failing:
     ("answer", "message"),
     [
         (lambda action: 1 / 0, "division"),
-        (lambda action: Action(action.heading * np.nan, action.distance), r"Failing: action\.heading of robot 0 is .*nan"),
-        (lambda action: Action(action.heading, action.distance[1:]), r"Failing: action\.distance has the shape \(9,\); 10 robots"),
-        (lambda action: Action(2 * action.heading, action.distance), r"Failing: action\.heading of robot 0 has the length 2;"),
+        (
+            lambda action: Action(action.heading * np.nan, action.distance),
+            r"Failing: action\.heading of robot 0 is .*nan",
+        ),
+        (
+            lambda action: Action(action.heading, action.distance[1:]),
+            r"Failing: action\.distance has the shape \(9,\); 10 robots",
+        ),
+        (
+            lambda action: Action(2 * action.heading, action.distance),
+            r"Failing: action\.heading of robot 0 has the length 2;",
+        ),
         (lambda action: None, r"Failing: an action is Action\(heading, distance\), not NoneType"),
     ],
 )
@@ -178,8 +191,13 @@ def test_an_error_in_a_policy_stops_the_model_and_says_what_is_wrong(
 
 
 @roads
-@pytest.mark.parametrize(("answer", "message"), [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")])
-def test_a_rule_for_one_robot_that_answers_nonsense_is_named(advance: Callable[[World, int], Any], answer: Any, message: str) -> None:
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")],
+)
+def test_a_rule_for_one_robot_that_answers_nonsense_is_named(
+    advance: Callable[[World, int], Any], answer: Any, message: str
+) -> None:
     def nonsense(percept: Any, rng: Any) -> Any:
         return answer
 

@@ -43,7 +43,11 @@ def test_counts_are_those_of_the_positions() -> None:
         near = np.hypot(*(robots[:, None] - robots[None]).transpose(2, 0, 1)) <= 1
         degree = near.sum(axis=1) - 1
         seen = (np.hypot(*(robots[:, None] - targets[None]).transpose(2, 0, 1)) <= 1).any(axis=0)
-        assert (row.observed, row.mean_neighbours, row.max_neighbours) == (seen.mean(), pytest.approx(degree.mean()), degree.max())
+        assert (row.observed, row.mean_neighbours, row.max_neighbours) == (
+            seen.mean(),
+            pytest.approx(degree.mean()),
+            degree.max(),
+        )
     assert model.observed_fraction == pytest.approx(model.history.observed.mean(), rel=1e-12)
 
 
@@ -118,9 +122,7 @@ class FailsLate(CompiledPolicy):
         return Memory(np.zeros((size, 0, 0)), np.zeros((size, 1, 1), np.int64))
 
 
-@pytest.mark.parametrize(
-    "road", ["run", "step"]
-)
+@pytest.mark.parametrize("road", ["run", "step"])
 def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> None:
     model = CMOMMT(policy=FailsLate(), rng=1)
     with pytest.raises(ValueError, match=r"FailsLate: an action of robots at tick 20 is not finite.*check_policy\(\)"):
@@ -195,7 +197,10 @@ def test_abilities_may_change_on_both_roads() -> None:
         assert model.robots.speed.tolist() == [0.3] * 10
         before, heading = model.robots.position.copy(), model.robots.heading.copy()
         model.step()
-        assert np.all(np.sum(heading * model.robots.heading, axis=1)[np.hypot(*model.robots.position.T) < 1.6] > np.cos(0.1) - 1e-9)
+        assert np.all(
+            np.sum(heading * model.robots.heading, axis=1)[np.hypot(*model.robots.position.T) < 1.6]
+            > np.cos(0.1) - 1e-9
+        )
         assert not np.array_equal(before, model.robots.position)
     assert ends[0][0] == ends[1][0]
     assert ends[0][1].equals(ends[1][1])

@@ -86,7 +86,13 @@ def test_a_users_collector() -> None:
             model.step()
         model.run(0 if stepping else 6)
         collector = model.datacollector
-        tables.append([collector.get_model_vars_dataframe(), collector.get_agent_vars_dataframe(), collector.get_agenttype_vars_dataframe(Robot)])
+        tables.append(
+            [
+                collector.get_model_vars_dataframe(),
+                collector.get_agent_vars_dataframe(),
+                collector.get_agenttype_vars_dataframe(Robot),
+            ]
+        )
         assert tables[-1][0].tick.tolist() == list(range(7))
         assert tables[-1][0].seen.tolist()[1:] == model.history.observed.tolist()
         assert len(tables[-1][1]) == 7 * 7

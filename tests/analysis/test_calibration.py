@@ -108,6 +108,12 @@ def test_the_defaults_are_those_of_the_model() -> None:
     assert tuple(DEFAULTS[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
 
 
+def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
+    screened = assessed({(0.1, "stay", -1): {"acmommt-full"}}, "screen").drop(columns="range-gain")
+    both = pd.concat([screened, assessed({(0.2, "stay", -2): {"range-gain"}})], ignore_index=True)
+    assert calibration.never_together(both) == []
+
+
 def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
     holds = {(0.1, "stay", -2): {"acmommt-full", "range-gain"}, (0.2, "wander", -2): {"acmommt-r10"}}
     text = page(pd.concat([assessed(holds, "screen"), assessed(holds)], ignore_index=True))

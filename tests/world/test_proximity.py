@@ -127,6 +127,8 @@ def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
         pytest.param([[0.0, 0.0]], None, [1.0, 2.0], None, r"reach: "),
     ],
 )
-def test_bad_input_is_named(observers: object, observed: object, reach: object, arena: Arena | None, message: str) -> None:
+def test_bad_input_is_named(
+    observers: object, observed: object, reach: object, arena: Arena | None, message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         proximity_graph(observers, observed, reach, arena)  # type: ignore[arg-type]
