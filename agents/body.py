@@ -38,8 +38,6 @@ class Body(mesa.Agent):  # type: ignore[misc]
     ----------
     group : Group
         The group that it belongs to.
-    row : int
-        Its row in the group's arrays.
     """
 
     team: ClassVar[str | None] = None
@@ -48,7 +46,18 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     def __init__(self, model: World, group: Group, row: int) -> None:
         super().__init__(model)
-        self.group, self.row = group, row
+        self.group, self._row = group, row
+
+    @property
+    def row(self) -> int:
+        """Its row in the group's arrays; a ValueError once it has left the world."""
+        if self._row < 0:
+            raise ValueError(f"{self!r} has left the world: it has no place, and can do nothing; ask another agent")
+        return self._row
+
+    @row.setter
+    def row(self, row: int) -> None:
+        self._row = row
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.unique_id} of {self.group.name!r}>"
@@ -71,7 +80,10 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:
-        vector = np.asarray(value, float)
+        try:
+            vector = np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise TypeError(f"heading={value!r}: must be two finite numbers that are not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise ValueError(f"heading={value!r}: must be two finite numbers that are not both 0")
@@ -101,10 +113,12 @@ class Body(mesa.Agent):  # type: ignore[misc]
         return turn, float(action.distance[self.row])
 
     def remove(self) -> None:
-        """Leave the world."""
-        group = self.group
+        """Leave the world; to do so twice is to do so once."""
+        if self._row < 0:
+            return
         super().remove()
-        self.model.forget(group, self)
+        self.model.forget(self.group, self)
+        self._row = -1
 
     def _within(self, kind: str) -> list[Any]:
         self.model.look()

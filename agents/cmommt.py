@@ -9,7 +9,7 @@ import numpy as np
 from teamsight import checks
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.collector import HistoryCollector
-from teamsight.agents.membership import awareness_of, policy_of
+from teamsight.agents.membership import MOST_AGENTS, awareness_of, policy_of
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.robot import Robot
@@ -119,7 +119,8 @@ class CMOMMT(World):
         plan = self.settings
         rules = _policies(plan)
         degree = _awareness(plan)
-        count = checks.count("robots", plan["robots"]), checks.count("targets", plan["targets"])
+        count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
+        checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         sensing = checks.number("sensing_range", plan["sensing_range"], above=0)
         aware = checks.number("awareness_range", plan["awareness_range"], above=0)
         robot_speed = checks.number("robot_speed", plan["robot_speed"], least=0)
@@ -142,7 +143,12 @@ class CMOMMT(World):
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
         self.targets.bodies.speed[:] = self._target_speeds(len(self.targets))
-        self.datacollector = HistoryCollector()
+        if isinstance(self.datacollector, HistoryCollector):
+            self.datacollector = HistoryCollector()
+        else:
+            theirs = self.datacollector
+            names = ("model_reporters", "agent_reporters", "agenttype_reporters")
+            self.datacollector = type(theirs)(**{name: getattr(theirs, name) for name in names})
 
     def _target_speeds(self, count: int) -> Any:
         fastest = self.settings["target_speed"]
@@ -172,7 +178,7 @@ def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
         checks.choice("target_policy", target_policy, POLICIES)
         if target_policy == "random-walk":
             target_policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
-    return policy_of(policy), policy_of(target_policy)
+    return policy_of(policy), policy_of(target_policy, "target_policy")
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:

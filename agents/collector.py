@@ -78,12 +78,14 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     def _fill(self, new: Rows) -> None:
         columns = new.stretch.columns(new.first, new.last)
         count = new.last - new.first
-        observed = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
-        mean = new.share + observed / new.stretch.targets if new.stretch.targets else np.full(count, np.nan)
+        if new.stretch.targets:
+            observed = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
+            rows = new.rows + new.first + np.arange(1, count + 1)
+            mean = (new.share + observed / new.stretch.targets) / rows
+        else:
+            mean = np.full(count, new.share / new.rows if new.rows else np.nan)
         self._model_vars["observed"].extend(columns["observed"].tolist())
-        self._model_vars["observed_fraction"].extend(
-            (mean / (new.rows + new.first + np.arange(1, count + 1))).tolist()
-        )
+        self._model_vars["observed_fraction"].extend(mean.tolist())
         self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
         most = np.maximum.accumulate(np.concatenate([[new.largest], columns["max_neighbours"]]))[1:]
         self._model_vars["max_neighbours"].extend(most.tolist())

@@ -34,6 +34,8 @@ def _counted_step(model: World, *arguments: Any, **named: Any) -> None:
 
 def count_steps(model: World, steps: int) -> None:
     """Advance mesa's own counters by this many steps."""
+    if steps == 0:
+        return
     model.steps += steps
     if hasattr(model, "_advance_time"):
         model._advance_time(model.time + steps)

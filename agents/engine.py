@@ -199,8 +199,8 @@ class Engine:
 
     @staticmethod
     def _side(group: Group) -> str | int:
-        """Groups of one team count together what they observe."""
-        return group.number if group.team is None else group.team
+        """All groups that are on a team count together what they observe."""
+        return group.number if group.team is None else "teams"
 
     def _make_room(self, steps: int) -> None:
         self.stretch.make_room(steps)
@@ -217,6 +217,7 @@ class Engine:
         while (status := entry(self._address)) != DONE:
             where, need = int(record["where"]), int(record["need"])
             if status == BAD_ACTION:
+                self._read_back()
                 policy = type(self._world.groups[where].policy).__name__
                 name = self._world.groups[where].name
                 raise ValueError(

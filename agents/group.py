@@ -144,11 +144,13 @@ class Group:
         Raises
         ------
         ValueError
-            If there is a column of this name.
+            If there is a column of this name, or `fill` is of another length.
         """
         if name in self.columns:
             raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
         value = np.asarray(fill)
+        if value.ndim and len(value) != len(self):
+            raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
         self.columns[name] = np.array(value if value.ndim else np.full(len(self), fill))
         return self.columns[name]
 

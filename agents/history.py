@@ -82,16 +82,14 @@ class History:
 
     @property
     def earlier(self) -> tuple[float, int]:
-        """Of all stretches but the last the sum of the shares observed, and the number of rows."""
-        earlier = self._stretches[:-1]
-        return _shares(earlier), sum(stretch.rows for stretch in earlier)
+        """Of all stretches but the last that had targets, the sum of the shares observed and the number of rows."""
+        return _shares(self._stretches[:-1])
 
     @property
     def observed_fraction(self) -> float:
-        """The mean over all rows of the share of targets that at least one robot sees; NaN before the first."""
-        rows = sum(stretch.rows for stretch in self._stretches)
-        known = rows and any(stretch.targets for stretch in self._stretches)
-        return _shares(self._stretches) / rows if known else float("nan")
+        """The mean share of targets that at least one robot sees, over the rows with targets; NaN before the first."""
+        share, rows = _shares(self._stretches)
+        return share / rows if rows else float("nan")
 
     @property
     def max_neighbours(self) -> int:
@@ -106,11 +104,12 @@ class History:
         return table
 
 
-def _shares(stretches: list[Stretch]) -> float:
-    """Return the sum over all rows of the share of targets observed."""
+def _shares(stretches: list[Stretch]) -> tuple[float, int]:
+    """Return the sum of the shares observed over all rows with targets, and the number of these rows."""
     # Not `sum`, which since Python 3.12 carries what rounding lost: continued later, it would not give the same bits.
-    total = 0.0
+    share, rows = 0.0, 0
     for stretch in stretches:
         if stretch.targets:
-            total += stretch.observed_sum / stretch.targets
-    return total
+            share += stretch.observed_sum / stretch.targets
+            rows += stretch.rows
+    return share, rows

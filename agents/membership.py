@@ -13,7 +13,6 @@ from teamsight.agents.awareness import AWARENESS, Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.group import Group
 from teamsight.policies import POLICIES
-from teamsight.policies.interface import Memory
 from teamsight.world import placement as placements
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import turn_limit as turn_limit_of
@@ -22,6 +21,9 @@ from teamsight.world.noise import Stream, stream_number, uniforms
 if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.world.arena import Arena
+
+MOST_AGENTS = 10_000_000
+"""How many agents a group can have: more would not fit in the memory of any machine."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,8 +41,8 @@ class Plan(NamedTuple):
     name: str | None
 
 
-def policy_of(value: Any) -> Any:
-    """Return the policy that a user names or gives.
+def policy_of(value: Any, name: str = "policy") -> Any:
+    """Return the policy that a user names or gives for the parameter `name`.
 
     Raises
     ------
@@ -48,18 +50,19 @@ def policy_of(value: Any) -> Any:
         If it is no policy, or its name is unknown.
     """
     if isinstance(value, str):
-        return POLICIES[checks.choice("policy", value, POLICIES)]()
+        return POLICIES[checks.choice(name, value, POLICIES)]()
     if isinstance(value, type):
-        raise TypeError(f"policy={value.__name__}: is a class; give an object, {value.__name__}()")
+        raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
     if not hasattr(value, "decide") and not callable(value):
         raise TypeError(
-            f"policy={value!r}: must be a name, an object with draws, start(size) and decide(percept, memory, noise), "
+            f"{name}={value!r}: must be a name, an object with draws, start(size) and decide(percept, memory, noise), "
             "or a callable f(percept, rng) -> (turn, distance)"
         )
     if hasattr(value, "decide"):
         missing = [member for member in ("draws", "start") if not hasattr(value, member)]
         if missing:
-            raise TypeError(f"policy={value!r}: has decide but no {' and no '.join(missing)}; see check_policy()")
+            raise TypeError(f"{name}={value!r}: has decide but no {' and no '.join(missing)}; see check_policy()")
+        checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
     return value
 
 
@@ -83,7 +86,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     """Return a new group, its agents still to be made."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
         raise TypeError(f"agent_class={agent_class!r}: must be Robot, Target or a subclass")
-    size = checks.count("count", count)
+    size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
     policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
     bodies, ranges = make_bodies(world, number, size, plan)
@@ -91,6 +94,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     if name in [group.name for group in world.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give one of its own")
     group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness)
+    check_needs(group)
     group.plan = plan
     return group
 
@@ -232,9 +236,19 @@ def drop(group: Group, agent: Body) -> None:
     for row, other in enumerate(group.agents):
         other.row = row
     group.begin()
-    if isinstance(memory, tuple) and memory:
-        kept = [np.ascontiguousarray(array[keep]) for array in memory]
-        group.memory = Memory(*kept) if isinstance(memory, Memory) else type(memory)(*kept)
+    group.memory = _rows(memory, keep)
+
+
+def _rows(memory: Any, keep: npt.NDArray[np.bool_]) -> Any:
+    """Return the rows to keep of all arrays with a row for each agent, however a policy has put them together."""
+    if isinstance(memory, np.ndarray) and memory.shape[:1] == keep.shape:
+        return np.ascontiguousarray(memory[keep])
+    if isinstance(memory, dict):
+        return {name: _rows(part, keep) for name, part in memory.items()}
+    if isinstance(memory, (tuple, list)):
+        parts = [_rows(part, keep) for part in memory]
+        return type(memory)(*parts) if hasattr(memory, "_fields") else type(memory)(parts)
+    return memory
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:
@@ -250,6 +264,21 @@ def check_fit(group: Group, team: list[Group]) -> None:
     ValueError
         Naming a degree that would do.
     """
+    check_needs(group)
+    policy, awareness = group.policy, group.awareness
+    name = getattr(policy, "__name__", type(policy).__name__)
+    inputs = getattr(policy, "inputs", 0) or 0
+    size = max(sum(map(len, team)), 1)
+    width = sum(awareness.width(size))
+    if inputs and inputs != width:
+        raise ValueError(
+            f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
+            f"{_fitting(inputs, size)}"
+        )
+
+
+def check_needs(group: Group) -> None:
+    """Refuse a policy that needs a field of the percept which the degree of awareness does not deliver."""
     policy, awareness = group.policy, group.awareness
     name = getattr(policy, "__name__", type(policy).__name__)
     for need in getattr(policy, "needs", ()):
@@ -260,14 +289,6 @@ def check_fit(group: Group, team: list[Group]) -> None:
             raise ValueError(
                 f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}"
             )
-    inputs = getattr(policy, "inputs", 0) or 0
-    size = max(sum(map(len, team)), 1)
-    width = sum(awareness.width(size))
-    if inputs and inputs != width:
-        raise ValueError(
-            f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
-            f"{_fitting(inputs, size)}"
-        )
 
 
 def _fitting(inputs: int, size: int) -> str:

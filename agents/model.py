@@ -179,6 +179,9 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
     def step(self) -> None:
         """Make one step."""
         self._let_events_happen()
+        self._make_step()
+
+    def _make_step(self) -> None:
         self._engine.prepare()
         for group in self.groups:
             if membership.steps_by_itself(group):
@@ -211,15 +214,23 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
                 mesa_step: Callable[[], None] = self.step
                 mesa_step()
                 continue
+            compat.count_steps(self, 1)
             self._let_events_happen()
-            if not self.running:
-                break
-            # An event may have brought in what needs Python.
+            # An event may have brought in what needs Python, or said that this step is the last.
             reason = self._needs_python()
             if reason:
+                self._make_step()
                 continue
-            quiet = max(self.clock.ticks_until_event(self.tick), 1)
+            quiet = max(self.clock.ticks_until_event(self.tick), 1) if self.running else 1
             self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
+
+    def run_for(self, duration: int) -> None:
+        """Make this many steps: mesa's other name for `run`."""
+        self.run(duration)
+
+    def run_until(self, end_time: int) -> None:
+        """Make steps until this many have been made: mesa's name."""
+        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
 
     def _run_stretch(self, steps: int) -> None:
         self._engine.prepare()
@@ -230,7 +241,8 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
         except BaseException:
             self.running = False
             raise
-        compat.count_steps(self, stretch.rows - first)
+        # The first was counted before the events that preceded it.
+        compat.count_steps(self, stretch.rows - first - 1)
         if isinstance(self._collector, HistoryCollector):
             earlier = self._history.earlier
             self._collector.collect_rows(Rows(stretch, first, stretch.rows, self.tick, observed, largest, *earlier))
@@ -314,6 +326,9 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
             If the state belongs to a world with other groups.
         """
         state.put(self, saved)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew: everybody is placed again, and the clock starts at 0 without events.

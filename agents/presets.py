@@ -4,4 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-PRESETS: dict[str, dict[str, Any]] = {"touzet2000": {}}
+PRESETS: dict[str, dict[str, Any]] = {
+    "touzet2000": {
+        "robot_speed": 0.2,
+        "target_speed": 0.1,
+        "uniform_target_speed": False,
+        "search": "stay",
+        "search_when": "no-force",
+        "weights": "nearest",
+    }
+}

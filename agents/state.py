@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.history import History
 from teamsight.agents.membership import make_bodies
 from teamsight.world.bodies import Bodies
@@ -26,12 +27,15 @@ class State(NamedTuple):
         For each group its name, bodies, ranges, memory and the user's columns.
     history : History
         The steps so far.
+    collected : HistoryCollector or None
+        What the world's own data collector holds; a user's collector is not part of the state.
     """
 
     seed: int
     tick: int
     groups: tuple[tuple[str, Bodies, Any, Any, dict[str, Any]], ...]
     history: History
+    collected: HistoryCollector | None
 
 
 def take(world: World) -> State:
@@ -39,7 +43,8 @@ def take(world: World) -> State:
     groups = tuple(
         (group.name, group.bodies, group.ranges, group.memory, group.columns) for group in world.groups
     )
-    return copy.deepcopy(State(world.seed_used, world.tick, groups, world._history))
+    collector = world._collector if isinstance(world._collector, HistoryCollector) else None
+    return copy.deepcopy(State(world.seed_used, world.tick, groups, world._history, collector))
 
 
 def put(world: World, saved: State) -> None:
@@ -54,6 +59,8 @@ def put(world: World, saved: State) -> None:
         group.bodies, group.ranges, group.columns = bodies, ranges, columns
         group.begin()
         group.memory = memory
+    if saved.collected is not None and isinstance(world._collector, HistoryCollector):
+        world._collector = saved.collected
     _go_on(world, saved.seed, saved.tick, saved.history)
 
 

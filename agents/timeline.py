@@ -49,8 +49,7 @@ class Timeline:
         TypeError, ValueError
             If `action` cannot be called, or `time` is not finite or has passed.
         """
-        self._set_clock()
-        self.clock.at(time, action)
+        self.clock.at(time, action, self._tick_between_steps)
 
     def process(self, generator: Generator[Any, Any, Any]) -> Any:
         """Start a process: a generator that yields SimPy events such as ``world.timeout(10)``.
@@ -59,13 +58,12 @@ class Timeline:
         -------
         simpy.Process
         """
-        self._set_clock()
-        return self.clock.process(generator)
+        return self.clock.process(generator, self._tick_between_steps)
 
     def timeout(self, delay: float) -> Any:
         """Return an event that happens after `delay` [ticks]; for use in a process."""
-        return self.clock.timeout(delay)
+        return self.clock.timeout(delay, self._tick_between_steps)
 
-    def _set_clock(self) -> None:
-        if not self._in_event:
-            self.clock.catch_up(self.tick)
+    @property
+    def _tick_between_steps(self) -> int | None:
+        return None if self._in_event else self.tick

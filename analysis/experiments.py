@@ -12,6 +12,7 @@ DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 #: Worlds (robots, radius) of that figure: from crowded to empty.
 DELTA_CELLS = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
 _HALF = 0.5
+_MORE = 10
 
 
 def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
@@ -39,8 +40,9 @@ def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
         Experiment("targets-5", cooperative, crowded, targets=5),
         Experiment("targets-15", cooperative, crowded),
         Experiment("targets-30", cooperative, crowded, targets=30),
-        Experiment("a-cmommt-r10", cooperative, largest),
-        Experiment("stationary-r10", {"policy": "stationary", "awareness": "none"}, largest),
+        # Few targets pass few still robots in a run: five runs would leave their mean uncertain by 5 points.
+        Experiment("a-cmommt-r10", cooperative, largest, replicates=_MORE),
+        Experiment("stationary-r10", {"policy": "stationary", "awareness": "none"}, largest, replicates=_MORE),
         Experiment(
             "delta-ring", cooperative | {"awareness": "ring"}, DELTA_CELLS, sweep={"delta": DELTAS}, replicates=4
         ),
@@ -64,5 +66,5 @@ def _scaled(setting: Mapping[str, Any]) -> dict[str, Any]:
     """A-CMOMMT with a repulsion that shrinks with the awareness range; only the policy object can say so."""
     from teamsight.policies import ACmommt
 
-    rules = {name: setting[name] for name in ("search", "weights") if name in setting}
+    rules = {name: setting[name] for name in ("search", "search_when", "weights") if name in setting}
     return {"policy": ACmommt(repulsion_scale="awareness", **rules), "awareness": "pairwise"}

@@ -45,6 +45,14 @@ def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level:
     return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide)
 
 
+def cell_maxima(table: pd.DataFrame, value: str) -> pd.DataFrame:
+    """Return the largest `value` over the replicates of each cell: columns robots, radius, mean.
+
+    The column is named as in `cell_means`, so that `grid_of` takes either.
+    """
+    return table.groupby(list(CELL), sort=True).agg(mean=(value, "max")).reset_index()
+
+
 def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fraction") -> pd.DataFrame:
     """Return, run by run, how much more of `value` there is in `table` than in `base` on the same stage and noise.
 

@@ -77,7 +77,9 @@ def write_json(path: str | os.PathLike[str], value: Any) -> None:
 def write_table(path: str | os.PathLike[str], table: pd.DataFrame, metadata: Mapping[str, Any]) -> None:
     """Write `table` as Parquet; `metadata` is in ``pandas.read_parquet(path).attrs`` again."""
     table = table.copy()
-    table.attrs = dict(metadata)
+    table.attrs.clear()
+    for name, value in metadata.items():
+        table.attrs[name] = value
     with complete(path) as draft:
         table.to_parquet(draft, engine="pyarrow", index=False)
 

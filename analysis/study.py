@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 # recognised as equal, so that they are made once.
 _POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
-        "a-cmommt": frozenset({"search", "weights"}),
+        "a-cmommt": frozenset({"search", "search_when", "weights"}),
         "centroid": frozenset({"search"}),
         "random-walk": frozenset(),
         "stationary": frozenset(),
     }
 )
-_POLICY_ONLY = frozenset({"search", "weights"})
+_POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
 class Grid(NamedTuple):
@@ -58,7 +58,7 @@ def canonical(value: Any) -> str:
 
 
 def model_seed(root: int, replicate: int, robots: int, targets: int, radius: float) -> int:
-    """Return the seed of one world, 0 to 2**63 - 1, from what sets its stage.
+    """Return the seed of one world, 0 to 2**53 - 1, from what sets its stage.
 
     The policy, the degree of awareness, ranges and speeds have no part in it: two treatments of one stage meet the
     same placement and the same target noise, so that their difference is paired.
@@ -77,7 +77,8 @@ def model_seed(root: int, replicate: int, robots: int, targets: int, radius: flo
     stage = {"root": root, "replicate": replicate, "robots": robots, "targets": targets, "radius": radius}
     text = ";".join(f"{name}={canonical(value)}" for name, value in stage.items())
     digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-stage").digest()
-    return int.from_bytes(digest, "big") >> 1  # 63 bits: fits the signed integers of Parquet
+    # 53 bits survive as a float, which a row of a mixed table and JSON turn integers into.
+    return int.from_bytes(digest, "big") >> 11
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ class Experiment:
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
         """Return the treatment under `setting`, without what its policy does not listen to."""
         policy = self.treatment["policy"]
-        listens = _POLICY_SETTINGS[policy] if isinstance(policy, str) else frozenset[str]()
+        listens = _POLICY_SETTINGS.get(policy, _POLICY_ONLY) if isinstance(policy, str) else frozenset[str]()
         kept = {name: value for name, value in setting.items() if name not in _POLICY_ONLY or name in listens}
         return kept | dict(self.treatment)
 

@@ -73,6 +73,7 @@ class RandomWalk(CompiledPolicy):
     def __post_init__(self) -> None:
         checks.number("turn_probability", self.turn_probability, least=0, most=1)
         checks.number("turn_range", self.turn_range, least=0, most=math.pi)
+        checks.flag("random_distance", self.random_distance)
 
     @property
     def draws(self) -> int:

@@ -9,15 +9,15 @@ from numbers import Integral, Real
 from typing import Any
 
 
-def count(name: str, value: Any, *, least: int = 1, cure: str = "") -> int:
-    """Return `value` as an int of at least `least`.
+def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cure: str = "") -> int:
+    """Return `value` as an int of at least `least` and at most `most`.
 
     Raises
     ------
     TypeError
         If `value` is not a whole number.
     ValueError
-        If it is below `least`.
+        If it is outside the limits.
     """
     if isinstance(value, bool) or not isinstance(value, Integral):
         if isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer():
@@ -26,7 +26,22 @@ def count(name: str, value: Any, *, least: int = 1, cure: str = "") -> int:
             raise TypeError(f"{name}={value!r}: must be a whole number of at least {least}")
     if value < least:
         raise ValueError(f"{name}={value}: must be at least {least}" + (f"; {cure}" if cure else ""))
+    if most is not None and value > most:
+        raise ValueError(f"{name}={value}: must be at most {most}")
     return int(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False.
+
+    Raises
+    ------
+    TypeError
+        If it is neither.
+    """
+    if value is True or value is False:
+        return bool(value)
+    raise TypeError(f"{name}={value!r}: must be True or False")
 
 
 def number(

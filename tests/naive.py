@@ -203,7 +203,9 @@ class ACmommtRobot:
         for track in list(self.tracks):
             distance, age = abs(self._expected(track)), self.tick - track[2]
             lost = track[0] not in seen
-            if lost and (distance <= reach or distance >= farthest or age > 5 * max(policy.decay, policy.reported_decay)):
+            if lost and (
+                distance <= reach or distance >= farthest or age > 5 * max(policy.decay, policy.reported_decay)
+            ):
                 self.tracks.remove(track)
         for identity, (x, y) in zip(one.targets.identity.tolist(), one.targets.offset.tolist(), strict=True):
             self._know(identity, complex(x, y), False)
@@ -217,7 +219,12 @@ class ACmommtRobot:
         if not distance:
             return 0j
         force = attraction(distance / reach, p.do1, p.do2, p.do3, p.predictive)
-        return force * weight(p.weights, target, mates, reach, p.shared_weight, p.teammate_loss) * complex(*target) / distance
+        return (
+            force
+            * weight(p.weights, target, mates, reach, p.shared_weight, p.teammate_loss)
+            * complex(*target)
+            / distance
+        )
 
     def decide(self, one: Any, noise: list[float]) -> tuple[Vector, float]:
         """Head along the sum of the forces, and go min(|F|, 1) times the speed."""
@@ -228,7 +235,9 @@ class ACmommtRobot:
             self._update(one)
         mates = [tuple(mate) for mate in one.mates.offset.tolist()]
         scale = reach if p.repulsion_scale == "sensing" else one.awareness_range
-        force = sum(repulsion(math.hypot(*mate) / scale, p.dr1, p.dr2) * complex(*mate) / math.hypot(*mate) for mate in mates)
+        force = sum(
+            repulsion(math.hypot(*mate) / scale, p.dr1, p.dr2) * complex(*mate) / math.hypot(*mate) for mate in mates
+        )
         for target in one.targets.offset.tolist():
             force += self._pull(tuple(target), mates, reach)
         lost = [track for track in self.tracks if track[2] < self.tick or track[4]]

@@ -107,6 +107,9 @@ def _bounce(
             return end_x, end_y, heading_x, heading_y
         # Where the path meets the wall: |place + share · step| = radius.
         a = step_x * step_x + step_y * step_y
+        if a == 0.0:
+            # The whole step led to the wall, where rounding has left the place a hair outside.
+            break
         b = x * step_x + y * step_y
         c = min(x * x + y * y - square, 0.0)
         share = min(max((math.sqrt(max(b * b - a * c, 0.0)) - b) / a, 0.0), 1.0)

@@ -8,6 +8,8 @@ from typing import Any
 
 import simpy
 
+from teamsight import checks
+
 # SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
 _ROUNDING = 1e-9
 
@@ -27,29 +29,61 @@ class Clock:
         """The time [ticks]."""
         return float(self.environment.now)
 
-    def at(self, time: float, action: Callable[[], Any]) -> None:
+    def at(self, time: float, action: Callable[[], Any], tick: int | None = None) -> None:
         """Call `action` once, at `time` [ticks].
+
+        Parameters
+        ----------
+        time : float
+            When.
+        action : callable
+            What.
+        tick : int, optional
+            The present tick, when called between steps: the clock itself may still stand at the last event.
 
         Raises
         ------
         ValueError
             If `time` is not finite or has passed.
         TypeError
-            If `action` cannot be called.
+            If `action` cannot be called, or `time` is no number.
         """
         if not callable(action):
             raise TypeError(f"at({time!r}, {action!r}): the second argument must be callable, such as a function")
-        if not math.isfinite(time) or time < self.environment.now:
-            raise ValueError(f"at({time!r}, …): must be a finite time of at least now, {self.environment.now:g}")
+        now = self.now if tick is None else float(tick)
+        if checks.number("time", time) < now:
+            raise ValueError(f"time={time:g}: has passed; it must be at least now, {now:g}")
         self.environment.timeout(time - self.environment.now).callbacks.append(lambda _: action())
 
-    def process(self, generator: Generator[Any, Any, Any]) -> Any:
-        """Start a user's process: a generator that yields SimPy events, such as ``clock.timeout(10)``."""
-        return self.environment.process(generator)
+    def process(self, generator: Generator[Any, Any, Any], tick: int | None = None) -> Any:
+        """Start a user's process: a generator that yields SimPy events, such as ``clock.timeout(10)``.
 
-    def timeout(self, delay: float, value: Any = None) -> Any:
+        Parameters
+        ----------
+        generator : generator
+            The process.
+        tick : int, optional
+            As for `at`; the process begins at this tick.
+
+        Raises
+        ------
+        TypeError
+            If it is no generator.
+        """
+        if not hasattr(generator, "throw"):
+            raise TypeError(
+                f"process({generator!r}): must be a generator; call the function that yields: process(f(…))"
+            )
+        return self.environment.process(generator if tick is None else self._from(tick, generator))
+
+    def _from(self, tick: int, generator: Generator[Any, Any, Any]) -> Generator[Any, Any, Any]:
+        yield self.timeout(0, tick)
+        return (yield from generator)
+
+    def timeout(self, delay: float, tick: int | None = None) -> Any:
         """Return an event that happens after `delay` [ticks]; for use in a process."""
-        return self.environment.timeout(delay, value)
+        late = 0.0 if tick is None else tick - self.environment.now
+        return self.environment.timeout(late + delay)
 
     def ticks_until_event(self, tick: int) -> float:
         """Return how many whole steps can be made from `tick` before the next event takes effect; inf without one."""
@@ -67,7 +101,7 @@ class Clock:
         return happened
 
     def catch_up(self, tick: int) -> None:
-        """Set the time to `tick`, between steps, so that delays count from there; what was due earlier happens now."""
+        """Set the time to `tick`; what was due earlier happens."""
         if self.environment.now < tick:
             self.environment.run(until=tick)
             # SimPy leaves the event that stopped it at the head of its queue.

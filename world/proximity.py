@@ -210,7 +210,10 @@ def proximity_graph(
     """
     here = _points("observers", observers)
     there = here if observed is None else _points("observed", observed)
-    far = np.array(np.broadcast_to(np.asarray(reach, float), len(here)), order="C")
+    given = np.asarray(reach, float)
+    if given.shape not in ((), (len(here),)):
+        raise ValueError(f"reach: has the shape {given.shape}; give one number, or {len(here)}, one for each observer")
+    far = np.array(np.broadcast_to(given, len(here)), order="C")
     if not np.all(far >= 0) or not np.all(np.isfinite(far)):
         raise ValueError("reach: must be a finite number of at least 0 for every observer")
     if arena is None:

@@ -24,7 +24,14 @@ from teamsight.agents.awareness import (
 from teamsight.policies import Stationary
 from teamsight.policies.interface import Action
 
-DEGREES: list[Awareness] = [NoAwareness(), RingAwareness(16), RingAwareness(5), RingAwareness(1), PairwiseAwareness(), SharedAwareness()]
+DEGREES: list[Awareness] = [
+    NoAwareness(),
+    RingAwareness(16),
+    RingAwareness(5),
+    RingAwareness(1),
+    PairwiseAwareness(),
+    SharedAwareness(),
+]
 
 seeds = st.integers(0, 2**31)
 
@@ -189,11 +196,27 @@ def test_in_a_step_a_policy_is_given_what_its_robots_say_they_perceive(awareness
 
 
 MISFITS = [
-    ("none", {"needs": ("mates",)}, r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use RingAwareness\(\)"),
-    ("pairwise", {"needs": ("reports",)}, r"needs 'reports', which awareness 'pairwise' does not deliver; use SharedAwareness\(\)"),
-    ("none", {"needs": ("minds",)}, r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets"),
+    (
+        "none",
+        {"needs": ("mates",)},
+        r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use RingAwareness\(\)",
+    ),
+    (
+        "pairwise",
+        {"needs": ("reports",)},
+        r"needs 'reports', which awareness 'pairwise' does not deliver; use SharedAwareness\(\)",
+    ),
+    (
+        "none",
+        {"needs": ("minds",)},
+        r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets",
+    ),
     ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use RingAwareness\(\)"),
-    ("ring", {"inputs": 34}, r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use PairwiseAwareness\(\)"),
+    (
+        "ring",
+        {"inputs": 34},
+        r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use PairwiseAwareness\(\)",
+    ),
     ("shared", {"inputs": 16}, r"use NoAwareness\(\)"),
     ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\)"),
     ("ring", {"inputs": 3}, r"train it for this width"),
@@ -201,7 +224,9 @@ MISFITS = [
 
 
 @pytest.mark.parametrize(("awareness", "wants", "message"), MISFITS)
-def test_a_policy_that_does_not_fit_is_refused_with_the_cure(awareness: str, wants: dict[str, Any], message: str) -> None:
+def test_a_policy_that_does_not_fit_is_refused_with_the_cure(
+    awareness: str, wants: dict[str, Any], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         CMOMMT(policy=Reader(**wants), awareness=awareness)
 

@@ -22,7 +22,9 @@ roads = pytest.mark.parametrize("advance", ROADS, ids=["run", "step"])
 
 @pytest.mark.short
 @roads
-@pytest.mark.parametrize(("time", "before"), [(0, 1), (0.01, 2), (2.5, 4), (3, 4), (3 - 1e-12, 4), (3 + 1e-12, 4), (3.0001, 5)])
+@pytest.mark.parametrize(
+    ("time", "before"), [(0, 1), (0.01, 2), (2.5, 4), (3, 4), (3 - 1e-12, 4), (3 + 1e-12, 4), (3.0001, 5)]
+)
 def test_an_event_takes_effect_before_the_step_that_starts_at_the_next_whole_tick(
     advance: Callable[[World, int], Any], time: float, before: int
 ) -> None:
@@ -79,7 +81,6 @@ def test_a_process_is_a_plain_generator(advance: Callable[[World, int], Any]) ->
     assert log == [(5.5, 6), (7.0, 7), (8.5, 9), (8.5, "done")]
 
 
-@pytest.mark.xfail(reason="planning between steps lets what is due happen at once, at the wrong time")
 def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
     # The event of 4.5 is due before the next step; planning another one must leave it its time.
     model, log = CMOMMT(rng=1), []
@@ -92,7 +93,9 @@ def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
 
 
 @roads
-def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(advance: Callable[[World, int], Any]) -> None:
+def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
+    advance: Callable[[World, int], Any],
+) -> None:
     model, log = CMOMMT(rng=1), []
     for name in "abc":
         model.at(2, lambda name=name: log.append(name))
@@ -105,13 +108,14 @@ def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> No
     model = CMOMMT(rng=1)
     model.at(4, lambda: setattr(model, "running", False))
     model.run(10)
-    assert model.tick == 4
+    # The step before which the event happened is still made, as in mesa.
+    assert model.tick == 5
     assert not model.running
     model.run(10)
-    assert model.tick == 4
+    assert model.tick == 5
     model.running = True
     advance(model, 3)
-    assert model.tick == 7
+    assert model.tick == 8
 
 
 @roads
@@ -158,9 +162,18 @@ class Failing:
     ("answer", "message"),
     [
         (lambda action: 1 / 0, "division"),
-        (lambda action: Action(action.heading * np.nan, action.distance), r"Failing: action\.heading of robot 0 is .*nan"),
-        (lambda action: Action(action.heading, action.distance[1:]), r"Failing: action\.distance has the shape \(9,\); 10 robots"),
-        (lambda action: Action(2 * action.heading, action.distance), r"Failing: action\.heading of robot 0 has the length 2;"),
+        (
+            lambda action: Action(action.heading * np.nan, action.distance),
+            r"Failing: action\.heading of robot 0 is .*nan",
+        ),
+        (
+            lambda action: Action(action.heading, action.distance[1:]),
+            r"Failing: action\.distance has the shape \(9,\); 10 robots",
+        ),
+        (
+            lambda action: Action(2 * action.heading, action.distance),
+            r"Failing: action\.heading of robot 0 has the length 2;",
+        ),
         (lambda action: None, r"Failing: an action is Action\(heading, distance\), not NoneType"),
     ],
 )
@@ -178,8 +191,13 @@ def test_an_error_in_a_policy_stops_the_model_and_says_what_is_wrong(
 
 
 @roads
-@pytest.mark.parametrize(("answer", "message"), [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")])
-def test_a_rule_for_one_robot_that_answers_nonsense_is_named(advance: Callable[[World, int], Any], answer: Any, message: str) -> None:
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")],
+)
+def test_a_rule_for_one_robot_that_answers_nonsense_is_named(
+    advance: Callable[[World, int], Any], answer: Any, message: str
+) -> None:
     def nonsense(percept: Any, rng: Any) -> Any:
         return answer
 

@@ -56,10 +56,14 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("awareness", DEGREES)
 def test_growing_from_hardly_any_room(awareness: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    reference = CMOMMT(robots=20, targets=30, radius=1.5, policy="a-cmommt", awareness=awareness, target_policy="evasive", rng=2)
+    reference = CMOMMT(
+        robots=20, targets=30, radius=1.5, policy="a-cmommt", awareness=awareness, target_policy="evasive", rng=2
+    )
     reference.run(50)
     room = Search._room
-    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted))
+    monkeypatch.setattr(
+        Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted)
+    )
     model = CMOMMT(**{**reference.settings, "rng": 2})
     model.run(20)
     for _ in range(30):

@@ -86,7 +86,13 @@ def test_a_users_collector() -> None:
             model.step()
         model.run(0 if stepping else 6)
         collector = model.datacollector
-        tables.append([collector.get_model_vars_dataframe(), collector.get_agent_vars_dataframe(), collector.get_agenttype_vars_dataframe(Robot)])
+        tables.append(
+            [
+                collector.get_model_vars_dataframe(),
+                collector.get_agent_vars_dataframe(),
+                collector.get_agenttype_vars_dataframe(Robot),
+            ]
+        )
         assert tables[-1][0].tick.tolist() == list(range(7))
         assert tables[-1][0].seen.tolist()[1:] == model.history.observed.tolist()
         assert len(tables[-1][1]) == 7 * 7
@@ -153,7 +159,6 @@ def test_removing_everybody() -> None:
     assert model.neighbour_graph().number_of_nodes() == 0
 
 
-@pytest.mark.xfail(reason="the second time somebody else is taken out of the arrays")
 def test_removing_twice_takes_nobody_else() -> None:
     model = CMOMMT(robots=5, rng=1)
     gone = model.robots[2]
@@ -162,7 +167,6 @@ def test_removing_twice_takes_nobody_else() -> None:
     assert len(model.robots) == len(model.agents_by_type[Robot]) == 4
 
 
-@pytest.mark.xfail(reason="who has left moves whoever has taken its row")
 def test_who_has_left_is_nowhere() -> None:
     model = CMOMMT(robots=5, rng=1)
     gone = model.robots[2]
@@ -208,7 +212,6 @@ def test_a_model_is_a_mesa_model_of_ones_own() -> None:
 
 
 @pytest.mark.skipif(not hasattr(mesa.Model, "run_for"), reason="this mesa has no run_for")
-@pytest.mark.xfail(reason="time passes without a step")
 def test_mesas_run_for_makes_steps() -> None:
     model = CMOMMT(rng=1)
     model.run_for(5)

@@ -70,7 +70,6 @@ def test_a_reset_world_is_a_new_one(settings: dict[str, Any]) -> None:
         assert model.datacollector.get_model_vars_dataframe().equals(new.datacollector.get_model_vars_dataframe())
 
 
-@pytest.mark.xfail(reason="a copy shares the original's records: stepping it does nothing, running it never ends")
 def test_a_copy_either_lives_by_itself_or_is_refused() -> None:
     model, reference = CMOMMT(rng=1), CMOMMT(rng=1)
     for world in (model, reference):
@@ -87,7 +86,6 @@ def test_a_copy_either_lives_by_itself_or_is_refused() -> None:
     assert same(model, reference)
 
 
-@pytest.mark.xfail(reason="rows of steps that were taken back stay in the collector")
 def test_a_restored_world_forgets_what_it_collected_since() -> None:
     model = CMOMMT(rng=1)
     model.run(3)
@@ -98,7 +96,6 @@ def test_a_restored_world_forgets_what_it_collected_since() -> None:
     assert len(model.datacollector.get_model_vars_dataframe()) == 9
 
 
-@pytest.mark.xfail(reason="the user's collector is replaced by the model's own")
 def test_a_reset_world_keeps_its_users_collector() -> None:
     import mesa
 

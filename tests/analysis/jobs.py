@@ -38,3 +38,7 @@ def process_of(number: int) -> int:
 
 def sleep_long(number: int) -> None:
     time.sleep(60)
+
+
+def sleep_short(number: int) -> None:
+    time.sleep(2)

@@ -60,28 +60,60 @@ if __name__ == "__main__":
     try:
         with Crew(2) as crew:
             print(*(worker.process.pid for worker in crew._workers), flush=True)
-            crew.map(jobs.sleep_long, range(4))
+            crew.map(jobs.{job}, range(4))
     except KeyboardInterrupt:
         sys.exit(130)
 """
 
 
-def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> None:
-    script = tmp_path / "long.py"
-    script.write_text(_LONG.format(tests=str(Path(__file__).parent)))
+def start(folder: Path, job: str) -> tuple[subprocess.Popen[str], list[int]]:
+    """Start a program with two workers in a group of processes of its own; return it and their ids."""
+    script = folder / "long.py"
+    script.write_text(_LONG.format(tests=str(Path(__file__).parent), job=job))
     environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[2]))
-    with subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
-        start_new_session=True, text=True,
-    ) as process:  # fmt: skip
-        assert process.stdout is not None
-        workers = [int(word) for word in process.stdout.readline().split()]
-        # As a terminal does: to every process of the group, whether it has come up yet or not.
-        os.killpg(process.pid, signal.SIGINT)
-        began = time.monotonic()
-        _, errors = process.communicate(timeout=20)
-        assert time.monotonic() - began < 10
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+        start_new_session=True,
+        text=True,
+    )
+    assert process.stdout is not None
+    return process, [int(word) for word in process.stdout.readline().split()]
+
+
+def is_gone(process: int) -> bool:
+    """Say whether a process has ended, be it that nobody has collected its status yet."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except FileNotFoundError:
+        return True
+
+
+linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks at processes as Linux shows them")
+
+
+@linux
+def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> None:
+    process, workers = start(tmp_path, "sleep_long")
+    # As a terminal does: to every process of the group, whether it has come up yet or not.
+    os.killpg(process.pid, signal.SIGINT)
+    began = time.monotonic()
+    _, errors = process.communicate(timeout=20)
+    assert time.monotonic() - began < 10
     assert (process.returncode, errors) == (130, "")
-    for worker in workers:
-        with pytest.raises(ProcessLookupError):
-            os.kill(worker, 0)
+    assert all(is_gone(worker) for worker in workers)
+
+
+@linux
+def test_workers_end_when_their_master_is_killed(tmp_path: Path) -> None:
+    process, workers = start(tmp_path, "sleep_short")
+    time.sleep(1)
+    process.kill()
+    process.communicate(timeout=20)
+    for _ in range(100):
+        if all(is_gone(worker) for worker in workers):
+            return
+        time.sleep(0.1)
+    pytest.fail("a worker outlived its master by ten seconds")

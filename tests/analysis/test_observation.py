@@ -7,16 +7,16 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.observation import cell_means, grid_of, paired
+from teamsight.analysis.observation import cell_maxima, cell_means, grid_of, paired
 
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
-    return pd.DataFrame(
-        {"robots": robots, "targets": 15, "radius": radius, "replicate": replicate,
-         "seed": shift + 100 * robots + replicate, "observed_fraction": value}
+    rows = [
+        (robots, 15, radius, replicate, shift + 100 * robots + replicate, value)
         for (robots, radius), found in values.items()
         for replicate, value in enumerate(found)
-    )  # fmt: skip
+    ]
+    return pd.DataFrame(rows, columns=["robots", "targets", "radius", "replicate", "seed", "observed_fraction"])
 
 
 def test_cell_means_agree_with_scipy() -> None:
@@ -67,3 +67,8 @@ def test_grid_has_team_sizes_down_and_radii_across() -> None:
     grid = grid_of(cells)
     assert (list(grid.index), list(grid.columns)) == ([2, 10], [1.0, 2.0])
     assert grid.to_numpy().tolist() == [[0.25, 1.0], [0.75, 0.5]]
+
+
+def test_maxima_are_over_replicates() -> None:
+    grid = grid_of(cell_maxima(runs({(1, 1.0): [0.5, 0.9, 0.2], (2, 1.0): [0.7, 0.1, 0.1]}), "observed_fraction"))
+    assert grid.to_numpy().tolist() == [[0.9], [0.7]]

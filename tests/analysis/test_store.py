@@ -33,13 +33,12 @@ def test_json_and_text_are_utf8(tmp_path: Path) -> None:
 def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
     tmp_path: Path, trouble: type[BaseException]
 ) -> None:
-    store.write_text(tmp_path / "result.md", "old")
-
     def write_half() -> None:
         with store.complete(tmp_path / "result.md") as draft:
             draft.write_text("half")
             raise trouble
 
+    store.write_text(tmp_path / "result.md", "old")
     with pytest.raises(trouble):
         write_half()
     assert [path.name for path in tmp_path.iterdir()] == ["result.md"]

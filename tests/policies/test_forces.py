@@ -42,7 +42,11 @@ def test_forces_stay_within_one_and_keep_the_shape(many: list[float], limits: li
 
 @pytest.mark.parametrize(
     ("limits", "message"),
-    [((2.0, 1.0), "d2=1: must be at least d1=2"), ((-1.0, 1.0), "d1=-1: must be at least 0"), ((0.0, np.nan), "d2=nan: .*finite")],
+    [
+        ((2.0, 1.0), "d2=1: must be at least d1=2"),
+        ((-1.0, 1.0), "d1=-1: must be at least 0"),
+        ((0.0, np.nan), "d2=nan: .*finite"),
+    ],
 )
 def test_corners_out_of_order_are_named(limits: tuple[float, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):

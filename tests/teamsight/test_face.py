@@ -47,7 +47,10 @@ def test_a_folder_under_its_bare_name_is_refused(room: str) -> None:
 def test_minds_and_physics_import_neither_each_other_nor_frameworks() -> None:
     for rooms, banned in [
         ("teamsight.policies", ["mesa", "simpy", "pandas", "networkx", "teamsight.world", "teamsight.agents"]),
-        ("teamsight.world.proximity, teamsight.world.noise, teamsight.world.motion", ["mesa", "pandas", "teamsight.policies", "teamsight.agents"]),
+        (
+            "teamsight.world.proximity, teamsight.world.noise, teamsight.world.motion",
+            ["mesa", "pandas", "teamsight.policies", "teamsight.agents"],
+        ),
     ]:
         done = python(f"import sys, {rooms}; print([name for name in {banned} if name in sys.modules])")
         assert done.stdout.strip() == "[]", done.stdout + done.stderr

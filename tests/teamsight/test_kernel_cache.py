@@ -54,7 +54,9 @@ class Lab:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def run(self, body: str = "STEP", imports: str = "from callee import shift", call: str = "shift", default: str = "") -> list[str]:
+    def run(
+        self, body: str = "STEP", imports: str = "from callee import shift", call: str = "shift", default: str = ""
+    ) -> list[str]:
         """Write the modules, and return what the kernel gives, how many entries were compiled, and the digest."""
         (self.folder / "callee.py").write_text(CALLEE.format(body=body, default=default))
         (self.folder / "main.py").write_text(MAIN.format(imports=imports, call=call))
@@ -62,8 +64,12 @@ class Lab:
 
 
 def python(folder: Path, *arguments: str) -> str:
-    environment = dict(os.environ, TEAMSIGHT_CACHE_DIR=str(folder / "cache"), PYTHONPATH=str(ROOT), PYTHONDONTWRITEBYTECODE="1")
-    done = subprocess.run([sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+    environment = dict(
+        os.environ, TEAMSIGHT_CACHE_DIR=str(folder / "cache"), PYTHONPATH=str(ROOT), PYTHONDONTWRITEBYTECODE="1"
+    )
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 

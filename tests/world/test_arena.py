@@ -37,13 +37,17 @@ def confined(arena: Arena, place: object, step: float, angle: float) -> tuple[np
 
 @pytest.mark.short
 @given(u=shares, v=shares, step=lengths, angle=angles, radius=st.floats(0.1, 20))
-def test_the_wall_of_a_disc_reflects_like_a_mirror(u: float, v: float, step: float, angle: float, radius: float) -> None:
+def test_the_wall_of_a_disc_reflects_like_a_mirror(
+    u: float, v: float, step: float, angle: float, radius: float
+) -> None:
     place = Disc(radius).place(u, v)
     position, _, heading = confined(Disc(radius), place, step, angle)
     # Along the wall a ray bounces without end: such rays are in the next test.
     distance = abs(place[0] * math.sin(angle) - place[1] * math.cos(angle))
     assume(distance < 0.99 * radius and step < 20 * radius)
-    there, face = naive.bounce_in_disc(place, (step * math.cos(angle), step * math.sin(angle)), (math.cos(angle), math.sin(angle)), radius)
+    there, face = naive.bounce_in_disc(
+        place, (step * math.cos(angle), step * math.sin(angle)), (math.cos(angle), math.sin(angle)), radius
+    )
     assert position == pytest.approx(there, abs=1e-6 * radius)
     assert heading == pytest.approx(face, abs=1e-6)
 
@@ -73,7 +77,9 @@ def test_the_walls_of_a_box_reflect_like_mirrors(
 
 
 @given(u=shares, v=shares, step=st.floats(0, 3), angle=angles, width=st.floats(7, 20), height=st.floats(7, 20))
-def test_on_a_torus_what_leaves_comes_back(u: float, v: float, step: float, angle: float, width: float, height: float) -> None:
+def test_on_a_torus_what_leaves_comes_back(
+    u: float, v: float, step: float, angle: float, width: float, height: float
+) -> None:
     arena = Torus(width, height)
     place = arena.place(u, v)
     position, moved, heading = confined(arena, place, step, angle)

@@ -85,7 +85,7 @@ def test_an_event_may_plan_another_at_the_same_time() -> None:
 def test_the_past_and_times_that_are_none_are_refused(time: float) -> None:
     clock = Clock()
     clock.advance(2)
-    with pytest.raises(ValueError, match=r"at\(.*\): must be a finite time of at least now, 2"):
+    with pytest.raises(ValueError, match=r"time=.*: (has passed; it must be at least now, 2|must be a finite number)"):
         clock.at(time, print)
 
 
@@ -94,7 +94,6 @@ def test_what_cannot_be_called_is_refused() -> None:
         Clock().at(1, 5)  # type: ignore[arg-type]
 
 
-@pytest.mark.xfail(reason="math.isfinite speaks first", raises=AssertionError)
 def test_a_time_that_is_no_number_is_named() -> None:
-    with pytest.raises(TypeError, match=r"at\('3'"):
+    with pytest.raises(TypeError, match=r"time='3': must be a number"):
         Clock().at("3", print)  # type: ignore[arg-type]

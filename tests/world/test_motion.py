@@ -31,7 +31,9 @@ def moved(angle: float, limit: float, speed: float, action: tuple[float, float, 
 
 @pytest.mark.short
 @given(angle=angles, aim=angles, limit=st.floats(0, 4), speed=st.floats(0, 5), distance=st.floats(-1, 10))
-def test_a_body_turns_and_goes_as_far_as_it_can(angle: float, aim: float, limit: float, speed: float, distance: float) -> None:
+def test_a_body_turns_and_goes_as_far_as_it_can(
+    angle: float, aim: float, limit: float, speed: float, distance: float
+) -> None:
     assume(abs(abs(math.remainder(aim - angle, 2 * math.pi)) - math.pi) > 1e-6)  # Straight behind is the next test.
     status, bodies = moved(angle, limit, speed, (math.cos(aim), math.sin(aim), distance))
     heading = naive.turn((math.cos(angle), math.sin(angle)), (math.cos(aim), math.sin(aim)), limit)
@@ -67,10 +69,14 @@ def test_headings_stay_unit_vectors_through_many_turns() -> None:
         aim[0] = -heading[0, 1], heading[0, 0]  # Always a quarter of a turn to the left.
         move.entry(move.record.ctypes.data)
     assert np.hypot(*heading[0]) == pytest.approx(1, abs=1e-12)
-    assert math.remainder(math.atan2(heading[0, 1], heading[0, 0]) - 20_000 * 0.37, 2 * math.pi) == pytest.approx(0, abs=1e-8)
+    assert math.remainder(math.atan2(heading[0, 1], heading[0, 0]) - 20_000 * 0.37, 2 * math.pi) == pytest.approx(
+        0, abs=1e-8
+    )
 
 
-@pytest.mark.parametrize("action", [(math.nan, 0, 1), (1, math.nan, 1), (1, 0, math.nan), (math.inf, 0, 1), (0, -math.inf, 1), (2, 0, 1)])
+@pytest.mark.parametrize(
+    "action", [(math.nan, 0, 1), (1, math.nan, 1), (1, 0, math.nan), (math.inf, 0, 1), (0, -math.inf, 1), (2, 0, 1)]
+)
 def test_actions_that_are_no_numbers_are_reported_and_nobody_moves(action: tuple[float, float, float]) -> None:
     status, bodies = moved(0.0, math.pi, 1.0, action)
     assert status == NOT_A_NUMBER

@@ -55,7 +55,9 @@ def test_uniforms_are_those_of_the_slow_twin(
     key: tuple[int, int], stream: int, tick: int, members: list[int], channels: int
 ) -> None:
     found = uniforms(np.array(key, np.uint64), stream, tick, np.array(members), channels)
-    expected = [[naive.uniform(key, stream, tick, member, channel) for member in members] for channel in range(channels)]
+    expected = [
+        [naive.uniform(key, stream, tick, member, channel) for member in members] for channel in range(channels)
+    ]
     assert found.tolist() == expected
 
 

@@ -1,0 +1,64 @@
+"""Every figure by the name that the command line knows it by."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from teamsight.analysis.figures import arena, delta, repulsion, search_space
+from teamsight.analysis.figures.differences import Contrast, difference_figure
+from teamsight.analysis.figures.interface import Conditions, Drawn, Figure, Tables
+from teamsight.analysis.figures.levels import neighbours_figure, observed_figure
+from teamsight.analysis.figures.style import to_png
+
+_FIGURES: tuple[Figure, ...] = (
+    search_space.FIGURE,
+    arena.FIGURE,
+    neighbours_figure("4", "random-walk", "random walk"),
+    neighbours_figure("5", "a-cmommt", "A-CMOMMT"),
+    observed_figure("6", "centroid", "centroid of the sensed targets, no awareness"),
+    observed_figure("7", "a-cmommt", "A-CMOMMT, pairwise awareness"),
+    difference_figure(
+        "8",
+        "Gain by awareness: A-CMOMMT less centroid",
+        (Contrast("a-cmommt", "centroid", "a-cmommt - centroid", "Fig. 7 less Fig. 6"),),
+    ),
+    repulsion.FIGURE,
+    difference_figure(
+        "10",
+        "Gain by an awareness range of 1 instead of 0.5: A-CMOMMT",
+        (
+            Contrast(
+                "a-cmommt",
+                "half-range",
+                "repulsion scaled with sensing range",
+                "repulsion scaled with the sensing range (d1, d2 = 0.481, 0.769)",
+            ),
+            Contrast(
+                "a-cmommt",
+                "half-range-scaled",
+                "repulsion scaled with awareness range",
+                "repulsion scaled with the awareness range (half of that at 0.5)",
+            ),
+        ),
+    ),
+    delta.FIGURE,
+)
+
+#: Every figure by name, in the order of the paper.
+FIGURES: dict[str, Figure] = {figure.name: figure for figure in _FIGURES}
+
+
+class Job(NamedTuple):
+    """A figure to be made of tables that are at hand."""
+
+    name: str
+    tables: Tables
+    conditions: Conditions
+
+
+def make(job: Job) -> Drawn:
+    """Return the figure's tables and its drawing."""
+    figure = FIGURES[job.name]
+    tables = figure.tabulate(job.tables, job.conditions)
+    drawing = figure.draw(tables, job.conditions)
+    return Drawn(job.name, tables, to_png(drawing, f"{figure.title}; {job.conditions.line()}"))

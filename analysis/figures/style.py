@@ -1,0 +1,48 @@
+"""The look that all figures share."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+#: For quantities from nothing upwards, and for differences around nothing.
+SEQUENTIAL, DIVERGING = "viridis", "RdBu"
+#: One colour for each degree of awareness, distinguishable without colour vision.
+DEGREE = {"none": "#767676", "ring": "#0072B2", "pairwise": "#D55E00", "shared": "#009E73"}
+INK, FAINT = "#1a1a1a", "#5f5f5f"
+_DPI = 110
+
+RADIUS_LABEL = "arena radius R  [sensing ranges]"
+ROBOTS_LABEL = "robots N"
+
+
+def canvas(width: float, height: float) -> Canvas:
+    """Return an empty drawing of this size [inches] that belongs to no window."""
+    from matplotlib.figure import Figure as Canvas
+
+    return Canvas(figsize=(width, height), facecolor="white")
+
+
+def head(figure: Canvas, title: str, subtitle: str) -> None:
+    """Write title and subtitle at the top left."""
+    height = figure.get_figheight()
+    figure.text(0.4 / figure.get_figwidth(), 1 - 0.42 / height, title, size=15, weight="bold", color=INK)
+    figure.text(0.4 / figure.get_figwidth(), 1 - 0.72 / height, subtitle, size=10, color=FAINT)
+
+
+def plain(axes: Axes) -> None:
+    """Take away the frame's top and right sides and lay a faint grid beneath."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(color="#e4e4e4", linewidth=0.8)
+    axes.set_axisbelow(True)
+
+
+def to_png(figure: Canvas, description: str) -> bytes:
+    """Return the drawing as PNG, with its description inside."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": "teamsight", "Description": description})
+    return buffer.getvalue()

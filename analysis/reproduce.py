@@ -1,0 +1,151 @@
+"""The whole of the paper: its figures, and the ledger of its claims for several settings side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from teamsight import __version__
+from teamsight.analysis import store
+from teamsight.analysis.claims import CLAIMS, Ledger, Verdict, judge, needed
+from teamsight.analysis.crew import Crew
+from teamsight.analysis.execute import Request, make_tables
+from teamsight.analysis.experiments import chosen
+from teamsight.analysis.figures import FIGURES, Conditions, Job, make
+from teamsight.analysis.study import PAPER, Grid
+
+#: The setting in which nothing is set: every parameter of CMOMMT at its default.
+DEFAULTS = "defaults"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to reproduce.
+
+    Parameters
+    ----------
+    settings : mapping of str to mapping
+        Keyword parameters of CMOMMT by the name of the setting; figures are drawn for the first, claims are judged
+        for all.
+    figures : tuple of str
+        Names of figures.
+    ledger : bool
+        Whether to judge the claims.
+    grid : Grid
+        Team sizes and radii of the surfaces.
+    runs, steps : int
+        Replicates of each cell, and steps of each run.
+    root : int
+        Seed of everything.
+    """
+
+    settings: Mapping[str, Mapping[str, Any]]
+    figures: tuple[str, ...] = tuple(FIGURES)
+    ledger: bool = True
+    grid: Grid = PAPER
+    runs: int = 5
+    steps: int = 600
+    root: int = 2000
+
+    def conditions(self) -> dict[str, Any]:
+        """Return what every result rests on, fit for JSON."""
+        robots, radius = self.grid.robots, self.grid.radius
+        return {
+            "seed": self.root,
+            "runs": self.runs,
+            "steps": self.steps,
+            "robots": f"{len(robots)} team sizes, {min(robots)} to {max(robots)}",
+            "radius": f"{len(radius)} radii, {min(radius):g} to {max(radius):g}",
+            "settings": {name: dict(setting) for name, setting in self.settings.items()},
+            "version": __version__,
+        }
+
+
+def reproduce(
+    plan: Plan, folder: Path, crew: Crew, watch: Callable[[str, float, float], None] = lambda phase, done, total: None
+) -> Ledger | None:
+    """Simulate, draw, judge, and write everything to `folder`.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to reproduce.
+    folder : Path
+        Where to write: ``figure-<name>.parquet`` and ``.png``, ``ledger.md``, ``ledger.json`` and ``ledger.parquet``.
+    crew : Crew
+        Who does the work.
+    watch : callable
+        Called with the phase, the work done and the work in all.
+
+    Returns
+    -------
+    Ledger or None
+        None where the plan asks for no ledger.
+    """
+    tables = _simulate(plan, crew, watch)
+    _draw(plan, folder, crew, tables, watch)
+    return _judge(plan, folder, tables) if plan.ledger else None
+
+
+def _simulate(plan: Plan, crew: Crew, watch: Callable[[str, float, float], None]) -> dict[str, dict[str, pd.DataFrame]]:
+    claimed = needed() if plan.ledger else set[str]()
+    drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
+    requests = []
+    for number, setting in enumerate(plan.settings.values()):
+        names = claimed | drawn if number == 0 else claimed
+        requests.append(Request(setting, chosen(names, plan.grid, setting)))
+    made = make_tables(
+        crew,
+        requests,
+        root=plan.root,
+        runs=plan.runs,
+        steps=plan.steps,
+        progress=lambda done, total: watch("simulating", done, total),
+    )
+    return dict(zip(plan.settings, made, strict=True))
+
+
+def _draw(
+    plan: Plan,
+    folder: Path,
+    crew: Crew,
+    tables: Mapping[str, Mapping[str, pd.DataFrame]],
+    watch: Callable[[str, float, float], None],
+) -> None:
+    name, setting = next(iter(plan.settings.items()))
+    conditions = Conditions(name, setting, plan.root, plan.runs, plan.steps)
+    jobs = [
+        Job(figure, {need: tables[name][need] for need in FIGURES[figure].needs}, conditions) for figure in plan.figures
+    ]
+    drawn = 0
+
+    def count(index: int) -> None:
+        nonlocal drawn
+        drawn += 1
+        watch("drawing", drawn, len(jobs))
+
+    for found in crew.map(make, jobs, count, lambda job: f"figure {job.name}"):
+        about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
+        for suffix, table in found.tables.items():
+            stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
+            store.write_table(folder / f"{stem}.parquet", table, about)
+        store.write_bytes(folder / f"figure-{found.name}.png", found.png)
+
+
+def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]]) -> Ledger:
+    verdicts: dict[str, dict[str, Verdict]] = {name: judge(tables[name]) for name in plan.settings}
+    ledger = Ledger(verdicts, plan.conditions())
+    runs = [
+        found.assign(setting=name, experiment=experiment)
+        for name in plan.settings
+        for experiment, found in tables[name].items()
+        if experiment in needed(CLAIMS)
+    ]
+    store.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions())
+    store.write_text(folder / "ledger.md", ledger.to_markdown())
+    store.write_json(folder / "ledger.json", ledger.to_json())
+    return ledger

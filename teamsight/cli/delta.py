@@ -1,0 +1,81 @@
+"""``teamsight delta``: how many neighbours a robot must be ready for, by simulation or from recorded positions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
+from teamsight.cli.show import watching, wide_console
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from teamsight.analysis.delta_report import DeltaReport
+
+_ONLY_TRACKS, _BOTH = {"tracks", "window"}, {"risk", "awareness_range", "out"}
+
+
+def execute(**given: Any) -> None:
+    """Choose δ and print the report."""
+    said = {name: value for name, value in given.items() if value is not None}
+    if "tracks" in said:
+        _refuse(said, set(said) - _ONLY_TRACKS - _BOTH, "is told by the tracks; leave it out")
+        _from_tracks(TracksDeltaSettings(**said))
+    else:
+        _refuse(said, set(said) & _ONLY_TRACKS, "is for recorded positions; give --tracks too, or leave it out")
+        _from_simulation(SimulatedDeltaSettings(**said))
+
+
+def _refuse(said: dict[str, Any], names: set[str], reason: str) -> None:
+    if names:
+        name = sorted(names)[0]
+        raise ValueError(f"{name}={said[name]}: {reason}")
+
+
+def _from_simulation(settings: SimulatedDeltaSettings) -> None:
+    from teamsight.analysis.delta import choose_delta
+
+    _prepare(settings.out)
+    # The degree of awareness is geometry: it does not depend on what the robots know; the policy may.
+    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out"}, exclude_none=True)
+    with watching() as watch:
+        report = choose_delta(
+            world,
+            runs=settings.runs,
+            steps=settings.steps,
+            risk=settings.risk,
+            rng=settings.seed,
+            progress=lambda done, total: watch("exploring", done, total),
+        )
+    _show(report, settings.out)
+
+
+def _from_tracks(settings: TracksDeltaSettings) -> None:
+    from teamsight.analysis.tracks import delta_from_tracks, read_tracks
+
+    _prepare(settings.out)
+    with watching() as watch:
+        tracks = read_tracks(settings.tracks, progress=lambda done, total: watch("reading", done, total))
+        report = delta_from_tracks(
+            tracks,
+            settings.awareness_range,
+            risk=settings.risk,
+            window=settings.window,
+            progress=lambda done, total: watch("counting", done, total),
+        )
+    _show(report, settings.out)
+
+
+def _prepare(folder: Path | None) -> None:
+    if folder:
+        from teamsight.analysis.store import prepare_folder
+
+        prepare_folder(folder)
+
+
+def _show(report: DeltaReport, folder: Path | None) -> None:
+    console = wide_console()
+    console.print(report)
+    if folder:
+        files = report.save(folder)
+        console.print(f"{len(files)} files in {folder}", highlight=False, soft_wrap=True)

@@ -1,0 +1,53 @@
+"""``teamsight reproduce``: the figures of the paper and the ledger of its claims."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from teamsight.cli.settings import LEDGER, ReproduceSettings
+from teamsight.cli.show import show_ledger, watching, wide_console
+
+if TYPE_CHECKING:
+    from teamsight.analysis.reproduce import Plan
+
+
+def execute(**given: Any) -> None:
+    """Make what was asked for and print the ledger."""
+    settings = ReproduceSettings(**given)
+    from teamsight.analysis.crew import Crew, cores
+    from teamsight.analysis.execute import IMPORTS
+    from teamsight.analysis.reproduce import reproduce
+    from teamsight.analysis.store import prepare_folder
+
+    folder = prepare_folder(settings.out)
+    plan = plan_of(settings)
+    began = time.perf_counter()
+    with watching() as watch, Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew:
+        ledger = reproduce(plan, folder, crew, watch)
+    if ledger is not None:
+        show_ledger(ledger)
+    made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
+    wide_console().print(
+        f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s", highlight=False, soft_wrap=True
+    )
+
+
+def plan_of(settings: ReproduceSettings) -> Plan:
+    """Return the plan that the settings ask for."""
+    from teamsight.agents.presets import PRESETS
+    from teamsight.analysis.figures import FIGURES
+    from teamsight.analysis.reproduce import DEFAULTS, Plan
+    from teamsight.analysis.study import PAPER, QUICK
+
+    named = {settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}}
+    everything = not settings.figures
+    return Plan(
+        settings=named,
+        figures=tuple(name for name in FIGURES if everything or name in settings.figures),
+        ledger=everything or LEDGER in settings.figures,
+        grid=QUICK if settings.quick else PAPER,
+        runs=settings.runs,
+        steps=settings.steps,
+        root=settings.seed,
+    )

@@ -1,0 +1,47 @@
+"""``teamsight run``: one world."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from teamsight.cli.settings import RunSettings
+from teamsight.cli.show import watching, wide_console
+
+# Stretches in which a long run reports its progress.
+_STRETCHES = 50
+
+
+def execute(**given: Any) -> None:
+    """Run the world, print what it observed, and store its history if asked to."""
+    settings = RunSettings(**given)
+    from rich.table import Table
+
+    from teamsight import __version__
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.analysis import store
+
+    if settings.save:
+        store.prepare_folder(settings.save.parent)
+    world = settings.model_dump(exclude={"steps", "seed", "save"})
+    model = CMOMMT(**world, rng=settings.seed)
+    began = time.perf_counter()
+    with watching() as watch:
+        stretch = -(-settings.steps // _STRETCHES)
+        for start in range(0, settings.steps, stretch):
+            model.run(min(stretch, settings.steps - start))
+            watch("running", model.tick, settings.steps)
+    taken = time.perf_counter() - began
+    history = model.history
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_row("observed targets, mean over the run", f"{100 * model.observed_fraction:.1f} %")
+    table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
+    table.add_row("neighbours of a robot, mean", f"{history['mean_neighbours'].mean():.2f}")
+    table.add_row("neighbours of a robot, largest", f"{model.max_neighbours}")
+    table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
+    console = wide_console()
+    console.print(table, highlight=False)
+    if settings.save:
+        about = world | {"steps": settings.steps, "seed": settings.seed, "version": __version__}
+        store.write_table(settings.save, history.reset_index(), about)
+        console.print(f"history in {settings.save}", highlight=False, soft_wrap=True)

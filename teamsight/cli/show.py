@@ -1,0 +1,84 @@
+"""Progress with the time left, and tables, on the terminal."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from teamsight.analysis.claims import Ledger
+
+
+class Watch:
+    """Shows work as it is done: one bar a phase, and lines above the bars."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._bars: dict[str, TaskID] = {}
+
+    def __call__(self, phase: str, done: float, total: float) -> None:
+        """Show that `done` of `total` is done in `phase`."""
+        if phase not in self._bars:
+            self._bars[phase] = self._progress.add_task(phase, total=total)
+        self._progress.update(self._bars[phase], completed=done, total=total)
+
+    def tell(self, line: str) -> None:
+        """Show a line."""
+        self._progress.console.print(line, highlight=False)
+
+
+@contextlib.contextmanager
+def watching() -> Iterator[Watch]:
+    """Give a watch on standard error; where that is no terminal, only its lines appear."""
+    columns = (
+        TextColumn("{task.description:<12}"),
+        BarColumn(bar_width=32),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        yield Watch(progress)
+
+
+def show_ledger(ledger: Ledger) -> None:
+    """Print the ledger with one column for each setting."""
+    console = wide_console()
+    table = Table(title="The paper's claims", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("claim", no_wrap=True)
+    table.add_column("the paper says", max_width=44)
+    table.add_column("its figure", max_width=16)
+    for setting in ledger.settings:
+        table.add_column(setting, max_width=40)
+    for claim in ledger.claims():
+        found = [ledger.verdicts[setting][claim.name] for setting in ledger.settings]
+        words = (
+            f"[{'green' if v.holds else 'red'}]{'holds' if v.holds else 'differs'}[/]  {v.measured}" for v in found
+        )
+        table.add_row(claim.name, f"{claim.statement} ({claim.where})", claim.figure, *words)
+    console.print(table)
+    total = len(ledger.claims())
+    for setting in ledger.settings:
+        console.print(f"{setting}: {ledger.holding(setting)} of {total} claims hold", highlight=False)
+
+
+def wide_console() -> Console:
+    """Return the console of standard output; into a file or pipe lines are long rather than folded."""
+    console = Console()
+    return console if console.is_terminal else Console(width=180)

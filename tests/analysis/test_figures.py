@@ -1,0 +1,80 @@
+"""Figures hold every run with its seed, and show the numbers of their tables."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.image import imread
+
+from teamsight.analysis.experiments import DELTAS
+from teamsight.analysis.figures import FIGURES, Conditions, Job, Tables, make
+from teamsight.analysis.figures.style import canvas
+from teamsight.analysis.figures.surface import Look, draw_row
+from teamsight.analysis.observation import grid_of
+from teamsight.analysis.study import Grid
+
+CONDITIONS = Conditions("defaults", {}, 1, 3, 20)
+SMALL = Grid((1, 2, 30), (1.0, 5.0))
+
+
+def runs(gain: float = 0.0, delta: tuple[int, ...] = (), replicates: int = 3) -> pd.DataFrame:
+    rows = [
+        {"robots": n, "targets": 15, "radius": r, **({"delta": d} if d else {}), "replicate": k, "seed": 100 * n + k}
+        | {"observed_fraction": 0.3 + gain * (n == 30) + 0.01 * k, "max_neighbours": n - 1 - (k == 0 and n > 1)}
+        for n, r in SMALL.cells
+        for d in (delta or (0,))
+        for k in range(replicates)
+    ]
+    return pd.DataFrame(rows)
+
+
+def tables_for(name: str, replicates: int = 3) -> Tables:
+    gains = {"a-cmommt": 0.4, "delta-pairwise": 0.4}
+    return {
+        need: runs(gains.get(need, 0.0), DELTAS if need == "delta-ring" else (), replicates)
+        for need in FIGURES[name].needs
+    }
+
+
+def test_all_figures_of_the_paper_are_there() -> None:
+    assert list(FIGURES) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "delta"]
+
+
+@pytest.mark.parametrize("replicates", [1, 3])
+@pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "delta"])
+def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
+    drawn = make(Job(name, tables_for(name, replicates), CONDITIONS))
+    picture = imread(io.BytesIO(drawn.png))
+    assert picture.shape[1] > 800
+    assert np.ptp(picture[..., :3]) > 0.5
+    if name != "2":
+        assert {"robots", "radius", "replicate", "seed"} <= set(drawn.tables[""].columns)
+        assert len(drawn.tables[""]) >= len(SMALL.cells) * replicates
+
+
+@pytest.mark.parametrize(("name", "contrasts"), [("8", 1), ("10", 2)])
+def test_differences_are_paired_and_carry_intervals(name: str, contrasts: int) -> None:
+    drawn = make(Job(name, tables_for(name), CONDITIONS))
+    cells = drawn.tables["cells"]
+    assert len(cells) == contrasts * len(SMALL.cells)
+    assert cells["mean"].to_numpy() == pytest.approx(np.where(cells["robots"] == 30, 0.4, 0.0))
+    # The noise is common to both, so that nothing of it is left in the difference.
+    assert (cells["high"] - cells["low"]).to_numpy() == pytest.approx(0, abs=1e-12)
+
+
+def test_the_delta_figure_has_both_limits_and_every_delta() -> None:
+    found = make(Job("delta", tables_for("delta"), CONDITIONS)).tables[""]
+    assert set(found["awareness"]) == {"none", "ring", "pairwise"}
+    assert set(found.loc[found["awareness"] == "ring", "delta"]) == set(DELTAS)
+
+
+def test_the_heat_map_writes_every_cell_and_brackets_the_open_ones() -> None:
+    grid = grid_of(pd.DataFrame({"robots": [1, 1, 2, 2], "radius": [1.0, 2.0] * 2, "mean": [10.0, -20.0, 0.4, 90.0]}))
+    figure = canvas(13.6, 8.6)
+    draw_row(figure, grid, Look("gain", "{:.0f}".format, -90, 90, True), open_cells=grid.abs() < 15)
+    flat = next(axes for axes in figure.axes if axes.get_xlabel().startswith("arena radius") and axes.name != "3d")
+    written = {(text.get_position()): text.get_text() for text in flat.texts}
+    assert written == {(0, 0): "(10)", (1, 0): "-20", (0, 1): "(0)", (1, 1): "90"}

@@ -1,0 +1,133 @@
+"""``teamsight reproduce`` and ``teamsight run``, from the command to the files."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from teamsight import CMOMMT, __version__
+from teamsight.cli import main
+
+ROOT = Path(__file__).parents[2]
+SHORT = ("--quick", "--runs", "2", "--steps", "12", "--preset", "defaults")
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    out, err = capsys.readouterr()
+    return int(left.value.code or 0), out, err
+
+
+def test_figures_become_tables_with_seeds_and_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    status, out, _ = call(capsys, "reproduce", "3", "5", "8", "9", "--out", str(tmp_path), "--workers", "1", *SHORT)
+    assert status == 0
+    assert "figure 3, figure 5, figure 8, figure 9 in" in out
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        [f"figure-{name}.{kind}" for name in (3, 5, 8, 9) for kind in ("parquet", "png")]
+        + ["figure-3-links.parquet", "figure-8-cells.parquet"]
+    )
+    table = pd.read_parquet(tmp_path / "figure-5.parquet")
+    assert len(table) == 7 * 7 * 2
+    row = table.iloc[-1]
+    model = CMOMMT(robots=int(row["robots"]), radius=row["radius"], rng=int(row["seed"]))
+    model.run(12)
+    assert (model.max_neighbours, model.observed_fraction) == (row["max_neighbours"], row["observed_fraction"])
+    assert {"seed": 2000, "steps": 12, "version": __version__}.items() <= table.attrs.items()
+
+
+def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    status, out, _ = call(capsys, "reproduce", "ledger", "--out", str(tmp_path), "--workers", "2", *SHORT)
+    assert status == 0
+    content = json.loads((tmp_path / "ledger.json").read_text(encoding="utf-8"))
+    assert len(content["claims"]) == 23
+    for record in content["claims"]:
+        assert record["claim"] in out
+    assert f"defaults: {content['holding']['defaults']} of 23 claims hold" in out
+    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 23
+    assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
+
+
+def test_results_do_not_depend_on_workers_or_on_what_else_is_made(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    for folder, names, workers in (("one", ("7",), "1"), ("two", ("8", "7"), "2")):
+        call(capsys, "reproduce", *names, "--out", str(tmp_path / folder), "--workers", workers, *SHORT)
+    for kind in ("parquet", "png"):
+        one, two = ((tmp_path / folder / f"figure-7.{kind}").read_bytes() for folder in ("one", "two"))
+        assert one == two
+
+
+def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    began = time.perf_counter()
+    status, _, err = call(capsys, "reproduce", "--out", str(tmp_path / "file" / "sub"), "--preset", "defaults")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "cannot be written" in err
+    assert time.perf_counter() - began < 5
+
+
+def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "teamsight", "reproduce", "--steps", "1000000", "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [*command, "--preset", "defaults", "--workers", "2"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)), start_new_session=True,
+    ) as process:  # fmt: skip
+        time.sleep(6)
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert out == ""
+    assert err.split() == ["teamsight:", "interrupted;", "every", "file", "written", "so", "far", "is", "complete"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_run_prints_what_the_model_gives_and_saves_its_history(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "run.parquet"
+    status, out, _ = call(
+        capsys, "run", "--robots", "7", "--radius", "3", "--steps", "130", "--seed", "4", "--save", str(file)
+    )
+    model = CMOMMT(robots=7, radius=3.0, rng=4)
+    model.run(130)
+    assert status == 0
+    assert f"{100 * model.observed_fraction:.1f} %" in out
+    saved = pd.read_parquet(file)
+    assert len(saved) == 130
+    assert saved["observed"].tolist() == model.history["observed"].tolist()
+    assert saved.attrs["seed"] == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--policy", "a-cmomt"], "did you mean 'a-cmommt'?"),
+        (["--awareness", "pairwse"], "did you mean 'pairwise'?"),
+        (["--preset", "touzet"], "preset='touzet'"),
+        (["--delta", "0", "--awareness", "ring"], "delta=0"),
+    ],
+)
+def test_run_tells_what_the_model_refuses_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+) -> None:
+    status, out, err = call(capsys, "run", *arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert told in err
+
+
+def test_delta_explores_the_world_that_is_described(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    status, out, _ = call(
+        capsys, "delta", "--robots", "6", "--radius", "2", "--runs", "20", "--steps", "20", "--out", str(tmp_path)
+    )
+    assert status == 0
+    assert "δ = " in out
+    assert len(pd.read_parquet(tmp_path / "delta_maxima.parquet")) == 20
