@@ -80,9 +80,17 @@ def _settings_table(ranked: pd.DataFrame) -> str:
     for row in ranked.to_dict("records"):
         missing = ", ".join(name if row[name] == 0 else f"({name})" for name in names if row.get(name, 1) < 1) or "none"
         lines.append(
-            [*(str(row[name]) for name in PARAMETERS), f"{row['holding']:.1f}", f"{row['distance']:.2f}", missing]
+            [
+                *(str(row[name]) for name in PARAMETERS),
+                f"{row['holding']:.1f} ({row['fewest']}–{row['most']})",
+                f"{row['distance']:.2f}",
+                missing,
+            ]
         )
-    return _table(lines) + "\n\nIn brackets: differs with some of the root seeds. Counts are means over them."
+    return _table(lines) + (
+        "\n\nCounts are means over the root seeds, with their range; claims in brackets differ with some of them. "
+        "Settings whose ranges overlap are not told apart: another seed may turn them round."
+    )
 
 
 def _effects_table(screened: pd.DataFrame) -> str:

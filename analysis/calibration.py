@@ -104,10 +104,15 @@ def assess(
 
 
 def ranking(assessed: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a setting, best first: most claims holding on the mean over roots, then the least distance."""
+    """Return one row a setting, best first: most claims holding on the mean over roots, then the least distance.
+
+    The columns fewest and most tell how far the number that hold varies with the root.
+    """
     claims = [claim.name for claim in OPEN_CLAIMS if claim.name in assessed and assessed[claim.name].notna().all()]
     scores = assessed[[*PARAMETERS, "holding", "distance", *claims]].astype(dict.fromkeys(claims, float))
-    means = scores.groupby(list(PARAMETERS), sort=False).mean().reset_index()
+    grouped = scores.groupby(list(PARAMETERS), sort=False)
+    spread = grouped.agg(fewest=("holding", "min"), most=("holding", "max"))
+    means = grouped.mean().join(spread).reset_index()
     return means.sort_values(["holding", "distance"], ascending=[False, True], kind="stable", ignore_index=True)
 
 
