@@ -244,3 +244,13 @@ def test_an_agent_may_leave_in_its_own_step() -> None:
         model.step()
     assert len(group) == len(model.agents) == 3
     assert np.isfinite(group.position).all()
+
+
+@roads
+def test_mesas_counter_keeps_up_when_a_policy_fails(advance: Callable[[World, int], Any]) -> None:
+    model = CMOMMT(rng=1)
+    model.at(4, lambda: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        advance(model, 10)
+    # mesa counts a step when it begins.
+    assert model.steps == 5

@@ -247,3 +247,51 @@ def test_own_columns_leave_and_are_saved_with_their_agents() -> None:
 def test_a_column_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match=r"\(3,\).*10"):
         CMOMMT(rng=1).robots.add_column("charge", [1.0, 2.0, 3.0])
+
+
+@kernel
+def _strides(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    action.heading[:] = 0.0
+    action.heading[:, 0] = 1.5
+    action.distance[:] = percept.speed
+
+
+class Strides(CompiledPolicy):
+    """Breaks the contract: its headings are half as long again as unit vectors."""
+
+    kernel = _strides
+    parameters = ()
+
+
+@pytest.mark.xfail(reason="headings of compiled policies pass up to a length of 2, and carry bodies beyond their speed")
+def test_a_compiled_heading_that_is_no_unit_vector_is_refused() -> None:
+    model = CMOMMT(policy=Strides(), radius=50.0, rng=1)
+    with pytest.raises(ValueError, match=r"Strides: .*unit vector"):
+        model.step()
+    assert np.all(np.hypot(*model.robots.bodies.moved.T) <= 0.1 + 1e-12)
+
+
+@pytest.mark.xfail(reason="a kernel reads it as if it were right, beyond its end")
+@pytest.mark.parametrize(
+    "memory",
+    [
+        lambda size: Memory(np.zeros((size, 0, 0), np.float32), np.zeros((size, 1, 1), np.int32)),
+        lambda size: Memory(np.zeros((size - 1, 0, 0)), np.zeros((size - 1, 1, 1), np.int64)),
+    ],
+)
+def test_a_compiled_memory_of_the_wrong_kind_or_size_is_refused(memory: Any) -> None:
+    policy = type("Forgetful", (Strides,), {"start": lambda self, size: memory(size)})()
+    with pytest.raises((TypeError, ValueError), match="Forgetful"):
+        CMOMMT(policy=policy, rng=1)
+
+
+@pytest.mark.parametrize(
+    "road", [pytest.param("run", marks=pytest.mark.xfail(reason="mesa counts one step of the whole stretch")), "step"]
+)
+def test_mesas_counter_keeps_up_when_a_kernel_fails(road: str) -> None:
+    model = CMOMMT(policy=FailsLate(), rng=1)
+    with pytest.raises(ValueError, match="FailsLate"):
+        for _ in range(30):
+            model.run(30) if road == "run" else model.step()
+    # mesa counts a step when it begins.
+    assert (model.tick, model.steps) == (20, 21)
