@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite
 import numba
 import numpy as np
 import platformdirs
@@ -207,13 +208,13 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
 
 
 # Modules whose insides change with their version only.
-_OTHERS = {*sys.stdlib_module_names, "numba", "numpy"}
+_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
 
 
 def digest(function: Callable[..., Any]) -> str:
     """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses."""
     hasher = hashlib.blake2b(digest_size=16)
-    hasher.update(f"{numba.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
+    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
     for part in _parts(function, set()):
         hasher.update(part)
     return hasher.hexdigest()
@@ -232,6 +233,9 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     if id(value) in met:
         return
     met.add(id(value))
+    if (value.__module__ or "").partition(".")[0] in _OTHERS:
+        yield f"{value.__module__}.{value.__qualname__}".encode()
+        return
     cells = [cell.cell_contents for cell in value.__closure__ or ()]
     yield value.__qualname__.encode()
     yield repr((value.__defaults__, value.__kwdefaults__)).encode()
