@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import llvmlite
 import numba
 import numpy as np
 import platformdirs
@@ -206,10 +207,14 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
     return Entry(bound)
 
 
+# Modules whose insides change with their version only.
+_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
+
+
 def digest(function: Callable[..., Any]) -> str:
     """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses."""
     hasher = hashlib.blake2b(digest_size=16)
-    hasher.update(f"{numba.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
+    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
     for part in _parts(function, set()):
         hasher.update(part)
     return hasher.hexdigest()
@@ -228,15 +233,30 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     if id(value) in met:
         return
     met.add(id(value))
+    if (value.__module__ or "").partition(".")[0] in _OTHERS:
+        yield f"{value.__module__}.{value.__qualname__}".encode()
+        return
     cells = [cell.cell_contents for cell in value.__closure__ or ()]
     yield value.__qualname__.encode()
+    yield repr((value.__defaults__, value.__kwdefaults__)).encode()
     yield from _code_parts(value.__code__)
     for cell in cells:
         yield from _parts(cell, met)
-    for name in _names(value.__code__):
-        if name in value.__globals__:
-            yield name.encode()
-            yield from _parts(value.__globals__[name], met)
+    for name, used in _used(value):
+        yield name.encode()
+        yield from _parts(used, met)
+
+
+def _used(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield the globals that a function uses, and what it uses of modules, as in ``forces.attract``."""
+    names = list(_names(function.__code__))
+    for name in names:
+        if name not in function.__globals__:
+            continue
+        value = function.__globals__[name]
+        yield name, value
+        if isinstance(value, python_types.ModuleType) and value.__name__.partition(".")[0] not in _OTHERS:
+            yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
 
 
 def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:

@@ -78,6 +78,8 @@ def start(folder: Path, job: str) -> tuple[subprocess.Popen[str], list[int]]:
         env=environment,
         start_new_session=True,
         text=True,
+        # A shell lets jobs in the background not hear Ctrl-C.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     assert process.stdout is not None
     return process, [int(word) for word in process.stdout.readline().split()]

@@ -75,15 +75,36 @@ def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixt
     assert time.perf_counter() - began < 5
 
 
+def hear_ctrl_c() -> None:
+    """Undo what a shell does to jobs in the background, which must not hear Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def wait_for_workers(group: int, workers: int) -> None:
+    """Wait until a process group holds a command and its workers."""
+    for _ in range(600):
+        found = subprocess.run(["pgrep", "-g", str(group)], capture_output=True, text=True, check=False)
+        if len(found.stdout.split()) > workers:
+            # They have begun to import; whatever they do next, they are to be stopped.
+            time.sleep(2)
+            return
+        time.sleep(0.1)
+    raise TimeoutError("no workers")
+
+
 def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "teamsight", "reproduce", "--steps", "1000000", "--out", str(tmp_path)]
     with subprocess.Popen(
         [*command, "--preset", "defaults", "--workers", "2"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        env=dict(os.environ, PYTHONPATH=str(ROOT)), start_new_session=True,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)), start_new_session=True, preexec_fn=hear_ctrl_c,
     ) as process:  # fmt: skip
-        time.sleep(6)
-        os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        try:
+            wait_for_workers(process.pid, 2)
+            os.killpg(process.pid, signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+        except BaseException:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
     assert process.returncode == 130
     assert out == ""
     assert err.split() == ["teamsight:", "interrupted;", "every", "file", "written", "so", "far", "is", "complete"]

@@ -100,13 +100,11 @@ def test_a_changed_constant_is_noticed(lab: Lab) -> None:
     assert other[2] != first[2]
 
 
-@pytest.mark.xfail(reason="the digest does not look into modules")
 def test_an_edit_is_noticed_in_what_is_called_through_its_module(lab: Lab) -> None:
     assert lab.run(imports="import callee", call="callee.shift")[0] == "8.0"
     assert lab.run(imports="import callee", call="callee.shift", body="2.0 * STEP")[0] == "10.0"
 
 
-@pytest.mark.xfail(reason="the digest does not look at defaults")
 def test_a_changed_default_is_noticed(lab: Lab) -> None:
     assert lab.run(body="more", default=", more=1.0")[0] == "8.0"
     assert lab.run(body="more", default=", more=2.0")[0] == "10.0"
