@@ -41,6 +41,13 @@ def count_steps(model: World, steps: int) -> None:
         model._advance_time(model.time + steps)
 
 
+def set_counters(model: World, tick: int) -> None:
+    """Set mesa's own counters."""
+    model.steps = tick
+    if hasattr(model, "_advance_time"):
+        model.time = float(tick)
+
+
 def has_events(model: World) -> bool:
     """Whether the user has scheduled events with mesa; then steps are made one by one."""
     events = getattr(model, "_event_list", None)

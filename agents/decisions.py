@@ -51,10 +51,11 @@ def _of_policy(group: Group, tick: int, key: npt.NDArray[np.uint64]) -> Action:
         if "read-only" not in str(error):
             raise
         raise ValueError(f"{name}.decide writes into its percept ({error}); copy the array first") from error
-    if not isinstance(answer, tuple) or len(answer) != 2:
+    if not isinstance(answer, tuple) or isinstance(answer, Action) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
-    action, group.memory = answer
+    action, memory = answer
     check_action(name, action, len(group))
+    group.memory = memory
     return Action(*action)
 
 

@@ -72,6 +72,7 @@ class Group:
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
         self.plan: Any = None
+        self.founders = len(bodies)
         self.relations: dict[str, Relation] = {}
         self.begin()
 
@@ -88,6 +89,14 @@ class Group:
         self.perception = Perception(size)
         self.decided_at = -1
         self.policy_action = self.action
+
+    def place_again(self, bodies: Bodies, ranges: tuple[Floats, Floats]) -> None:
+        """Take the bodies of all who founded the group, as far as they are still here, and forget everything else."""
+        member, identity = self.bodies.member, self.bodies.identity
+        self.bodies = bodies.rows(member)
+        self.bodies.identity[:] = identity
+        self.ranges = ranges[0][member], ranges[1][member]
+        self.begin()
 
     def __len__(self) -> int:
         return len(self.bodies)

@@ -223,13 +223,8 @@ def _turn_columns(limits: Floats) -> tuple[Floats, Floats]:
 def drop(group: Group, agent: Body) -> None:
     """Take one agent out of a group's arrays; the others keep their state."""
     keep = np.arange(len(group)) != agent.row
-    bodies = group.bodies
-    columns = {
-        name: array if name == "arena_size" else np.ascontiguousarray(array[keep])
-        for name, array in vars(bodies).items()
-    }
     memory = group.memory
-    group.bodies = Bodies(**columns)
+    group.bodies = group.bodies.rows(keep)
     group.ranges = group.sensing_range[keep], group.awareness_range[keep]
     group.columns = {name: array[keep] for name, array in group.columns.items()}
     group.agents.pop(agent.row)

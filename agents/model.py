@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import random
-import secrets
 import warnings
 from collections.abc import Callable
 from typing import Any
 
 import mesa
-import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.agents import compat, decisions, membership, state
+from teamsight.agents import compat, decisions, membership
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.collector import HistoryCollector, Rows
@@ -21,7 +19,7 @@ from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
 from teamsight.agents.readings import Readings
-from teamsight.agents.state import State
+from teamsight.agents.state import Stateful
 from teamsight.agents.timeline import Timeline
 from teamsight.policies.interface import Action
 from teamsight.world.arena import Arena
@@ -29,7 +27,7 @@ from teamsight.world.clock import Clock
 from teamsight.world.noise import key_of
 
 
-class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
+class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -68,7 +66,7 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
             raise TypeError(f"arena={arena!r}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self.seed_used = _one_seed(rng, seed)
+        self.seed_used = checks.seed(rng, seed)
         super().__init__(rng=self.seed_used)
         self.random = random.Random(self.seed_used)
         self.agents.random = self.random
@@ -240,6 +238,7 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
             self._engine.run(steps)
         except BaseException:
             self.running = False
+            compat.count_steps(self, stretch.rows - first)
             raise
         # The first was counted before the events that preceded it.
         compat.count_steps(self, stretch.rows - first - 1)
@@ -313,46 +312,7 @@ class World(Readings, Timeline, mesa.Model):  # type: ignore[misc]
         membership.drop(group, agent)
         self.change()
 
-    def state(self) -> State:
-        """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
-        return state.take(self)
-
-    def restore(self, saved: State) -> None:
-        """Go back to a saved state of this world, or of one that was made in the same way.
-
-        Raises
-        ------
-        ValueError
-            If the state belongs to a world with other groups.
-        """
-        state.put(self, saved)
-
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
-
-    def reset(self, rng: int | None = None) -> None:
-        """Begin anew: everybody is placed again, and the clock starts at 0 without events.
-
-        Parameters
-        ----------
-        rng : int, optional
-            The seed; by default the one in use.
-        """
-        state.begin_again(self, self.seed_used if rng is None else _one_seed(rng, None))
-
     def close(self) -> None:
         """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""
         self.running = False
         compat.release(self)
-
-
-def _one_seed(rng: int | None, seed: int | None) -> int:
-    for name, value in (("rng", rng), ("seed", seed)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
-            raise TypeError(f"{name}={value!r}: must be a whole number of at least 0, or None for a new seed")
-        if value is not None and value < 0:
-            raise ValueError(f"{name}={value}: must be at least 0")
-    if rng is not None and seed is not None and rng != seed:
-        raise ValueError(f"rng={rng}, seed={seed}: two names for one seed; give one of them")
-    given = rng if rng is not None else seed
-    return secrets.randbits(53) if given is None else int(given)

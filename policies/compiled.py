@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, array_at, specialise
+from teamsight.kernel import Entry, array_at, inlined, specialise
 from teamsight.policies.interface import Action, Floats, Memory, Mind, Percept, Sightings
 
 _SEEN = ("start", "identity", "offset", "distance")
@@ -24,33 +24,25 @@ DECISION = np.dtype(
 )
 
 
+@inlined
+def sightings_at(size: int, start: int, identity: int, offset: int, distance: int) -> Sightings:
+    """Return the sightings of `size` robots whose arrays lie at these addresses."""
+    first = array_at(start, size + 1, np.int64)
+    count = first[size]
+    return Sightings(
+        first,
+        array_at(identity, count, np.int64),
+        array_at(offset, (count, 2), np.float64),
+        array_at(distance, count, np.float64),
+    )
+
+
 def _decide(address: int) -> int:
     d = array_at(address, 1, DECISION)[0]
     n = d.size
-    start = array_at(d.targets_start, n + 1, np.int64)
-    k = start[n]
-    targets = Sightings(
-        start,
-        array_at(d.targets_identity, k, np.int64),
-        array_at(d.targets_offset, (k, 2), np.float64),
-        array_at(d.targets_distance, k, np.float64),
-    )
-    start = array_at(d.mates_start, n + 1, np.int64)
-    k = start[n]
-    mates = Sightings(
-        start,
-        array_at(d.mates_identity, k, np.int64),
-        array_at(d.mates_offset, (k, 2), np.float64),
-        array_at(d.mates_distance, k, np.float64),
-    )
-    start = array_at(d.reports_start, n + 1, np.int64)
-    k = start[n]
-    reports = Sightings(
-        start,
-        array_at(d.reports_identity, k, np.int64),
-        array_at(d.reports_offset, (k, 2), np.float64),
-        array_at(d.reports_distance, k, np.float64),
-    )
+    targets = sightings_at(n, d.targets_start, d.targets_identity, d.targets_offset, d.targets_distance)
+    mates = sightings_at(n, d.mates_start, d.mates_identity, d.mates_offset, d.mates_distance)
+    reports = sightings_at(n, d.reports_start, d.reports_identity, d.reports_offset, d.reports_distance)
     percept = Percept(
         array_at(d.heading, (n, 2), np.float64),
         array_at(d.moved, (n, 2), np.float64),
@@ -145,6 +137,25 @@ class CompiledPolicy(ABC):
         return action, after
 
 
+def check_memory(policy: CompiledPolicy, memory: Any, size: int) -> None:
+    """Refuse a memory that a kernel would read beyond its end.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no `Memory` of arrays with a row for each robot and the right types.
+    """
+    name = f"{type(policy).__name__}.start({size})"
+    if not isinstance(memory, Memory):
+        raise TypeError(f"{name} returned {type(memory).__name__}; a compiled policy needs Memory(real, whole)")
+    for part, array, dtype in (("real", memory.real, np.float64), ("whole", memory.whole, np.int64)):
+        if not isinstance(array, np.ndarray) or array.dtype != dtype:
+            kind = getattr(array, "dtype", type(array).__name__)
+            raise TypeError(f"{name}.{part}: has the type {kind}; it must be {dtype.__name__}")
+        if array.ndim != 3 or len(array) != size or not array.flags.c_contiguous:
+            raise ValueError(f"{name}.{part}: has the shape {array.shape}; it must be dense, ({size}, slots, fields)")
+
+
 def bind_decision(
     record: Any, policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats, action: Action
 ) -> list[npt.NDArray[Any]]:
@@ -155,6 +166,7 @@ def bind_decision(
     list of ndarray
         The arrays; whoever uses the record must keep them.
     """
+    check_memory(policy, memory, len(percept.heading))
     mind = Mind(np.array(policy.parameters, float), np.ascontiguousarray(policy.knowledge, np.float32), memory)
     arrays: dict[str, npt.NDArray[Any]] = {
         "heading": percept.heading, "moved": percept.moved, "speed": percept.speed,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import secrets
 from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
@@ -91,3 +92,24 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     near = difflib.get_close_matches(str(value).lower(), names, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise ValueError(f"{name}={value!r}: unknown; {hint}known are {', '.join(names)}")
+
+
+def seed(rng: Any, seed: Any) -> int:
+    """Return the seed that is given under one of its two names, or a new one.
+
+    Raises
+    ------
+    TypeError
+        If a seed is no whole number.
+    ValueError
+        If one is negative, or both are given and differ.
+    """
+    for name, value in (("rng", rng), ("seed", seed)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, Integral)):
+            raise TypeError(f"{name}={value!r}: must be a whole number of at least 0, or None for a new seed")
+        if value is not None and value < 0:
+            raise ValueError(f"{name}={value}: must be at least 0")
+    if rng is not None and seed is not None and rng != seed:
+        raise ValueError(f"rng={rng}, seed={seed}: two names for one seed; give one of them")
+    given = rng if rng is not None else seed
+    return secrets.randbits(53) if given is None else int(given)

@@ -5,26 +5,22 @@ signature ``int64 (int64)``: it takes the address of a record, finds its arrays 
 all entries look alike, a loop can call whichever policy, degree of awareness or arena it is handed; so compilation adds
 up over the components and never multiplies. This file is the only one that touches numba's inner parts.
 
-Entries are cached on disk under a digest of everything that they are made of: the function, all kernels that it calls,
-wherever they are written, and the constants that they use. numba's own cache misses an edit in a called file.
+Entries are cached on disk under a digest of everything that they are made of; see `teamsight.digest`.
 """
 
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
 import re
 import sys
 import tempfile
 import types as python_types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import llvmlite
 import numba
-import numpy as np
 import platformdirs
 from llvmlite import ir
 from numba.core import cgutils
@@ -33,6 +29,8 @@ from numba.core.ccallback import CFunc
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
+
+from teamsight.digest import digest
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -207,75 +205,6 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
     return Entry(bound)
 
 
-# Modules whose insides change with their version only.
-_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
-
-
-def digest(function: Callable[..., Any]) -> str:
-    """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses."""
-    hasher = hashlib.blake2b(digest_size=16)
-    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {sorted(_FLAGS.items())}".encode())
-    for part in _parts(function, set()):
-        hasher.update(part)
-    return hasher.hexdigest()
-
-
-def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
-    value = plain(value)
-    if isinstance(value, Entry):
-        value = value.function
-    # Code that numba is told to generate is written in a function of its own.
-    value = getattr(value, "_defn", value)
-    if not isinstance(value, python_types.FunctionType):
-        fields = getattr(value, "_fields", None)
-        yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()
-        return
-    if id(value) in met:
-        return
-    met.add(id(value))
-    if (value.__module__ or "").partition(".")[0] in _OTHERS:
-        yield f"{value.__module__}.{value.__qualname__}".encode()
-        return
-    cells = [cell.cell_contents for cell in value.__closure__ or ()]
-    yield value.__qualname__.encode()
-    yield repr((value.__defaults__, value.__kwdefaults__)).encode()
-    yield from _code_parts(value.__code__)
-    for cell in cells:
-        yield from _parts(cell, met)
-    for name, used in _used(value):
-        yield name.encode()
-        yield from _parts(used, met)
-
-
-def _used(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield the globals that a function uses, and what it uses of modules, as in ``forces.attract``."""
-    names = list(_names(function.__code__))
-    for name in names:
-        if name not in function.__globals__:
-            continue
-        value = function.__globals__[name]
-        yield name, value
-        if isinstance(value, python_types.ModuleType) and value.__name__.partition(".")[0] not in _OTHERS:
-            yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
-
-
-def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:
-    yield code.co_code
-    for constant in code.co_consts:
-        if isinstance(constant, python_types.CodeType):
-            yield from _code_parts(constant)
-        else:
-            yield repr(constant).encode()
-    yield repr(code.co_names).encode()
-
-
-def _names(code: python_types.CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, python_types.CodeType):
-            yield from _names(constant)
-
-
 def cache_folder() -> Path:
     """Return the folder of compiled kernels: ``TEAMSIGHT_CACHE_DIR``, or the user's cache folder."""
     chosen = os.environ.get("TEAMSIGHT_CACHE_DIR")
@@ -292,7 +221,7 @@ def cache_folder() -> Path:
 
 class _Locator(_CacheLocator):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any]) -> None:
-        self._digest = digest(function)
+        self._digest = digest(function, str(sorted(_FLAGS.items())))
 
     def get_cache_path(self) -> str:
         return str(cache_folder())

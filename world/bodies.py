@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,3 +47,9 @@ class Bodies:
 
     def __len__(self) -> int:
         return len(self.identity)
+
+    def rows(self, which: npt.NDArray[Any]) -> Bodies:
+        """Return new bodies: those of these rows, given by number or by mask."""
+        own = {name: array for name, array in vars(self).items() if name != "arena_size"}
+        columns = {name: np.ascontiguousarray(array[which]) for name, array in own.items()}
+        return Bodies(**columns, arena_size=self.arena_size)

@@ -65,13 +65,14 @@ def _advance(address: int) -> int:
         aim_x = action_heading[i, 0]
         aim_y = action_heading[i, 1]
         distance = action_distance[i]
-        if not (aim_x * aim_x + aim_y * aim_y < 4.0 and distance == distance):
+        square = aim_x * aim_x + aim_y * aim_y
+        if not ((abs(square - 1.0) < 1e-6 or square == 0.0) and distance == distance):
             return NOT_A_NUMBER
         x = position[i, 0]
         y = position[i, 1]
         heading_x = heading[i, 0]
         heading_y = heading[i, 1]
-        if aim_x != 0.0 or aim_y != 0.0:
+        if square > 0.0:
             heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
         distance = min(max(distance, 0.0), speed[i])
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821

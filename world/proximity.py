@@ -195,7 +195,7 @@ def proximity_graph(
     reach : float or array_like, shape (n,)
         How far each observer sees [length]; a body at exactly this distance is seen.
     arena : Arena, optional
-        Distances are those of this arena; by default those of the plane.
+        Distances are those of this arena, on a torus after wrapping the positions; by default those of the plane.
     pairs : bool, optional
         Compare all pairs (True) or use cells (False); by default whichever is faster. The result is the same.
 
@@ -218,6 +218,8 @@ def proximity_graph(
         raise ValueError("reach: must be a finite number of at least 0 for every observer")
     if arena is None:
         arena = _plane_around(here, there)
+    if any(arena.period):
+        here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
     arena.check_reach(float(far.max(initial=0.0)))
     look = Search(here, far, len(there), 0 if observed is None else -1, arena, pairs=pairs)
     look.x[:], look.y[:] = there.T

@@ -9,6 +9,7 @@ import numpy as np
 
 from teamsight.agents.awareness.interface import Awareness, Scene
 from teamsight.kernel import Entry, array_at, kernel, specialise
+from teamsight.policies.compiled import sightings_at
 from teamsight.policies.interface import Sightings
 
 _SEEN = ("start", "identity", "offset", "distance")
@@ -26,29 +27,14 @@ SCENE = np.dtype(
 def scene_at(s: Any) -> Scene:
     """Return the scene that a record describes."""
     n = s.size
-    start = array_at(s.targets_start, n + 1, np.int64)
-    k = start[n]
-    targets = Sightings(
-        start,
-        array_at(s.targets_identity, k, np.int64),
-        array_at(s.targets_offset, (k, 2), np.float64),
-        array_at(s.targets_distance, k, np.float64),
-    )
-    start = array_at(s.mates_start, n + 1, np.int64)
-    k = start[n]
-    mates = Sightings(
-        start,
-        array_at(s.mates_identity, k, np.int64),
-        array_at(s.mates_offset, (k, 2), np.float64),
-        array_at(s.mates_distance, k, np.float64),
-    )
+    mates = sightings_at(n, s.mates_start, s.mates_identity, s.mates_offset, s.mates_distance)
     return Scene(
         array_at(s.heading, (n, 2), np.float64),
         array_at(s.sensing_range, n, np.float64),
         array_at(s.awareness_range, n, np.float64),
-        targets,
+        sightings_at(n, s.targets_start, s.targets_identity, s.targets_offset, s.targets_distance),
         mates,
-        array_at(s.place, k, np.int64),
+        array_at(s.place, mates.start[n], np.int64),
         s.first,
         array_at(s.team, (s.team_groups, 8), np.int64),
     )

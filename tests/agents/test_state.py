@@ -106,14 +106,12 @@ def test_a_reset_world_keeps_its_users_collector() -> None:
     assert model.datacollector.get_model_vars_dataframe().tick.tolist() == [0, 1]
 
 
-@pytest.mark.xfail(reason="the other policy is handed a memory that its kernel was not made for")
 def test_a_state_is_refused_by_a_world_with_another_policy() -> None:
     saved = CMOMMT(policy="centroid", rng=1).state()
     with pytest.raises(ValueError, match=r"restore\(…\)"):
         CMOMMT(policy="a-cmommt", rng=1).restore(saved)
 
 
-@pytest.mark.xfail(reason="what was given for each agent no longer fits those who are left")
 def test_a_world_that_somebody_left_can_be_reset() -> None:
     world = World(Disc(5.0), rng=1)
     robots = world.add(Robot, 3, policy="stationary", placement=[(0, 0), (1, 1), (2, 2)], speed=[0.1, 0.2, 0.3])
@@ -123,7 +121,6 @@ def test_a_world_that_somebody_left_can_be_reset() -> None:
     assert robots.speed.tolist() == [0.2, 0.3]
 
 
-@pytest.mark.xfail(reason="shuffles go on where they were")
 def test_a_reset_world_shuffles_like_a_new_one() -> None:
     model = CMOMMT(rng=1)
     first = model.agents.shuffle().get("unique_id")

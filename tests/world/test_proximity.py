@@ -134,7 +134,6 @@ def test_bad_input_is_named(
         proximity_graph(observers, observed, reach, arena)  # type: ignore[arg-type]
 
 
-@pytest.mark.xfail(reason="cells take such places for ones on the rim")
 def test_places_outside_a_torus_are_wrapped_or_refused() -> None:
     here = np.random.default_rng().uniform(-5, 15, (60, 2))
     try:

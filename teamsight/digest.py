@@ -1,0 +1,90 @@
+"""The digest of a kernel: what it is made of, wherever that is written.
+
+numba's own cache misses an edit in a file that a kernel calls, and would run the old physics.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import types as python_types
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+
+# Modules whose insides change with their version only.
+_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
+
+
+def digest(function: Callable[..., Any], compiler: str = "") -> str:
+    """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses.
+
+    Parameters
+    ----------
+    function : callable
+        The function.
+    compiler : str
+        How it is compiled.
+    """
+    hasher = hashlib.blake2b(digest_size=16)
+    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {compiler}".encode())
+    for part in _parts(function, set()):
+        hasher.update(part)
+    return hasher.hexdigest()
+
+
+def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+    value = getattr(value, "py_func", value)
+    # Code that numba is told to generate is written in a function of its own.
+    value = getattr(value, "_defn", value)
+    if not isinstance(value, python_types.FunctionType):
+        fields = getattr(value, "_fields", None)
+        yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()
+        return
+    if id(value) in met:
+        return
+    met.add(id(value))
+    if (value.__module__ or "").partition(".")[0] in _OTHERS:
+        yield f"{value.__module__}.{value.__qualname__}".encode()
+        return
+    cells = [cell.cell_contents for cell in value.__closure__ or ()]
+    yield value.__qualname__.encode()
+    yield repr((value.__defaults__, value.__kwdefaults__)).encode()
+    yield from _code_parts(value.__code__)
+    for cell in cells:
+        yield from _parts(cell, met)
+    for name, used in _used(value):
+        yield name.encode()
+        yield from _parts(used, met)
+
+
+def _used(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield the globals that a function uses, and what it uses of modules, as in ``forces.attract``."""
+    names = list(_names(function.__code__))
+    for name in names:
+        if name not in function.__globals__:
+            continue
+        value = function.__globals__[name]
+        yield name, value
+        if isinstance(value, python_types.ModuleType) and value.__name__.partition(".")[0] not in _OTHERS:
+            yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
+
+
+def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            yield from _code_parts(constant)
+        else:
+            yield repr(constant).encode()
+    yield repr(code.co_names).encode()
+
+
+def _names(code: python_types.CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            yield from _names(constant)
