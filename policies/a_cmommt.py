@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from teamsight import checks
 from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
@@ -36,7 +38,8 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     reach = percept.sensing_range[i]
     limit = x * x + y * y if rule == 0.0 else reach * reach
     rivals = 0
-    for k in range(first, last):
+    # Unsigned here and below, because numba looks at every signed index whether it counts from the end.
+    for k in range(np.uint64(first), np.uint64(last)):
         way_x = x - mates.offset[k, 0]
         way_y = y - mates.offset[k, 1]
         rivals += way_x * way_x + way_y * way_y < limit
@@ -67,7 +70,7 @@ def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[floa
     scale = per_reach if parameters[_SCALE] == 0.0 else 1.0 / percept.awareness_range[i]
     x = 0.0
     y = 0.0
-    for k in range(mates.start[i], mates.start[i + 1]):
+    for k in range(np.uint64(mates.start[i]), np.uint64(mates.start[i + 1])):
         distance = mates.distance[k]
         force = repel(distance * scale, parameters[_REPULSION:])
         force /= max(distance, 1e-300)
@@ -116,7 +119,7 @@ def _decide(percept: Any, mind: Any, noise: Any, action: Any) -> None:
         last = targets.start[i + 1]
         per_reach = 1.0 / percept.sensing_range[i]
         x, y = _push(per_reach, percept, i, parameters)
-        for k in range(first, last):
+        for k in range(np.uint64(first), np.uint64(last)):
             pull_x, pull_y = _pull(
                 targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], per_reach, percept, i, parameters
             )

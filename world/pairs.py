@@ -54,8 +54,8 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
     graph : ProximityGraph
         Written as far as its arrays go; when the number returned is larger, they must grow.
     """
-    room = graph.index.shape[0]
-    edge = 0
+    room = np.uint64(graph.index.shape[0])
+    edge = np.uint64(0)
     wraps = observed.period_x > 0.0
     size = observed.size if wraps else observed.x.shape[0]
     for i in range(position.shape[0]):
@@ -82,7 +82,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
                         way_x = shortest(way_x, observed.period_x)
                         way_y = shortest(way_y, observed.period_y)
                     append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
-                edge += 1
+                edge += _ONE
     graph.start[position.shape[0]] = edge
-    take_roots(graph, edge)
-    return edge
+    take_roots(graph, np.int64(edge))
+    return np.int64(edge)
