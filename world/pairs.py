@@ -55,7 +55,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
         Written as far as its arrays go; when the number returned is larger, they must grow.
     """
     room = np.uint64(graph.index.shape[0])
-    edge = np.uint64(0)
+    edge: Any = np.uint64(0)
     wraps = observed.period_x > 0.0
     size = observed.size if wraps else observed.x.shape[0]
     for i in range(position.shape[0]):
@@ -84,5 +84,6 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
                     append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
                 edge += _ONE
     graph.start[position.shape[0]] = edge
-    take_roots(graph, np.int64(edge))
-    return np.int64(edge)
+    edges: Any = np.int64(edge)
+    take_roots(graph, edges)
+    return edges  # type: ignore[no-any-return]
