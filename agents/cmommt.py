@@ -39,6 +39,9 @@ DEFAULTS: dict[str, Any] = {
     "weights": "nearest",
 }
 
+# Not None: a user who writes ``awareness=None`` means something, and is told what to write instead.
+NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
+
 _TARGET_TURN_PROBABILITY = 0.05
 
 
@@ -94,26 +97,26 @@ class CMOMMT(World):
 
     def __init__(
         self,
-        robots: int | None = None,
-        targets: int | None = None,
-        radius: float | None = None,
-        policy: Any = None,
-        awareness: Awareness | str | None = None,
-        delta: int | None = None,
-        sensing_range: float | None = None,
-        awareness_range: float | None = None,
-        robot_speed: float | None = None,
-        target_speed: float | None = None,
-        uniform_target_speed: bool | None = None,
-        target_policy: Any = None,
-        search: str | None = None,
-        search_when: str | None = None,
-        weights: str | None = None,
+        robots: int = NOT_GIVEN,
+        targets: int = NOT_GIVEN,
+        radius: float = NOT_GIVEN,
+        policy: Any = NOT_GIVEN,
+        awareness: Awareness | str = NOT_GIVEN,
+        delta: int = NOT_GIVEN,
+        sensing_range: float = NOT_GIVEN,
+        awareness_range: float = NOT_GIVEN,
+        robot_speed: float = NOT_GIVEN,
+        target_speed: float = NOT_GIVEN,
+        uniform_target_speed: bool = NOT_GIVEN,
+        target_policy: Any = NOT_GIVEN,
+        search: str = NOT_GIVEN,
+        search_when: str = NOT_GIVEN,
+        weights: str = NOT_GIVEN,
         preset: str | None = None,
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
-        given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not None}
+        given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not NOT_GIVEN}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
         self.settings: dict[str, Any] = {**DEFAULTS, **chosen, **given}
         plan = self.settings

@@ -9,7 +9,9 @@ import numpy as np
 
 from teamsight.agents.history import Stretch
 
-REPORTERS = {name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours")}
+REPORTERS = {
+    name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours", "seed_used")
+}
 
 
 class Rows(NamedTuple):
@@ -43,7 +45,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     """A DataCollector whose model reporters are columns of the history, so that compiled runs can fill it.
 
     It reports ``observed`` and ``mean_neighbours`` of the present step, and ``observed_fraction`` and
-    ``max_neighbours`` over all steps so far.
+    ``max_neighbours`` over all steps so far; and ``seed_used``, so that a run of a batch can be made again.
     """
 
     def __init__(self) -> None:
@@ -89,5 +91,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
         most = np.maximum.accumulate(np.concatenate([[new.largest], columns["max_neighbours"]]))[1:]
         self._model_vars["max_neighbours"].extend(most.tolist())
+        # The seed of a model does not change while it runs.
+        self._model_vars["seed_used"].extend(self._model_vars["seed_used"][-1:] * count)
         if hasattr(self, "_steps"):
             self._steps.extend(map(float, range(new.tick - count + 1, new.tick + 1)))

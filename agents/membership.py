@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -58,6 +59,17 @@ def policy_of(value: Any, name: str = "policy") -> Any:
             f"{name}={value!r}: must be a name, an object with draws, start(size) and decide(percept, memory, noise), "
             "or a callable f(percept, rng) -> (turn, distance)"
         )
+    if not hasattr(value, "decide"):
+        try:
+            inspect.signature(value).bind(None, None)
+        except TypeError:
+            raise TypeError(
+                f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments, (percept, rng), "
+                "and returns (turn, distance)"
+            ) from None
+        except ValueError:
+            # Some callables written in C do not tell what they take.
+            pass
     if hasattr(value, "decide"):
         missing = [member for member in ("draws", "start") if not hasattr(value, member)]
         if missing:
@@ -77,7 +89,9 @@ def awareness_of(value: Awareness | str) -> Awareness:
     if isinstance(value, str):
         return AWARENESS[checks.choice("awareness", value, AWARENESS)]()
     if not isinstance(value, Awareness):
-        shown = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else f"{value!r}: is none"
+        shown = f"{value!r}: is no degree of awareness; give one"
+        if isinstance(value, type):
+            shown = f"{value.__name__}: is a class; give an object"
         raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
     return value
 

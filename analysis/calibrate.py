@@ -6,11 +6,14 @@ The winner is copied by hand into ``agents/presets.py``: a preset is a decision,
 from __future__ import annotations
 
 import argparse
+from functools import reduce
+from operator import and_
 
 import pandas as pd
 from rich.progress import Progress
 
 from teamsight import __version__
+from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis import calibration, store
 from teamsight.analysis.calibration import OPEN_CLAIMS, PARAMETERS
 from teamsight.analysis.crew import Crew, cores
@@ -53,7 +56,9 @@ def page(assessed: pd.DataFrame) -> str:
         f"Settings rank by the number of the {len(OPEN_CLAIMS)} simulated claims that hold (when screened: "
         f"{len(calibration.SCREEN.claims)}), then by their mean distance from the paper's figures in tolerances of the "
         "rule. Made by `python -m teamsight.analysis.calibrate`.",
-        "The best: " + ", ".join(f"`{name}={value!r}`" for name, value in _plain(best).items()) + ".",
+        "The best: " + ", ".join(f"`{name}={value!r}`" for name, value in _plain(best).items()) + ". Of "
+        "settings with equal numbers the one searched first stands first.",
+        _beside_the_defaults(final),
         "## The best settings, on the paper's grid",
         _settings_table(final.head(_SHOWN)),
         "## What each value is worth",
@@ -63,6 +68,10 @@ def page(assessed: pd.DataFrame) -> str:
         "Share of the screened settings, and of the best ones on the paper's grid.",
         _claims_table(screened, assessed[assessed["stage"] == "final"]),
         "## What no setting satisfies",
+        f"Over the {len(screened)} settings on the coarse grid ({calibration.SCREEN.runs} runs, "
+        f"{len(calibration.SCREEN.roots)} root seed) and the best on the paper's grid ({calibration.FINAL.runs} runs, "
+        f"{len(calibration.FINAL.roots)} root seeds): “no setting” means none of these, and a claim or pair that holds "
+        "with few of them, as the table above tells, could come out otherwise with another seed.",
         "Under no setting: " + (", ".join(calibration.never(assessed)) or "none") + ".",
         "Each under some setting, but never both:\n\n"
         + ("\n".join(f"- {first} and {second}" for first, second in calibration.never_together(assessed)) or "- none"),
@@ -72,6 +81,23 @@ def page(assessed: pd.DataFrame) -> str:
 
 def _plain(row: dict[str, object]) -> dict[str, object]:
     return {name: value.item() if hasattr(value, "item") else value for name, value in row.items()}
+
+
+def _beside_the_defaults(final: pd.DataFrame) -> str:
+    """Return how the best setting compares with the defaults."""
+    best = final.iloc[0]
+    same = [final[name] == DEFAULTS[name] for name in PARAMETERS]
+    found = final[reduce(and_, same)]
+    if found.empty:
+        return "The defaults were not among those judged."
+    defaults = found.iloc[0]
+    apart = best["fewest"] > defaults["most"]
+    return (
+        f"With the best setting {best['holding']:.1f} ({best['fewest']}–{best['most']}) claims hold, at a mean distance "
+        f"of {best['distance']:.2f}; with the defaults {defaults['holding']:.1f} ({defaults['fewest']}–"
+        f"{defaults['most']}), at {defaults['distance']:.2f}. By their ranges the two are "
+        f"{'told apart' if apart else 'not told apart'}."
+    )
 
 
 def _settings_table(ranked: pd.DataFrame) -> str:

@@ -246,5 +246,5 @@ def _check_times(robot: pd.Categorical, time: Any, order: Any, name: str) -> Non
             f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them"
         )
     back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
-    cure = "look for a clock that was set or two robots under one name, or else sort the rows by robot and time"
+    cure = "look for a clock that was set or two robots under one name, or else sort: --sort, read_tracks(…, sort=True)"
     raise ValueError(f"{name}: {who} {back}; {cure}")

@@ -261,7 +261,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 def _announce_once(name: str) -> None:
     global announce
     announce = _silent
-    print("teamsight: compiling its kernels; this happens once per machine and takes under a minute", file=sys.stderr)
+    told = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
+    print(told, file=sys.stderr)
 
 
 def _silent(name: str) -> None:

@@ -81,7 +81,8 @@ class Clock:
         return (yield from generator)
 
     def timeout(self, delay: float, tick: int | None = None) -> Any:
-        """Return an event that happens after `delay` [ticks]; for use in a process."""
+        """Return an event that happens after `delay` [ticks], finite and at least 0; for use in a process."""
+        checks.number("delay", delay, least=0)
         late = 0.0 if tick is None else tick - self.environment.now
         return self.environment.timeout(late + delay)
 

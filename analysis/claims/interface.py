@@ -17,7 +17,7 @@ Tables: TypeAlias = Mapping[str, pd.DataFrame]
 #: The arena radii between which the paper finds that awareness matters.
 PREFERRED = (2.0, 6.0)
 #: By how many se the worst of a surface's cells or pairs of cells may lie on the wrong side. With 3, as first chosen,
-#: noise alone makes the some 500 pairs of a flat surface fail three times in four; with 4.5, once in fifty.
+#: noise alone would fail one of the some 500 pairs of a flat surface more often than not; see docs/claims.md.
 CHANCE = 4.5
 # Distances stay finite, and those of claims that differ above 1.
 _LARGE, _LEAST = 1e9, 1e-6

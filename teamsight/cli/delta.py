@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from teamsight.analysis.delta_report import DeltaReport
 
-_ONLY_TRACKS, _BOTH = {"tracks", "window"}, {"risk", "awareness_range", "out"}
+_ONLY_TRACKS, _BOTH = {"tracks", "window", "sort"}, {"risk", "awareness_range", "out"}
 
 
 def execute(**given: Any) -> None:
@@ -55,7 +55,9 @@ def _from_tracks(settings: TracksDeltaSettings) -> None:
 
     _prepare(settings.out)
     with watching() as watch:
-        tracks = read_tracks(settings.tracks, progress=lambda done, total: watch("reading", done, total))
+        tracks = read_tracks(
+            settings.tracks, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
+        )
         report = delta_from_tracks(
             tracks,
             settings.awareness_range,

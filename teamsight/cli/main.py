@@ -98,6 +98,7 @@ def reproduce(**given: Any) -> None:
 @text("--seed", metavar="INTEGER", help="Seed of the exploration.  [default: 0]")
 @text("--tracks", metavar="FILE", help="Recorded positions instead: CSV or Parquet with columns time, robot, x, y.")
 @text("--window", metavar="NUMBER", help="Length of a stretch of the record for which the risk is stated.")
+@click.option("--sort", is_flag=True, default=None, help="Sort recorded positions whose times go back.")
 @text("--out", metavar="FOLDER", help="Write tables, report and picture there.")
 def delta(**given: Any) -> None:
     """Choose δ: how many neighbours must a robot be ready for?

@@ -136,6 +136,7 @@ class TracksDeltaSettings(Settings):
     tracks: Path
     awareness_range: float
     window: float | None = None
+    sort: bool = False
     risk: float = 0.01
     out: Path | None = None
 

@@ -48,7 +48,7 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     pytest.param({"target_policy": Evasive}, r"target_policy=Evasive: is a class"),
     ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are none, pairwise, ring, shared"),
     ({"awareness": RingAwareness}, r"awareness=RingAwareness: is a class; give an object"),
-    ({"awareness": 16}, r"awareness=16: is none, such as PairwiseAwareness\(\), or one of none, ring, pairwise, shared"),
+    ({"awareness": 16}, r"awareness=16: is no degree of awareness; give one, such as PairwiseAwareness\(\), or one of none, ring, pairwise, shared"),
     ({"search": "wonder"}, r"search='wonder': unknown; did you mean 'wander'"),
     ({"search_when": "never"}, r"search_when='never': unknown"),
     ({"weights": "nearst"}, r"weights='nearst': unknown; did you mean 'nearest'"),
@@ -121,7 +121,7 @@ GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"placement": [(0, 0), (1, nan), (1, 1)]}, r"position=\(1\.0, nan\): must be two finite numbers"),
     ({"placement": [("a", "b")] * 3}, r"position=.*: must be numbers of shape \(3, 2\)"),
     ({"name": "first"}, r"name='first': another group has this name; give one of its own"),
-    ({"awareness": None}, r"awareness=None: is none"),
+    ({"awareness": None}, r"awareness=None: is no degree of awareness"),
     pytest.param({"policy": Misfit()}, r"policy=Misfit: needs 'reports'"),
     pytest.param(
         {"policy": type("Negative", (Misfit,), {"needs": (), "draws": -1})()}, r".*draws=-1"
