@@ -64,7 +64,7 @@ def policy_of(value: Any, name: str = "policy") -> Any:
             inspect.signature(value).bind(None, None)
         except TypeError:
             raise TypeError(
-                f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments, (percept, rng), "
+                f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments (percept, rng) "
                 "and returns (turn, distance)"
             ) from None
         except ValueError:

@@ -93,8 +93,8 @@ def _beside_the_defaults(final: pd.DataFrame) -> str:
     defaults = found.iloc[0]
     apart = best["fewest"] > defaults["most"]
     return (
-        f"With the best setting {best['holding']:.1f} ({best['fewest']}–{best['most']}) claims hold, at a mean distance "
-        f"of {best['distance']:.2f}; with the defaults {defaults['holding']:.1f} ({defaults['fewest']}–"
+        f"With the best setting {best['holding']:.1f} ({best['fewest']}–{best['most']}) claims hold, at a mean "
+        f"distance of {best['distance']:.2f}; with the defaults {defaults['holding']:.1f} ({defaults['fewest']}–"
         f"{defaults['most']}), at {defaults['distance']:.2f}. By their ranges the two are "
         f"{'told apart' if apart else 'not told apart'}."
     )

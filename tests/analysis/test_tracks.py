@@ -72,7 +72,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         ("time,robot,x,y\n0,1.5,0,0\n", "robot=1.5 in row 1: must be a whole number or text"),
         ("time,robot,x,y\n0,true,0,0\n0,false,0,0\n", "robot=True in row 1"),
         (GOOD + "1,a,5,5\n", "robot 'a' twice at time 1, in rows 2 and 5; keep one"),
-        (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*sort the rows"),
+        (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*--sort"),
         ("time,robot,x,y\n0,7,0,0\n1,7,0,0\n", "only robot 7; a neighbour graph needs at least 2"),
         (GOOD + "2,a,0\n", "not a readable CSV file .*Expected 4 columns"),
     ],
