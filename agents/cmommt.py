@@ -9,7 +9,8 @@ import numpy as np
 from teamsight import checks
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.collector import HistoryCollector
-from teamsight.agents.membership import MOST_AGENTS, awareness_of, policy_of
+from teamsight.agents.fit import awareness_of, policy_of
+from teamsight.agents.membership import MOST_AGENTS
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.robot import Robot

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.group import Group, readonly
 from teamsight.policies.check import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Sightings, percept_of_one, turned
 from teamsight.world.noise import Stream, generator, stream_number
-
-if TYPE_CHECKING:
-    from teamsight.agents.group import Group
 
 
 def decide(group: Group, tick: int, key: npt.NDArray[np.uint64]) -> None:
@@ -71,15 +69,9 @@ def _of_each(group: Group, rules: list[Any], name: str, tick: int, key: npt.NDAr
 
 def _protected(percept: Percept) -> Percept:
     """Return the percept with arrays that cannot be written to."""
-    parts: list[Any] = [_protected_sightings(part) if isinstance(part, tuple) else _readonly(part) for part in percept]
+    parts: list[Any] = [_protected_sightings(part) if isinstance(part, tuple) else readonly(part) for part in percept]
     return Percept(*parts)
 
 
 def _protected_sightings(seen: Sightings) -> Sightings:
-    return Sightings(*(_readonly(array) for array in seen))
-
-
-def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    return Sightings(*(readonly(array) for array in seen))

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import decisions, membership
+from teamsight.agents.fit import check_fit
 from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_PERCEPT, GROW_RELATION, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
@@ -160,7 +161,7 @@ class Engine:
                 if observed:
                     group.relations[kind] = Relation(kind, group, observed, reach, world.arena)
                     self.relations.append(group.relations[kind])
-            membership.check_fit(group, team)
+            check_fit(group, team)
         self.stretch = world._history.begin(self.relations)
 
     def _bind(self) -> None:

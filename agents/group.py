@@ -123,17 +123,17 @@ class Group:
     @property
     def sensing_range(self) -> Floats:
         """How far each senses targets, shape (n,) [length]; to change it, use `World.adjust`."""
-        return _readonly(self.ranges[0])
+        return readonly(self.ranges[0])
 
     @property
     def awareness_range(self) -> Floats:
         """How far each senses teammates, shape (n,) [length]; to change it, use `World.adjust`."""
-        return _readonly(self.ranges[1])
+        return readonly(self.ranges[1])
 
     @property
     def speed(self) -> Floats:
         """The farthest each can go a step, shape (n,) [length]; to change it, use `World.adjust`."""
-        return _readonly(self.bodies.speed)
+        return readonly(self.bodies.speed)
 
     def add_column(self, name: str, fill: Any = 0.0) -> npt.NDArray[Any]:
         """Give the agents a property of the user's own, which is saved and restored with the world.
@@ -166,17 +166,17 @@ class Group:
     @property
     def position(self) -> Floats:
         """Where the agents are, shape (n, 2) [length]; to move one, set its `position`."""
-        return _readonly(self.bodies.position)
+        return readonly(self.bodies.position)
 
     @property
     def heading(self) -> Floats:
         """Which way they face, shape (n, 2): unit vectors."""
-        return _readonly(self.bodies.heading)
+        return readonly(self.bodies.heading)
 
     @property
     def identity(self) -> npt.NDArray[np.int64]:
         """Who they are, shape (n,): their `unique_id` in the model."""
-        return _readonly(self.bodies.identity)
+        return readonly(self.bodies.identity)
 
     @property
     def is_compiled(self) -> bool:
@@ -234,7 +234,8 @@ class Group:
         assert set(record.dtype.names) == set(GROUP.names or ())
 
 
-def _readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a view that cannot be written to."""
     view = array.view()
     view.flags.writeable = False
     return view
