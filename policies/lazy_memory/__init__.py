@@ -1,0 +1,7 @@
+"""Lazy memory: explore once, keep the pairs, and compute what they are worth when somebody asks."""
+
+from __future__ import annotations
+
+from teamsight.policies.lazy_memory.memory import LazyMemory
+
+__all__ = ["LazyMemory"]
