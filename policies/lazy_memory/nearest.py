@@ -85,8 +85,8 @@ def k_nearest(table: Any, inputs: int, query: Any, k: int, index: Any, distance:
     pairs = table.shape[1]
     total = scratch(BLOCK, np.float32)
     for i in range(k):
-        index[at] = -1
-        distance[at] = _INFINITE
+        index[i] = -1
+        distance[i] = _INFINITE
     for begin in range(0, pairs, BLOCK):
         count = min(BLOCK, pairs - begin)
         _distances(table, first, inputs, query, begin, count, total)
