@@ -41,7 +41,8 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
 
     Notes
     -----
-    *Source:* §8.1: the exploration is made once, whatever is to be learned; §8.2: 5 robots and 120 steps give 600 pairs.
+    *Source:* §8.1: the exploration is made once, whatever is to be learned. §8.2: 5 robots and
+    120 steps are 600 pairs.
     """
     steps = checks.count("steps", steps)
     robots = _explorers(world) if group is None else group
