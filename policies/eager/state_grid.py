@@ -18,6 +18,10 @@ MOST_STATES = 1_000_000
 _RING = 16
 
 
+class TooManyStatesError(ValueError):
+    """Raised when a degree of awareness leaves more states than a table can hold."""
+
+
 @dataclass(frozen=True)
 class StateGrid:
     """Situations with neighbouring sectors merged and readings in levels.
@@ -37,7 +41,9 @@ class StateGrid:
     Raises
     ------
     TypeError, ValueError
-        If a number is too small, or sectors cannot be merged evenly; or if more than `MOST_STATES` states result.
+        If a number is too small, or sectors cannot be merged evenly.
+    TooManyStatesError
+        If more than `MOST_STATES` states result.
 
     Notes
     -----
@@ -57,7 +63,7 @@ class StateGrid:
             if ring % self.sectors:
                 raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors {name} evenly")
         if self.levels**self.dimensions > MOST_STATES:
-            raise ValueError(
+            raise TooManyStatesError(
                 f"a table of {self.levels}^{self.dimensions} states: {self.levels} readings of {self.dimensions} "
                 f"sensors; at most {MOST_STATES:,} fit. Merge into fewer sectors or levels, use a degree that adds "
                 "fewer inputs, or a learner without a table: LinearQ or LazyQ"
