@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.policies.lazy_memory import nearest
+from teamsight.policies.lazy_memory import batch
 from teamsight.policies.lazy_memory.order import Table
 from teamsight.policies.lazy_memory.pairs import ACTION, table_of, two_dimensional
 
@@ -150,7 +150,7 @@ class LazyMemory:
         asked = np.ascontiguousarray(asked[:, :p], np.float32)
         if not np.isfinite(asked).all():
             raise ValueError("queries: hold NaN or infinity; a situation's readings are finite")
-        return nearest.nearest(self.table, asked, count)
+        return batch.nearest(self.table, asked, count)
 
 
 def _json(settings: Mapping[str, Any]) -> dict[str, Any]:
