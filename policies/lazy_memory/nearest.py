@@ -96,7 +96,7 @@ def _gap(table: Any, first: Any, query: Any, component: Any, pair: Any) -> Any:
 
 @inlined
 def _is_any_below(total: Any, count: Any, limit: Any) -> bool:
-    for part in range(0, count, LANES):
+    for part in range(0, count, LANES):  # noqa: SIM110 (kernels have no generators)
         if below_64(total, part, limit) != 0:
             return True
     return False
