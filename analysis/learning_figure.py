@@ -22,7 +22,7 @@ _TITLES = {
     "linear": "a linear approximator",
 }
 _WIDTH, _HEIGHT = 4.6, 3.4
-_LEFT, _BOTTOM, _HEAD = 0.85, 1.15, 1.25
+_LEFT, _BOTTOM, _HEAD = 0.85, 1.0, 1.0
 
 
 def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
@@ -51,7 +51,7 @@ def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
     for column, learner in enumerate(curves.learners):
         for row, paint in enumerate((_against_samples, _against_size)):
             left = (_LEFT + column * _WIDTH) / width
-            bottom = (_BOTTOM + (1 - row) * _HEIGHT + 0.35 * (1 - row)) / height
+            bottom = (_BOTTOM + (1 - row) * _HEIGHT) / height
             axes = figure.add_axes((left, bottom, (_WIDTH - 0.55) / width, (_HEIGHT - 0.85) / height))
             plain(axes)
             axes.tick_params(colors=FAINT)
@@ -86,32 +86,38 @@ def _references(axes: Axes, points: pd.DataFrame) -> None:
 
 
 def _against_samples(axes: Axes, points: pd.DataFrame) -> None:
+    """Draw a line with its band for each degree."""
     for degree, of in points.groupby("degree", sort=False):
         colour, ordered = DEGREE[str(degree)], of.sort_values("pairs")
         label = f"{GROWTH[str(degree)]}  ({ordered['inputs'].iloc[0]} inputs)"
         axes.plot(ordered["pairs"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
         axes.fill_between(
-            ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.14, linewidth=0
+            ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
         )
     axes.set_xscale("log")
+    marks = sorted(points["pairs"].unique())[::2]
+    axes.set_xticks(marks, [f"{mark:,}" for mark in marks])
+    axes.minorticks_off()
     axes.set_xlabel("samples  [pairs]")
 
 
 def _against_size(axes: Axes, points: pd.DataFrame) -> None:
     """Draw the fewest, the middle and the most samples, each as a line through the degrees in the order of p^d."""
+    if not len(points):
+        return
     numbers = sorted(points["pairs"].unique())
-    for number, style in zip(
-        dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1])), ("o-", "s-", "^-"), strict=False
-    ):
+    shown = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
+    drawn = []
+    for number, mark, shade in zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False):
         ordered = points[points["pairs"] == number].sort_values("log10_size")
-        shade = {"o-": "#9ecae1", "s-": "#4292c6", "^-": "#08306b"}[style]
         spread = [100 * (ordered["mean"] - ordered["low"]), 100 * (ordered["high"] - ordered["mean"])]
-        axes.errorbar(
-            ordered["log10_size"], 100 * ordered["mean"], spread, fmt=style, color=shade, markersize=5, linewidth=1.4,
-            elinewidth=0.8, label=f"{number} pairs",
+        line = axes.errorbar(
+            ordered["log10_size"], 100 * ordered["mean"], spread, marker=mark, color=shade, markersize=5,
+            linewidth=1.4, elinewidth=0.8, label=f"{number:,} pairs",
         )  # fmt: skip
+        drawn.append(line)
     axes.set_xlabel("search space p^d for p = 2  [log10]")
-    axes.legend(frameon=False, fontsize=8.5, loc="upper right")
+    axes.legend(handles=drawn, frameon=False, fontsize=8.5, loc="upper right", bbox_to_anchor=(1.0, 0.93))
 
 
 def _tell_refused(axes: Axes, table: pd.DataFrame) -> None:
@@ -119,4 +125,4 @@ def _tell_refused(axes: Axes, table: pd.DataFrame) -> None:
     refused = table[table["observed_fraction"].isna()]["degree"].unique()
     if len(refused):
         told = ", ".join(GROWTH[str(degree)] for degree in refused)
-        axes.text(0.02, 0.97, f"{told}: too many states for a table", transform=axes.transAxes, va="top", size=9)
+        axes.text(0.02, 0.86, f"{told}: too many states for a table", transform=axes.transAxes, va="top", size=9)

@@ -21,5 +21,6 @@ class Commands(click.Group):
 
 def text(*names: str, default: Any = None, metavar: str = "TEXT", **kwargs: Any) -> Callable[[F], F]:
     """Return an option whose text is checked by the command's settings, which report all that is wrong at once."""
-    default = None if default is None else str(default)
-    return click.option(*names, default=default, metavar=metavar, type=str, **kwargs)
+    if default is not None:
+        kwargs["default"] = str(default)
+    return click.option(*names, metavar=metavar, type=str, **kwargs)
