@@ -96,7 +96,7 @@ class CompiledPolicy(ABC):
 
     @property
     @abstractmethod
-    def parameters(self) -> tuple[float, ...]:
+    def parameters(self) -> tuple[float, ...] | Floats:
         """The policy's constants, in the order in which its kernel reads them."""
 
     @property
