@@ -13,18 +13,24 @@ from teamsight.policies.check import check_policy
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.evasive import Evasive
 from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
+from teamsight.policies.lazy_q import LazyQ, lazy_collective, lazy_cooperative
+from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.random_walk import RandomWalk
+from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
 from teamsight.policies.stationary import Stationary
 
 POLICIES = {
     "a-cmommt": ACmommt,
     "centroid": Centroid,
     "evasive": Evasive,
+    "lazy-collective": lazy_collective,
+    "lazy-cooperative": lazy_cooperative,
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Memory", "Percept", "PerceptOfOne",
-    "Policy", "RandomWalk", "Sightings", "Stationary", "check_policy", "turned",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Memory", "Percept",
+    "PerceptOfOne", "PessimisticLazyQ", "Policy", "RandomWalk", "SheppardLazyQ", "Sightings", "Stationary",
+    "check_policy", "turned",
 ]  # fmt: skip

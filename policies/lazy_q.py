@@ -65,18 +65,18 @@ class LazyQ(LazyLearner):
 
 
 @cache
+def shipped() -> LazyMemory:
+    """Return the exploration that ships with the package."""
+    return LazyMemory.load(SHIPPED)
+
+
+@cache
 def lazy_collective() -> LazyQ:
     """Return `LazyQ` on the shipped exploration, comparing the robot's own 16 inputs; for `NoAwareness`."""
-    memory = _shipped()
-    return LazyQ(memory, inputs=memory.own)
+    return LazyQ(shipped(), inputs=shipped().own)
 
 
 @cache
 def lazy_cooperative() -> LazyQ:
     """Return `LazyQ` on the shipped exploration, comparing all 32 inputs; for ``RingAwareness(16)``."""
-    return LazyQ(_shipped())
-
-
-@cache
-def _shipped() -> LazyMemory:
-    return LazyMemory.load(SHIPPED)
+    return LazyQ(shipped())

@@ -6,23 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
+import naive_lazy
 
 Numbers = Sequence[float]
 
 
-def distance(one: Any, other: Any) -> float:
-    """Eq. 1, in single precision and in the order of the components."""
-    total = np.float32(0)
-    for a, b in zip(one, other, strict=True):
-        total = np.float32(total + abs(np.float32(a) - np.float32(b)))
-    return float(total)
-
-
 def matches(situations: Any, situation: Any, k: int) -> list[int]:
     """The k nearest; of equally near ones those that stand first."""
-    apart = [distance(known, situation) for known in situations]
-    return sorted(range(len(apart)), key=lambda j: (apart[j], j))[:k]
+    return [place for _, place in naive_lazy.nearest(situations, situation, k)]
 
 
 def gain_reward(gained: float, lost: float, both: str) -> float:
