@@ -216,4 +216,3 @@ def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:
     cosine, sine = np.cos(rotation), np.sin(rotation)
     x, y = heading[..., 0], heading[..., 1]
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
-

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teamsight.angles import direction
 from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Action, Floats, Memory, Percept
+from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_utility import components, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward
@@ -77,15 +77,14 @@ class LazyLearner(CompiledPolicy):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", components(self.memory, self.inputs))
-        values = utility(
-            self.memory, self.reward, inputs=self.inputs, k=self.k, gamma=self.gamma, sweeps=self.sweeps
-        )
+        values = utility(self.memory, self.reward, inputs=self.inputs, k=self.k, gamma=self.gamma, sweeps=self.sweeps)
         object.__setattr__(self, "values", values)
 
     def __repr__(self) -> str:
         # Two reward functions may share a name, so that the utilities have to tell equal policies from others.
         told = ", ".join(f"{name}={value!r}" for name, value in self._constants().items())
-        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, utility={digest_of(self.values)})"
+        utilities = digest_of(self.values)
+        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, utility={utilities})"
 
     def _constants(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in ("inputs", "k", "gamma", "sweeps")}
@@ -106,9 +105,8 @@ class LazyLearner(CompiledPolicy):
     def knowledge(self) -> npt.NDArray[np.float32]:
         return self.memory.table
 
-    def decide(self, percept: Percept, memory: Memory, noise: Floats) -> tuple[Action, Memory]:
+    def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)
-        return super().decide(percept, memory, noise)
 
 
 def digest_of(numbers: Floats) -> str:

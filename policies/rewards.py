@@ -58,7 +58,7 @@ class GainReward:
         """Return the reward of every pair, shape (pairs,)."""
         gained, lost = (np.asarray(memory.fact(name), float) for name in SCOPES[self.scope])
         if self.both == "net":
-            return np.sign(gained - lost)
+            return np.asarray(np.sign(gained - lost), float)
         reward = (gained > 0).astype(float) - (lost > 0)
         reward[(gained > 0) & (lost > 0)] = BOTH[self.both]
         return reward

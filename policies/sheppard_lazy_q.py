@@ -11,7 +11,7 @@ import numpy as np
 from teamsight import checks
 from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Action, Floats, Memory, Percept
+from teamsight.policies.interface import Floats, Memory, Percept
 from teamsight.policies.lazy_learner import act, check_situation, digest_of
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_utility import components, utility
@@ -71,7 +71,7 @@ def _learn(store: Any, count: int, pending: int, goal: float, parameters: Any) -
 
 
 @inlined
-def _reward(percept: Any, i: int, notes: Any, parameters: Any) -> float:
+def _reward(percept: Any, i: int, notes: Any, parameters: Any) -> Any:
     """Return what the change of the targets in sight is worth, and note those that are in sight now."""
     targets = percept.targets
     first = targets.start[i]
@@ -233,6 +233,5 @@ class SheppardLazyQ(CompiledPolicy):
             whole[:, 0, _STORED] = pairs
         return Memory(real, whole)
 
-    def decide(self, percept: Percept, memory: Memory, noise: Floats) -> tuple[Action, Memory]:
-        check_situation("SheppardLazyQ", percept, self.inputs)
-        return super().decide(percept, memory, noise)
+    def check_percept(self, percept: Percept) -> None:
+        check_situation(type(self).__name__, percept, self.inputs)

@@ -45,7 +45,11 @@ def pessimistic(
     memory: Any, values: Numbers, situation: Any, inputs: int, k: int, rotations: int, distances: int
 ) -> tuple[float, float]:
     """The action of a grid whose worst match is best; of equals that of the nearer match."""
-    grid = [(2 * math.pi * turn / rotations, (part + 1) / distances) for turn in range(rotations) for part in range(distances)]
+    grid = [
+        (2 * math.pi * turn / rotations, (part + 1) / distances)
+        for turn in range(rotations)
+        for part in range(distances)
+    ]
     worst: dict[int, float] = {}
     for j in matches(memory.situation[:, :inputs], situation, k):
         rotation, share = (float(number) for number in memory.action[j])
@@ -68,6 +72,13 @@ class SheppardRobot:
         self.pending: dict[str, Any] | None = None
         self.stored = 0
         self.seen: set[int] = set()
+
+    def know(self, memory: Any, values: Numbers) -> None:
+        """Begin with the pairs of a memory."""
+        for situation, action, value in zip(memory.situation, memory.action, values, strict=True):
+            rotation, share = (float(number) for number in action)
+            self.pairs.append({"situation": situation, "rotation": rotation, "share": share, "q": value})
+        self.stored = len(self.pairs)
 
     def similar(self, situation: Any) -> list[tuple[float, int]]:
         found = []

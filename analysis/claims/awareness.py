@@ -48,9 +48,7 @@ def where(grid: pd.DataFrame) -> tuple[str, float, float]:
     large = part(grid, _TEAM, (8, 9)).mean()
     told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
-    return (
-        f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5)
-    )
+    return (f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
 
 
 def judge_robots(tables: Tables) -> Verdict:

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 from teamsight.analysis.claims.awareness import growth, where
-from teamsight.analysis.claims.interface import Claim, Tables, Verdict, above, average, gain, part, peak, verdict, within
+from teamsight.analysis.claims.interface import (
+    Claim,
+    Tables,
+    Verdict,
+    above,
+    average,
+    gain,
+    part,
+    peak,
+    verdict,
+    within,
+)
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE
 
-
-_PAIR = ("lazy-cooperative", "lazy-collective")
+_PAIR = (COOPERATIVE, COLLECTIVE)
 # The gain of A-CMOMMT counts as faded below 10 of its 60 pp.
 _FADED_SHARE = 1 / 6
 
@@ -43,7 +54,7 @@ def judge_hurts(tables: Tables) -> Verdict:
 
 def judge_below(tables: Tables) -> Verdict:
     """Learned behaviour does not reach the designed one."""
-    difference = average(gain(tables["lazy-cooperative"], tables["a-cmommt"]))
+    difference = average(gain(tables[COOPERATIVE], tables["a-cmommt"]))
     return verdict(f"{difference:+.1f} pp", above(0, difference))
 
 
@@ -90,6 +101,6 @@ CLAIMS = (
         "below",
         "cooperative below A-CMOMMT on the mean over the grid",
         judge_below,
-        ("lazy-cooperative", "a-cmommt"),
+        (COOPERATIVE, "a-cmommt"),
     ),
 )

@@ -47,9 +47,7 @@ def rotation_of(percept: Any, action: Any, i: int) -> complex:
     seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 300), k=st.integers(1, 12), cooperative=st.booleans(),
     rotations=st.integers(1, 7), distances=st.integers(1, 3),
 )  # fmt: skip
-def test_as_the_slow_twins(
-    seed: int, pairs: int, k: int, cooperative: bool, rotations: int, distances: int
-) -> None:
+def test_as_the_slow_twins(seed: int, pairs: int, k: int, cooperative: bool, rotations: int, distances: int) -> None:
     memory, k = made_up(seed, pairs), min(k, pairs)
     inputs = 7 if cooperative else 4
     percept = percept_of(seed + 1, 5, inputs)
@@ -96,7 +94,10 @@ def test_the_worst_that_is_known_of_an_action_counts() -> None:
     action = [[0.1, 1], [-0.1, 1], [3.1, 1]]
     memory = LazyMemory.of([[0.0]] * 3, action, [[0.5]] * 3, {"gained": [1, 0, 0], "lost": [0, 1, 0]}, own=1)
     percept = percept_of(1, 1, 1)
-    for policy, expected in ((LazyQ(memory, gamma=0, k=3), 0.1), (PessimisticLazyQ(memory, gamma=0, k=3, distances=1), math.pi)):
+    for policy, expected in (
+        (LazyQ(memory, gamma=0, k=3), 0.1),
+        (PessimisticLazyQ(memory, gamma=0, k=3, distances=1), math.pi),
+    ):
         found, _ = policy.decide(percept, policy.start(1), np.zeros((0, 1)))
         turn = rotation_of(percept, found, 0)
         assert abs(math.atan2(turn.imag, turn.real)) == pytest.approx(expected)
