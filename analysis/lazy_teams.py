@@ -37,17 +37,32 @@ def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
 
 @cache
 def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
-    return explore(Exploration(world=dict(world))) if world else shipped()
+    if not world:
+        return shipped()
+    return explore(Exploration(seed=shipped().settings["seed"], world=dict(world)))
 
 
 def treatments(setting: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the treatments of the two surfaces of Fig. 11: both read one memory, in the width of their awareness."""
+    """Return the treatments of the two surfaces of Fig. 11, learned in a world of this setting."""
     return dict(_treatments(memory_for(setting)))
 
 
 @cache
 def _treatments(memory: LazyMemory) -> dict[str, dict[str, Any]]:
+    return treatments_on(memory)
+
+
+def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, Any]]:
+    """Return the treatments of the two surfaces of Fig. 11: both read one memory, each what its awareness shows.
+
+    Parameters
+    ----------
+    memory : LazyMemory
+        What was explored, under ring awareness.
+    **constants
+        Of `LazyQ`.
+    """
     return {
-        COOPERATIVE: {"policy": LazyQ(memory), "awareness": "ring"},
-        COLLECTIVE: {"policy": LazyQ(memory, inputs=memory.own), "awareness": "none"},
+        COOPERATIVE: {"policy": LazyQ(memory, **constants), "awareness": "ring"},
+        COLLECTIVE: {"policy": LazyQ(memory, inputs=memory.own, **constants), "awareness": "none"},
     }

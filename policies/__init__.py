@@ -16,7 +16,7 @@ from teamsight.policies.check import check_policy
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.evasive import Evasive
 from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
-from teamsight.policies.lazy_q import LazyQ
+from teamsight.policies.lazy_q import LazyQ, lazy_collective, lazy_cooperative
 from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.random_walk import RandomWalk
 from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
@@ -26,6 +26,8 @@ POLICIES: dict[str, Callable[[], Any]] = {
     "a-cmommt": ACmommt,
     "centroid": Centroid,
     "evasive": Evasive,
+    "lazy-collective": lazy_collective,
+    "lazy-cooperative": lazy_cooperative,
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }
