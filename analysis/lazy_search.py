@@ -142,9 +142,7 @@ def _told(trial: Trial) -> str:
 def _drawn(size: Size) -> list[Trial]:
     """Return trials whose constants and memories are drawn at random, each value of a constant equally often."""
     rng = np.random.default_rng(-CHOOSE[0])
-    columns = {
-        name: rng.permutation(np.resize(np.arange(len(values)), size.drawn)) for name, values in VALUES.items()
-    }
+    columns = {name: rng.permutation(np.resize(np.arange(len(values)), size.drawn)) for name, values in VALUES.items()}
     return [
         Trial(
             "draw",
@@ -193,7 +191,7 @@ def effects(drawn: pd.DataFrame, of: str = "distance_from_paper") -> pd.DataFram
 def chosen_constants(found: pd.DataFrame) -> Constants:
     """Return the constants given, with each value that agrees with the paper clearly better in its place."""
     table = effects(found[found["stage"] == "draw"])
-    chosen = {}
+    chosen: dict[str, Any] = {}
     for name in VALUES:
         of = table[table["constant"] == name].set_index("value")
         given = getattr(Constants(), name)

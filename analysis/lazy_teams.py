@@ -32,7 +32,9 @@ def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
     -----
     *Source:* §8.2: the exploration phase is unique.
     """
-    return _explored(tuple((name, setting[name]) for name in _WORLD if setting.get(name, DEFAULTS[name]) != DEFAULTS[name]))
+    return _explored(
+        tuple((name, setting[name]) for name in _WORLD if setting.get(name, DEFAULTS[name]) != DEFAULTS[name])
+    )
 
 
 @cache
