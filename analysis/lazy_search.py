@@ -193,11 +193,12 @@ def chosen_constants(found: pd.DataFrame) -> Constants:
     table = effects(found[found["stage"] == "draw"])
     chosen: dict[str, Any] = {}
     for name in VALUES:
-        of = table[table["constant"] == name].set_index("value")
+        of = table[table["constant"] == name]
+        means, errors = (dict(zip(of["value"], of[column], strict=True)) for column in ("mean", "se"))
         given = getattr(Constants(), name)
-        best = of["mean"].idxmin()
-        ahead = of["mean"][given] - of["mean"][best]
-        chosen[name] = best if ahead > CLEARLY * np.hypot(of["se"][given], of["se"][best]) else given
+        best = min(means, key=lambda value: means[value])
+        ahead = means[given] - means[best]
+        chosen[name] = best if ahead > CLEARLY * np.hypot(errors[given], errors[best]) else given
     return Constants(**chosen)
 
 
