@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import decisions, membership
+from teamsight.agents.experience import ExperienceLog
 from teamsight.agents.fit import check_fit
-from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_PERCEPT, GROW_RELATION, RELATION, WORLD
+from teamsight.agents.layout import BAD_ACTION, DONE, EXPERIENCE, GROUP, GROW_PERCEPT, GROW_RELATION, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.views import Trail
@@ -40,6 +41,8 @@ class Engine:
         Where steps are recorded.
     trails : list of Trail
         The positions kept.
+    logs : list of ExperienceLog
+        The experience kept.
     """
 
     def __init__(self, world: World) -> None:
@@ -50,6 +53,8 @@ class Engine:
         self.is_bound = self.is_seen = self._is_recorded = False
         self.looks = 0
         self.trails: list[Trail] = []
+        self._experienced: list[Group] = []
+        self.logs: list[ExperienceLog] = []
         self.stretch: Stretch = world._history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
@@ -106,10 +111,18 @@ class Engine:
         self._every = every
         self.is_bound = False
 
+    def record_experience(self, group: Group) -> None:
+        """Keep what the robots of a group meet, from now on."""
+        if group not in self._world.groups:
+            raise ValueError(f"record_experience({group!r}): the group must have been added to this world")
+        if group not in self._experienced:
+            self._experienced.append(group)
+            self.is_bound = False
+
     def forget(self) -> None:
         """Begin to record anew."""
         self.is_bound = self.is_seen = self._is_recorded = False
-        self.trails = []
+        self.trails, self.logs = [], []
         self.stretch = self._world._history.begin([])
 
     def present(self, name: str) -> float:
@@ -185,6 +198,28 @@ class Engine:
         record["every"] = self._every
         if self._every:
             self.trails.append(Trail(world.groups, self._every, world.tick))
+        self._begin_logs()
+        self._bind_logs()
+        record["logs"], record["log_count"] = self._log_records.ctypes.data, len(self._log_records)
+
+    def _begin_logs(self) -> None:
+        """Begin to keep experience in new arrays: who is in a group, or on its team, may have changed."""
+        groups = self._world.groups
+        teams = [membership.team_of(groups, group) for group in self._experienced]
+        begun = [
+            ExperienceLog(group, sum(map(len, team))) for group, team in zip(self._experienced, teams, strict=True)
+        ]
+        self.logs = [log for log in self.logs if log.rows] + begun
+        self._log_records = np.zeros(len(begun), EXPERIENCE)
+
+    def _logs_in_use(self) -> list[tuple[ExperienceLog, Any]]:
+        first = len(self.logs) - len(self._log_records)
+        return list(zip(self.logs[first:], self._log_records, strict=True))
+
+    def _bind_logs(self) -> None:
+        bodies = sum(map(len, self._world.groups))
+        for log, record in self._logs_in_use():
+            log.bind(record, self._world.groups, self.relations, bodies)
 
     def _bind_relation(self, where: int) -> None:
         relation = self.relations[where]
@@ -211,6 +246,9 @@ class Engine:
             trail = self.trails[-1]
             trail.make_room(steps // self._every + 1)
             record["trail"], record["trail_row"] = trail.raw.ctypes.data, trail.rows
+        moved = [log.make_room(steps) for log, _ in self._logs_in_use()]
+        if any(moved):
+            self._bind_logs()
 
     def _call(self, entry: Entry) -> None:
         """Call the loop until it is done, making room whenever it asks for it."""
@@ -238,6 +276,8 @@ class Engine:
         else:
             self._world.groups[where].perception.grow(need)
         self._bind_groups()
+        self._keep_log_rows()
+        self._bind_logs()
 
     def _read_back(self) -> None:
         record = self._world_record
@@ -248,3 +288,8 @@ class Engine:
             self.stretch.sum_up()
         if self._every and record["trail"]:
             self.trails[-1].rows = int(record["trail_row"])
+        self._keep_log_rows()
+
+    def _keep_log_rows(self) -> None:
+        for log, record in self._logs_in_use():
+            log.rows = int(record["row"])

@@ -27,12 +27,24 @@ at which each body of the world was last counted by the observers' side, ``rows`
 WORLD = np.dtype(
     [(name, np.int64) for name in ("key", "tick", "steps", "phase", "groups", "group_count")]
     + [(name, np.int64) for name in ("relations", "relation_count", "history", "row", "where", "need")]
-    + [(name, np.int64) for name in ("every", "trail", "trail_row", "bodies")]
+    + [(name, np.int64) for name in ("every", "trail", "trail_row", "bodies", "logs", "log_count")]
 )
 """A world: its time, its groups and relations, and the buffers that are recorded into.
 
 ``phase`` is 1 when bodies have moved and their sightings are still to be found; ``where`` and ``need`` say which group
-or relation ran out of room, and for how many entries. ``every``, when above 0, records positions each so many steps.
+or relation ran out of room, and for how many entries. ``every``, when above 0, records positions each so many steps;
+``logs`` is where the experience of ``log_count`` groups is written.
+"""
+
+EXPERIENCE = np.dtype(
+    [(name, np.int64) for name in ("group", "relation", "team", "team_size", "situate", "scene", "width", "row")]
+    + [(name, np.int64) for name in ("situation", "action", "next_situation", "facts")]
+    + [(name, np.int64) for name in ("kept_start", "kept_index", "kept_room", "counts_before", "counts_after")]
+)
+"""The experience of a group: whose, the relations in which it and its team sense targets, and what is written.
+
+``relation`` is −1 for a group that senses nothing; ``team`` is the address of the numbers of the team's relations.
+``kept`` holds the group's sightings before the move, ``counts`` how many of the team sense each body of the world.
 """
 
 HISTORY_COLUMNS = 3

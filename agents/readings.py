@@ -8,6 +8,7 @@ import pandas as pd
 
 from teamsight import checks
 from teamsight.agents.engine import Engine
+from teamsight.agents.experience import Experience, joined
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
 from teamsight.agents.views import neighbour_graph, trajectory_frame
@@ -76,3 +77,24 @@ class Readings:
     def trajectory(self) -> pd.DataFrame:
         """The positions kept: time [ticks], group, identity, x, y [length]."""
         return trajectory_frame(self._engine.trails)
+
+    def record_experience(self, group: Group) -> None:
+        """From now on keep what the robots of a group meet at each step; read it from `experience`.
+
+        Raises
+        ------
+        ValueError
+            If the group is not of this world.
+        """
+        self._engine.record_experience(group)
+
+    def experience(self, group: Group) -> Experience:
+        """Return what the robots of a group met since `record_experience`: a pair for each robot and step.
+
+        Raises
+        ------
+        ValueError
+            If it was not recorded, or the width of the situation has changed on the way.
+        """
+        self.look()
+        return joined(group, [log for log in self._engine.logs if log.group is group])

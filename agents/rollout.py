@@ -20,6 +20,7 @@ from teamsight.agents.layout import (
     RELATION,
     WORLD,
 )
+from teamsight.agents.noting import note_after, note_before
 from teamsight.kernel import Entry, array_at, call, kernel
 from teamsight.policies.compiled import DECISION
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
@@ -66,6 +67,7 @@ def _think(world: Any) -> int:
 
 @kernel
 def _move(world: Any) -> int:
+    note_before(world)
     groups = array_at(world.groups, world.group_count, GROUP)
     for g in range(world.group_count):
         if call(groups[g].advance, groups[g].move) != 0:
@@ -109,7 +111,8 @@ def _look(world: Any) -> int:
 def _record(world: Any) -> None:
     """Write what the step led to: edges, largest degree and how many are observed, for each relation."""
     relations = array_at(world.relations, world.relation_count, RELATION)
-    row = array_at(world.history + world.row * world.relation_count * HISTORY_COLUMNS * 8,
+    row = array_at(
+        world.history + world.row * world.relation_count * HISTORY_COLUMNS * 8,
         (world.relation_count, HISTORY_COLUMNS),
         np.int64,
     )
@@ -139,8 +142,7 @@ def _record(world: Any) -> None:
 def _leave_trail(world: Any) -> None:
     """Write the positions of all groups."""
     groups = array_at(world.groups, world.group_count, GROUP)
-    trail = array_at(world.trail + world.trail_row * world.bodies * 16, (world.bodies, 2), np.float64
-    )
+    trail = array_at(world.trail + world.trail_row * world.bodies * 16, (world.bodies, 2), np.float64)
     at = 0
     for g in range(world.group_count):
         position = array_at(groups[g].position, (groups[g].size, 2), np.float64)
@@ -157,6 +159,7 @@ def _finish(world: Any) -> int:
     status = _look(world)
     if status != DONE:
         return status
+    note_after(world)
     _record(world)
     world.tick += 1
     world.phase = 0

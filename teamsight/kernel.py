@@ -36,6 +36,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 # fastmath stays off: it would break the checks for NaN and the equality of the two roads to the last bit.
 _FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+_CACHE_LINE = 64
 
 
 def kernel(function: F) -> F:
@@ -51,6 +52,11 @@ def inlined(function: F) -> F:
 def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function that types a call and writes its machine code; kernels call it without the typing context."""
     return cast(Callable[..., Any], intrinsic(typing))
+
+
+def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
+    """As `_generated`, for calls whose constants are part of their types."""
+    return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
 
 
 @_generated
@@ -84,6 +90,46 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
         return result._getvalue()
 
     return array(address, shape, dtype), generate
+
+
+@_literal
+def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
+    """Return an array of `count` numbers on the stack, as they happen to be; it ends with the entry that runs.
+
+    `count` and `dtype` are constants. However often the line is met, a call has one such array: clear it before use.
+    """
+    if not isinstance(count, numba.types.IntegerLiteral):
+        return None
+    array = numba.types.Array(dtype.dtype, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        element = context.get_data_type(array.dtype)
+        length, itemsize = cgutils.intp_t(count.literal_value), cgutils.intp_t(context.get_abi_sizeof(element))
+        with builder.goto_entry_block():
+            room = builder.alloca(element, length)
+            room.align = _CACHE_LINE
+        result = make_array(array)(context, builder)
+        populate_array(result, data=room, shape=[length], strides=[itemsize], itemsize=itemsize, meminfo=None)
+        return result._getvalue()
+
+    return array(count, dtype), generate
+
+
+@_generated
+def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    """Return a word whose bits 0..63 say which of the float32 at ``first .. first + 63`` are less than the limit."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.FloatType(), 64)
+        one = builder.insert_element(ir.Constant(lanes, ir.Undefined), arguments[2], ir.Constant(ir.IntType(32), 0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), 64), [0] * 64)
+        limits = builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
+        data = make_array(signature.args[0])(context, builder, arguments[0]).data
+        place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
+        bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
+        return builder.bitcast(bits, ir.IntType(64))
+
+    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
 
 
 @_generated

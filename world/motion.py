@@ -15,11 +15,12 @@ from teamsight.world.bodies import Bodies
 
 NOT_A_NUMBER = 1
 
-_MOVE = np.dtype(
+MOVE = np.dtype(
     [(name, np.int64) for name in ("size", "position", "heading", "moved", "speed", "turn_cosine", "turn_sine")]
     + [(name, np.int64) for name in ("action_heading", "action_distance", "arena_size")]
     + [(name, np.float64) for name in ("period_x", "period_y")]
 )
+"""A group's bodies, the actions that they are to carry out, and the arena."""
 
 
 class Motion(NamedTuple):
@@ -50,7 +51,7 @@ def turn(
 
 
 def _advance(address: int) -> int:
-    move = array_at(address, 1, _MOVE)[0]
+    move = array_at(address, 1, MOVE)[0]
     size = move.size
     position = array_at(move.position, (size, 2), np.float64)
     heading = array_at(move.heading, (size, 2), np.float64)
@@ -119,7 +120,7 @@ def motion(
     action_distance : ndarray, shape (n,), float64
         How far each wants to go [length]; below 0 counts as 0, above the body's speed as its speed.
     """
-    record = np.zeros(1, _MOVE)
+    record = np.zeros(1, MOVE)
     arrays = (
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine,
         action_heading, action_distance, bodies.arena_size,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,14 +10,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Table = npt.NDArray[np.float32]
+from teamsight import checks
+from teamsight.policies.lazy_memory import nearest
+from teamsight.policies.lazy_memory.order import Table
+from teamsight.policies.lazy_memory.pairs import ACTION, table_of, two_dimensional
 
-ACTION = ("rotation", "distance")
+__all__ = ["ACTION", "LazyMemory", "Table"]
 
 
 @dataclass(frozen=True, eq=False)
 class LazyMemory:
     """Pairs of situation and action, what followed them, and the facts that rewards are made of.
+
+    Make one with `LazyMemory.of` or `LazyMemory.load`; this constructor trusts the order of the table.
 
     Parameters
     ----------
@@ -27,7 +33,7 @@ class LazyMemory:
     own, added : int
         How many components of a situation show targets, and how many the degree of awareness adds.
     facts : tuple of str
-        The names of the last rows.
+        The names of the last rows, in alphabetical order.
     settings : mapping
         What made the pairs, fit for JSON; "awareness" names the degree.
     """
@@ -38,13 +44,48 @@ class LazyMemory:
     facts: tuple[str, ...]
     settings: Mapping[str, Any] = field(default_factory=dict)
 
+    @classmethod
+    def of(
+        cls,
+        situation: npt.ArrayLike,
+        action: npt.ArrayLike,
+        next_situation: npt.ArrayLike,
+        facts: Mapping[str, npt.ArrayLike],
+        own: int = 16,
+        settings: Mapping[str, Any] | None = None,
+    ) -> LazyMemory:
+        """Return the memory of these pairs, in whichever order they are given.
+
+        Parameters
+        ----------
+        situation, next_situation : array_like, shape (pairs, inputs)
+            Before and after: readings over their range, 1 for nothing.
+        action : array_like, shape (pairs, 2)
+            Rotation [rad] in −π..π and distance [share of the robot's speed] in 0..1.
+        facts : mapping of str to array_like, shape (pairs,)
+            What rewards are made of, such as the number of targets gained.
+        own : int
+            How many components show targets; the rest is what the degree of awareness adds.
+        settings : mapping, optional
+            What made the pairs, fit for JSON.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If shapes do not fit, there is no pair, or a number is not finite or outside its limits.
+        """
+        table = table_of(situation, action, next_situation, facts)
+        inputs = (len(table) - len(ACTION) - len(facts)) // 2
+        own = checks.count("own", own, most=inputs)
+        return cls(table, own, inputs - own, tuple(sorted(facts)), _json(settings or {}))
+
     @property
     def inputs(self) -> int:
         """How many components a situation has."""
         return self.own + self.added
 
     def __len__(self) -> int:
-        return self.table.shape[1]
+        return int(self.table.shape[1])
 
     @property
     def situation(self) -> Table:
@@ -63,5 +104,64 @@ class LazyMemory:
         return self.table[first : first + self.inputs].T
 
     def fact(self, name: str) -> Table:
-        """Return a fact of every pair, shape (pairs,)."""
-        return self.table[2 * self.inputs + len(ACTION) + self.facts.index(name)]
+        """Return a fact of every pair, shape (pairs,).
+
+        Raises
+        ------
+        ValueError
+            If the memory has no such fact.
+        """
+        place = self.facts.index(checks.choice("fact", name, self.facts))
+        fact: Table = self.table[2 * self.inputs + len(ACTION) + place]
+        return fact
+
+    def nearest(
+        self, queries: npt.ArrayLike, k: int, inputs: int | None = None
+    ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
+        """Return the k pairs whose situations are most similar to each query, by eq. 1; the nearest first.
+
+        Parameters
+        ----------
+        queries : array_like, shape (q, inputs)
+            Situations.
+        k : int
+            How many pairs for each; at most as many as there are.
+        inputs : int, optional
+            Compare the first so many components only; by default all.
+
+        Returns
+        -------
+        index : ndarray, shape (q, k), int64
+            The pairs. Among equal distances those come first whose content is smaller.
+        distance : ndarray, shape (q, k), float32
+            How far their situations are: the sum of absolute differences, in the order of the components.
+
+        Notes
+        -----
+        *Source:* section 8.1, eq. 1.
+        """
+        p = self.inputs if inputs is None else checks.count("inputs", inputs, most=self.inputs)
+        count = checks.count("k", k)
+        if count > len(self):
+            raise ValueError(f"k={k}: the memory has {len(self)} pairs; ask for fewer, or explore for longer")
+        asked = two_dimensional("queries", queries)
+        if asked.shape[1] not in (p, self.inputs):
+            raise ValueError(f"queries: have {asked.shape[1]} components; {p} of the memory's are compared: give {p}")
+        asked = np.ascontiguousarray(asked[:, :p], np.float32)
+        if not np.isfinite(asked).all():
+            raise ValueError("queries: hold NaN or infinity; a situation's readings are finite")
+        return nearest.nearest(self.table, asked, count)
+
+
+def _json(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of what JSON can hold.
+
+    Raises
+    ------
+    ValueError
+        If it cannot.
+    """
+    try:
+        return dict(json.loads(json.dumps(dict(settings), allow_nan=False)))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"settings: cannot be kept as JSON ({error}); give numbers, texts and lists") from None

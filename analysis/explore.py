@@ -1,0 +1,201 @@
+"""Explore many worlds, in parts that are kept as they are made, and put one lazy memory together from them."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from teamsight import checks
+from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.exploration import meet, memory_of, settings_of
+from teamsight.analysis.crew import Crew
+from teamsight.analysis.store import prepare_folder
+from teamsight.analysis.study import model_seed
+from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.random_walk import RandomWalk
+
+#: How robots explore unless told otherwise: any direction, any distance within their reach (§8.2).
+EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
+
+# About a second's work: so much is lost when an exploration is interrupted.
+_PAIRS_A_PART = 300_000
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """An exploration of CMOMMT: which worlds, how many of them, for how long. By default the paper's: 600 pairs.
+
+    Parameters
+    ----------
+    robots, targets : int
+        How many of each there are in a world.
+    radius : float
+        Of the arena [sensing ranges].
+    steps : int
+        How long each world is explored.
+    runs : int
+        How many worlds.
+    awareness : Awareness or str
+        What the situations show of teammates.
+    policy : Policy or str
+        What the robots do meanwhile.
+    seed : int
+        Of the whole exploration; it gives each world its own.
+    world : mapping
+        Further keyword parameters of `CMOMMT`, such as speeds.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is no whole one, or too small. `CMOMMT` checks the rest.
+
+    Notes
+    -----
+    *Source:* §8.2: 5 robots × 120 steps among 10 targets, all acting at random. *Departs:* the paper does not tell the
+    arena; here its radius is 3.
+    """
+
+    robots: int = 5
+    targets: int = 10
+    radius: float = 3.0
+    steps: int = 120
+    runs: int = 1
+    awareness: Awareness | str = field(default_factory=RingAwareness)
+    policy: Any = EXPLORER
+    seed: int = 0
+    world: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "runs"):
+            checks.count(name, getattr(self, name))
+        checks.count("seed", self.seed, least=0)
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs it gives."""
+        return self.robots * self.steps * self.runs
+
+    def model(self, run: int) -> CMOMMT:
+        """Return one of its worlds, before its first step."""
+        return CMOMMT(
+            robots=self.robots, targets=self.targets, radius=self.radius, awareness=self.awareness,
+            policy=self.policy, rng=self.run_seed(run), **self.world,
+        )  # fmt: skip
+
+    def run_seed(self, run: int) -> int:
+        """Return the seed of one of its worlds; it depends on nothing but the stage."""
+        return model_seed(self.seed, run, self.robots, self.targets, self.radius)
+
+    def settings(self) -> dict[str, Any]:
+        """Return what its memory tells of where it came from."""
+        model = self.model(0)
+        told = settings_of(model, model.robots)
+        model.close()
+        return told | {"steps": self.steps, "runs": self.runs, "seed": self.seed}
+
+
+class Part(NamedTuple):
+    """Some of the worlds of an exploration, from `first` to before `last`, and where what they give is kept."""
+
+    exploration: Exploration
+    first: int
+    last: int
+    folder: Path | None
+
+    @property
+    def file(self) -> Path | None:
+        """The part's own file."""
+        return self.folder / f"{self.first}-{self.last}.safetensors" if self.folder else None
+
+    def settings(self) -> dict[str, Any]:
+        """Return what tells the part from all others."""
+        return self.exploration.settings() | {"first_run": self.first, "last_run": self.last}
+
+
+def explore(
+    exploration: Exploration | None = None,
+    *,
+    folder: Path | None = None,
+    crew: Crew | None = None,
+    progress: Callable[[float, float], None] = lambda done, total: None,
+) -> LazyMemory:
+    """Explore and return all pairs as one memory. It depends on the exploration alone, not on parts or workers.
+
+    Parameters
+    ----------
+    exploration : Exploration, optional
+        By default the paper's.
+    folder : Path, optional
+        Where to keep the parts that are done. What is found there of the same exploration is not made again.
+    crew : Crew, optional
+        Who explores; by default this process.
+    progress : callable
+        Called with the pairs made and the pairs in all.
+
+    Returns
+    -------
+    LazyMemory
+    """
+    plan = Exploration() if exploration is None else exploration
+    parts = _parts(plan, prepare_folder(folder) if folder else None)
+    done = 0
+    progress(done, plan.pairs)
+
+    def count(index: int) -> None:
+        nonlocal done
+        done += plan.pairs * (parts[index].last - parts[index].first) // plan.runs
+        progress(done, plan.pairs)
+
+    with contextlib.ExitStack() as stack:
+        found = (crew or stack.enter_context(Crew(1))).map(_explore_part, parts, count, lambda part: f"{part[:3]}")
+    memories = [_kept(part) or made for part, made in zip(parts, found, strict=True)]
+    return _joined([memory for memory in memories if memory is not None], plan.settings())
+
+
+def forget_parts(folder: Path) -> None:
+    """Delete the parts in a folder, and the folder."""
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _parts(plan: Exploration, folder: Path | None) -> list[Part]:
+    runs = max(_PAIRS_A_PART // max(plan.robots * plan.steps, 1), 1)
+    return [Part(plan, first, min(first + runs, plan.runs), folder) for first in range(0, plan.runs, runs)]
+
+
+def _explore_part(part: Part) -> LazyMemory | None:
+    """Explore the worlds of a part; what has a file is kept there instead of being returned."""
+    if _kept(part) is not None:
+        return None
+    plan = part.exploration
+    model = plan.model(part.first)
+    met = []
+    for run in range(part.first, part.last):
+        model.reset(plan.run_seed(run))
+        met.append(meet(model, model.robots, plan.steps))
+    memory = memory_of(met, model.robots, part.settings())
+    model.close()
+    if part.file is None:
+        return memory
+    memory.save(part.file)
+    return None
+
+
+def _kept(part: Part) -> LazyMemory | None:
+    """Return a part that was kept, if it is whole and of this exploration."""
+    if part.file is None or not part.file.exists():
+        return None
+    try:
+        memory = LazyMemory.load(part.file)
+    except ValueError:
+        return None
+    return memory if dict(memory.settings) == part.settings() else None
+
+
+def _joined(memories: list[LazyMemory], settings: Mapping[str, Any]) -> LazyMemory:
+    whole = memories[0] if len(memories) == 1 else memories[0].merge(*memories[1:])
+    return LazyMemory(whole.table, whole.own, whole.added, whole.facts, settings)

@@ -1,0 +1,97 @@
+"""From what an exploration recorded to a table: checked, one row a component, in canonical order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.policies.lazy_memory.order import Table, sort_pairs
+
+ACTION = ("rotation", "distance")
+
+# The float32 next to π lies above π.
+_LIMITS = {"rotation": (-float(np.float32(math.pi)), float(np.float32(math.pi))), "distance": (0.0, 1.0)}
+_AXES = ("pairs", "inputs")
+_UNITS = {"rotation": "in radians, −π..π", "distance": "as a share of the robot's speed, 0..1"}
+
+
+def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[str, Any]) -> Table:
+    """Return the table of these pairs; the arrays given are copied once.
+
+    Parameters
+    ----------
+    situation, next_situation : array_like, shape (pairs, inputs)
+        Before and after.
+    action : array_like, shape (pairs, 2)
+        Rotation [rad] and distance [share of the robot's speed].
+    facts : mapping of str to array_like, shape (pairs,)
+        What rewards are made of.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, there is no pair, or a number is not finite or outside its limits.
+    """
+    before = two_dimensional("situation", situation)
+    pairs, inputs = before.shape
+    if pairs == 0:
+        raise ValueError("situation: has 0 pairs; a memory needs at least 1: explore for at least one step")
+    if inputs == 0:
+        raise ValueError("situation: has 0 components; a memory needs at least 1: give the percept's `situation`")
+    did = two_dimensional("action", action, pairs, len(ACTION))
+    after = two_dimensional("next_situation", next_situation, pairs, inputs)
+    table = np.empty((2 * inputs + len(ACTION) + len(facts), pairs), np.float32)
+    rows = iter(table)
+    for name, array in (("situation", before), ("action", did), ("next_situation", after)):
+        for component in range(array.shape[1]):
+            _fill(next(rows), array[:, component], f"{name}[{{}}, {component}]")
+    for name in sorted(facts):
+        fact = np.asarray(facts[name])
+        if fact.shape != (pairs,):
+            raise ValueError(f"fact {name!r}: has the shape {fact.shape}; it must have one number a pair, ({pairs},)")
+        _fill(next(rows), fact, f"fact {name!r}[{{}}]")
+    for name, row in zip(ACTION, table[inputs:], strict=False):
+        _check_limits(name, row)
+    sort_pairs(table)
+    return table
+
+
+def two_dimensional(name: str, value: Any, pairs: int | None = None, columns: int | None = None) -> npt.NDArray[Any]:
+    """Return `value` as an array with these numbers of rows and columns, where they are known.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no such array.
+    """
+    array = np.asarray(value)
+    if not (np.issubdtype(array.dtype, np.number) or array.dtype == bool) or np.iscomplexobj(array):
+        raise TypeError(f"{name}: has the type {array.dtype}; it must be numbers")
+    wanted = (pairs, columns)
+    if array.ndim != 2 or any(known not in (None, n) for known, n in zip(wanted, array.shape, strict=True)):
+        shape = ", ".join(str(word if known is None else known) for word, known in zip(_AXES, wanted, strict=True))
+        raise ValueError(f"{name}: has the shape {array.shape}; it must be ({shape})")
+    return array
+
+
+def _fill(row: Table, values: npt.NDArray[Any], place: str) -> None:
+    with np.errstate(over="ignore"):
+        row[:] = values
+    wrong = ~np.isfinite(row)
+    if wrong.any():
+        first = int(np.argmax(wrong))
+        raise ValueError(
+            f"{place.format(first)} = {values[first]}: a memory holds finite float32 only; "
+            "leave such pairs out, or mend the exploration that recorded them"
+        )
+
+
+def _check_limits(name: str, row: Table) -> None:
+    low, high = _LIMITS[name]
+    wrong = (row < low) | (row > high)
+    if wrong.any():
+        raise ValueError(f"action: {name} = {row[np.argmax(wrong)]:g}; it must be {_UNITS[name]}")
