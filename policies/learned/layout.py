@@ -54,8 +54,32 @@ BLOCKS = {
 _HIDDEN_SPREAD = 0.7
 
 
+def spreads() -> npt.NDArray[np.float64]:
+    """Return how far evolution shall look in each constant, relative to the others."""
+    wide = np.ones(SIZE)
+    wide[TARGET_HIDDEN:TARGET_OUT] = wide[MATE_HIDDEN:MATE_OUT] = 2.0
+    return wide
+
+
+#: Parts of the rule that can be silenced, to see what they are worth.
+SILENCED = ("target network", "mate network", "both networks", "memory of ground and trail")
+
+
+def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.float64]:
+    """Return the rule without a part: its outputs are 0."""
+    changed = constants.copy()
+    if part in ("target network", "both networks"):
+        changed[TARGET_OUT:MATE_HIDDEN] = 0.0
+    if part in ("mate network", "both networks"):
+        changed[MATE_OUT:SIZE] = 0.0
+    if part == "memory of ground and trail":
+        # All drives but the one onward.
+        changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
+    return changed
+
+
 def beginning(seed: int) -> npt.NDArray[np.float64]:
-    """Return the rule that evolution begins with: about A-CMOMMT's forces, going straight on, networks that say nothing.
+    """Return the rule that evolution begins with: about A-CMOMMT's forces, straight search, and silent networks.
 
     Parameters
     ----------

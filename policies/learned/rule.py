@@ -40,8 +40,8 @@ _OLDEST = 30.0
 @inlined
 def _law(constants: Any, first: int, knots: int, distance: float) -> float:
     """Return a force that is linear between knots, one each fifth of the range, and constant beyond the last."""
-    place = min(max(5.0 * distance, 0.0), knots - 1.000001)
-    knot = int(place)
+    place = min(max(5.0 * distance, 0.0), knots - 1.0)
+    knot = min(int(place), knots - 2)
     share = place - knot
     return constants[first + knot] * (1.0 - share) + constants[first + knot + 1] * share
 
@@ -97,12 +97,13 @@ def _push(i: int, count: int, percept: Any, mind: Any) -> tuple[float, float]:
     mates = percept.mates
     real = mind.memory.real[i]
     features = real[FEATURES]
+    per_reach = 1.0 / percept.sensing_range[i]
     force_x = 0.0
     force_y = 0.0
     for k in range(mates.start[i], mates.start[i + 1]):
         distance = mates.distance[k] / percept.awareness_range[i]
         features[at.CONTEXT] = 2.0 * distance - 1.0
-        features[at.CONTEXT + 1] = few(load(k, percept, real, mind.memory.whole[i], count, 1.0 / percept.sensing_range[i]))
+        features[at.CONTEXT + 1] = few(load(k, percept, real, mind.memory.whole[i], count, per_reach))
         force = constants[at.MATE_OUT] + _law(constants, at.MATE_LAW, at.MATE_KNOTS, distance)
         for j in range(at.MATE_NEURONS):
             first = at.MATE_HIDDEN + j * (1 + at.MATE_INPUTS)
@@ -115,7 +116,7 @@ def _push(i: int, count: int, percept: Any, mind: Any) -> tuple[float, float]:
 
 @inlined
 def _drive(i: int, percept: Any, mind: Any) -> tuple[float, float]:
-    """Return the forces from memory: onward, off where it was, off whom it met, to the middle of the ground it knows."""
+    """Return the forces from memory: onward, off its trail, off whom it met, to the middle of the ground known."""
     constants = mind.parameters
     real = mind.memory.real[i]
     state = real[STATE]

@@ -12,7 +12,7 @@ from typing import Any
 
 from teamsight.kernel import inlined
 from teamsight.policies.learned.layout import CONTEXT, OWN_OFFSET, OWN_SLOPE
-from teamsight.policies.tracks import AGE, STEP_X, STEP_Y, X, Y
+from teamsight.policies.tracks import AGE, REPORTED, STEP_X, STEP_Y, X, Y
 
 TRACKS = 16
 STATE, FEATURES = TRACKS, TRACKS + 1
@@ -38,6 +38,12 @@ def few(count: float) -> float:
 
 
 @inlined
+def is_seen(whole: Any, slot: int) -> bool:
+    """Return whether a track is that of a target which the robot sees now itself."""
+    return (whole[slot, AGE] == 0) & (whole[slot, REPORTED] == 0)
+
+
+@inlined
 def feel_targets(i: int, count: int, percept: Any, memory: Any, constants: Any) -> tuple[int, float]:
     """Write what the robot feels of each track; return how many targets it sees, and how many of them are its own."""
     real = memory.real[i]
@@ -54,7 +60,7 @@ def feel_targets(i: int, count: int, percept: Any, memory: Any, constants: Any) 
         edge = lead * constants[OWN_SLOPE] + constants[OWN_OFFSET]
         own = 0.5 + 0.5 * edge / (1.0 + abs(edge))
         real[slot, OWN] = own
-        if memory.whole[i, slot, AGE] == 0:
+        if is_seen(memory.whole[i], slot):
             seen += 1
             mine += own
     for slot in range(count):
@@ -92,7 +98,7 @@ def load(mate: int, percept: Any, real: Any, whole: Any, count: int, per_reach: 
     for slot in range(count):
         way_x = (real[slot, X] - x) * per_reach
         way_y = (real[slot, Y] - y) * per_reach
-        found += (whole[slot, AGE] == 0) & (way_x * way_x + way_y * way_y < 1.0)
+        found += is_seen(whole, slot) & (way_x * way_x + way_y * way_y < 1.0)
     return float(found)
 
 
