@@ -22,8 +22,10 @@ from teamsight.policies.random_walk import RandomWalk
 #: How robots explore unless told otherwise: any direction, any distance within their reach (§8.2).
 EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
 
-# About a second's work: so much is lost when an exploration is interrupted.
+# About a second's work.
 _PAIRS_A_PART = 300_000
+# With fewer parts than these, to write and read them takes longer than to make them again.
+_PARTS_WORTH_KEEPING = 8
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,11 @@ class Exploration:
         """How many pairs it gives."""
         return self.robots * self.steps * self.runs
 
+    @property
+    def is_long(self) -> bool:
+        """Whether it is made in several parts, which are worth keeping when it is interrupted."""
+        return len(_parts(self, None)) >= _PARTS_WORTH_KEEPING
+
     def model(self, run: int) -> CMOMMT:
         """Return one of its worlds, before its first step."""
         return CMOMMT(
@@ -88,8 +95,11 @@ class Exploration:
         )  # fmt: skip
 
     def run_seed(self, run: int) -> int:
-        """Return the seed of one of its worlds; it depends on nothing but the stage."""
-        return model_seed(self.seed, run, self.robots, self.targets, self.radius)
+        """Return the seed of one of its worlds; it depends on nothing but the stage.
+
+        Replicates of studies count from 0 up, explorations from −1 down: no world is both explored and evaluated.
+        """
+        return model_seed(self.seed, -1 - run, self.robots, self.targets, self.radius)
 
     def settings(self) -> dict[str, Any]:
         """Return what its memory tells of where it came from."""
@@ -199,3 +209,24 @@ def _kept(part: Part) -> LazyMemory | None:
 def _joined(memories: list[LazyMemory], settings: Mapping[str, Any]) -> LazyMemory:
     whole = memories[0] if len(memories) == 1 else memories[0].merge(*memories[1:])
     return LazyMemory(whole.table, whole.own, whole.added, whole.facts, settings)
+
+
+def holds(memory: LazyMemory, plan: Exploration) -> bool:
+    """Say whether a memory holds the pairs of an exploration, alone or among others."""
+    told = plan.settings()
+    return any(one == told for one in memory.settings.get("merged", [dict(memory.settings)]))
+
+
+def contains(memory: LazyMemory, other: LazyMemory) -> bool:
+    """Say whether a memory holds the pairs of another, by what both tell of where they came from."""
+    told = memory.settings.get("merged", [dict(memory.settings)])
+    return all(one in told for one in other.settings.get("merged", [dict(other.settings)]))
+
+
+def unlike(memory: LazyMemory, plan: Exploration) -> str:
+    """Return in which settings the exploration of a memory differs from one, for an error."""
+    told, held = plan.settings(), memory.settings
+    if "merged" in held:
+        return f"{len(held['merged'])} explorations, not this one alone"
+    found = [f"{name}={held.get(name)} (here {value})" for name, value in told.items() if held.get(name) != value]
+    return f"{len(memory)} pairs of " + (", ".join(found) or "more settings")

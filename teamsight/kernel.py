@@ -133,6 +133,16 @@ def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
 
 
 @_generated
+def ones(typing_context: Any, word: Any) -> Any:
+    """Return how many bits of a word are set."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.ctpop(arguments[0])
+
+    return numba.types.int64(numba.types.uint64), generate
+
+
+@_generated
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return a word whose bits 0..7 say which of the places ``first .. first + 7`` are within the square distance."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teamsight.policies.lazy_memory.file import MemoryFileError
 from teamsight.policies.lazy_memory.memory import LazyMemory
 
-__all__ = ["LazyMemory"]
+__all__ = ["LazyMemory", "MemoryFileError"]

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.policies.lazy_memory import nearest
+from teamsight.policies.lazy_memory import batch, combine, file
 from teamsight.policies.lazy_memory.order import Table
 from teamsight.policies.lazy_memory.pairs import ACTION, table_of, two_dimensional
 
 __all__ = ["ACTION", "LazyMemory", "Table"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LazyMemory:
     """Pairs of situation and action, what followed them, and the facts that rewards are made of.
 
@@ -43,6 +46,18 @@ class LazyMemory:
     added: int
     facts: tuple[str, ...]
     settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        table = self.table
+        columns = 2 * self.inputs + len(ACTION) + len(self.facts)
+        if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
+            raise ValueError(
+                f"table: is {table.dtype} of shape {table.shape}; for {self.inputs} inputs and {len(self.facts)} facts "
+                f"it must be dense float32 of shape ({columns}, pairs); use LazyMemory.of"
+            )
+        frozen = table.view(np.ndarray)
+        frozen.flags.writeable = False
+        object.__setattr__(self, "table", frozen)
 
     @classmethod
     def of(
@@ -78,6 +93,71 @@ class LazyMemory:
         inputs = (len(table) - len(ACTION) - len(facts)) // 2
         own = checks.count("own", own, most=inputs)
         return cls(table, own, inputs - own, tuple(sorted(facts)), _json(settings or {}))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], *, verify: bool = True) -> LazyMemory:
+        """Return the memory that a file holds; its table is mapped, not read.
+
+        Parameters
+        ----------
+        path : path
+            A file that `save` wrote. It must not be written into while the memory is in use; `save` replaces it.
+        verify : bool
+            Compare the pairs with their checksum, which reads all of them once. The rest is always verified.
+
+        Raises
+        ------
+        MemoryFileError
+            If it is not there, cut off, altered, or of another schema.
+        """
+        table, sha256, about = file.read(path, verify=verify)
+        try:
+            memory = cls(table, about["own"], about["added"], tuple(about["facts"]), about["settings"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise file.MemoryFileError(f"{path}: does not say what it holds ({error!r}); write it with save") from None
+        memory.__dict__["sha256"] = sha256
+        return memory
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the memory to one file; whatever stood there stays until all is written.
+
+        Parameters
+        ----------
+        path : path
+            Where to. The file is in the open format safetensors: one tensor, `table`, and metadata in JSON.
+
+        Raises
+        ------
+        MemoryFileError
+            If the file cannot be written.
+        """
+        file.write(path, self.table, self.sha256, {**self._layout, "settings": self.settings})
+
+    @property
+    def _layout(self) -> dict[str, Any]:
+        return {"own": self.own, "added": self.added, "facts": self.facts}
+
+    @cached_property
+    def sha256(self) -> str:
+        """The checksum of the table."""
+        return file.checksum(self.table)
+
+    @cached_property
+    def digest(self) -> str:
+        """A name for what the memory holds, 32 hexadecimal digits; where it came from does not matter."""
+        return hashlib.sha256(f"{json.dumps(self._layout)} {self.sha256}".encode()).hexdigest()[:32]
+
+    def __repr__(self) -> str:
+        return f"LazyMemory({len(self)} pairs, {self.own} + {self.added} inputs, {self.digest[:8]})"
+
+    def __eq__(self, other: object) -> bool:
+        return self.digest == other.digest if isinstance(other, LazyMemory) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return LazyMemory, (self.table, self.own, self.added, self.facts, self.settings)
 
     @property
     def inputs(self) -> int:
@@ -115,6 +195,51 @@ class LazyMemory:
         fact: Table = self.table[2 * self.inputs + len(ACTION) + place]
         return fact
 
+    def append(
+        self,
+        situation: npt.ArrayLike,
+        action: npt.ArrayLike,
+        next_situation: npt.ArrayLike,
+        facts: Mapping[str, npt.ArrayLike],
+        settings: Mapping[str, Any] | None = None,
+    ) -> LazyMemory:
+        """Return a memory of these pairs too; see `LazyMemory.of`. By default the same settings made them.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If they cannot be a memory, or one of another kind.
+        """
+        made_by = self.settings if settings is None else settings
+        return self.merge(LazyMemory.of(situation, action, next_situation, facts, self.own, made_by))
+
+    def merge(self, *others: LazyMemory) -> LazyMemory:
+        """Return the memory of all pairs of these memories; what is in two of them is in it twice.
+
+        Raises
+        ------
+        ValueError
+            If they are of different degrees of awareness, or hold different facts.
+        """
+        return combine.merged(self, *others)
+
+    def sample(self, count: int, seed: int) -> LazyMemory:
+        """Return a memory of some of the pairs, drawn without putting back.
+
+        Parameters
+        ----------
+        count : int
+            How many. With one seed, fewer are a part of more.
+        seed : int
+            Together with the pairs it decides which; the order in which they were recorded does not.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer.
+        """
+        return combine.sampled(self, count, seed)
+
     def nearest(
         self, queries: npt.ArrayLike, k: int, inputs: int | None = None
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
@@ -150,7 +275,7 @@ class LazyMemory:
         asked = np.ascontiguousarray(asked[:, :p], np.float32)
         if not np.isfinite(asked).all():
             raise ValueError("queries: hold NaN or infinity; a situation's readings are finite")
-        return nearest.nearest(self.table, asked, count)
+        return batch.nearest(self.table, asked, count)
 
 
 def _json(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -44,13 +44,15 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
         raise ValueError("situation: has 0 components; a memory needs at least 1: give the percept's `situation`")
     did = two_dimensional("action", action, pairs, len(ACTION))
     after = two_dimensional("next_situation", next_situation, pairs, inputs)
+    if not all(isinstance(name, str) for name in facts):
+        raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a text")
     table = np.empty((2 * inputs + len(ACTION) + len(facts), pairs), np.float32)
     rows = iter(table)
     for name, array in (("situation", before), ("action", did), ("next_situation", after)):
         for component in range(array.shape[1]):
             _fill(next(rows), array[:, component], f"{name}[{{}}, {component}]")
     for name in sorted(facts):
-        fact = np.asarray(facts[name])
+        fact = _numbers(f"fact {name!r}", facts[name])
         if fact.shape != (pairs,):
             raise ValueError(f"fact {name!r}: has the shape {fact.shape}; it must have one number a pair, ({pairs},)")
         _fill(next(rows), fact, f"fact {name!r}[{{}}]")
@@ -68,13 +70,21 @@ def two_dimensional(name: str, value: Any, pairs: int | None = None, columns: in
     TypeError, ValueError
         If it is no such array.
     """
-    array = np.asarray(value)
-    if not (np.issubdtype(array.dtype, np.number) or array.dtype == bool) or np.iscomplexobj(array):
-        raise TypeError(f"{name}: has the type {array.dtype}; it must be numbers")
+    array = _numbers(name, value)
     wanted = (pairs, columns)
     if array.ndim != 2 or any(known not in (None, n) for known, n in zip(wanted, array.shape, strict=True)):
         shape = ", ".join(str(word if known is None else known) for word, known in zip(_AXES, wanted, strict=True))
         raise ValueError(f"{name}: has the shape {array.shape}; it must be ({shape})")
+    return array
+
+
+def _numbers(name: str, value: Any) -> npt.NDArray[Any]:
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: is no array ({error}); give rows of equal length") from None
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name}: has the type {array.dtype}; it must be numbers")
     return array
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from teamsight.agents.exploration import explore as explore_one
+from teamsight.analysis import explore as module
+from teamsight.analysis.crew import Crew
 from teamsight.analysis.explore import Exploration, explore
 from teamsight.policies.lazy_memory import LazyMemory
 
@@ -16,6 +19,11 @@ SMALL = Exploration(robots=3, targets=4, radius=2.0, steps=10, runs=7, seed=3)
 
 def bits(memory: LazyMemory) -> bytes:
     return memory.table.tobytes()
+
+
+@pytest.fixture
+def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_PAIRS_A_PART", 70)
 
 
 @pytest.mark.short
@@ -33,6 +41,46 @@ def test_the_papers_exploration_gives_exactly_600_pairs() -> None:
 def test_one_run_is_one_world() -> None:
     alone = replace(SMALL, runs=1)
     assert bits(explore(alone)) == bits(explore_one(alone.model(0), alone.steps))
+
+
+@pytest.mark.usefixtures("small_parts")
+def test_parts_and_workers_change_nothing(tmp_path: Path) -> None:
+    seen: list[tuple[float, float]] = []
+    memory = explore(SMALL, progress=lambda done, total: seen.append((done, total)))
+    assert len(memory) == SMALL.pairs == 210
+    assert seen == [(0, 210), (60, 210), (120, 210), (180, 210), (210, 210)]
+    with Crew(2) as crew:
+        # Workers import the module anew, and make larger parts of it; what they are sent are these parts.
+        assert bits(explore(SMALL, crew=crew)) == bits(memory)
+        assert bits(explore(SMALL, folder=tmp_path / "parts", crew=crew)) == bits(memory)
+    worlds = [explore_one(SMALL.model(run), SMALL.steps) for run in range(SMALL.runs)]
+    assert bits(worlds[0].merge(*worlds[1:])) == bits(memory)
+
+
+@pytest.mark.usefixtures("small_parts")
+def test_what_was_made_before_an_interruption_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    memory, folder = explore(SMALL), tmp_path / "parts"
+
+    def stop(done: float, total: float) -> None:
+        if done >= 120:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        explore(SMALL, folder=folder, progress=stop)
+    assert sorted(path.name for path in folder.iterdir()) == ["0-2.safetensors", "2-4.safetensors"]
+    made: list[int] = []
+    meet = module.meet
+    monkeypatch.setattr(module, "meet", lambda *given: (made.append(1), meet(*given))[1])
+    assert bits(explore(SMALL, folder=folder)) == bits(memory)
+    assert len(made) == 3
+    # A part that was altered, and parts of another exploration, are made again.
+    (folder / "0-2.safetensors").write_bytes(b"nonsense")
+    assert bits(explore(SMALL, folder=folder)) == bits(memory)
+    assert len(made) == 5
+    other = replace(SMALL, seed=4)
+    assert bits(explore(other, folder=folder)) == bits(explore(other)) != bits(memory)
+    assert module.forget_parts(folder) is None
+    assert not folder.exists()
 
 
 def test_the_treatment_does_not_change_the_stage() -> None:

@@ -10,8 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from teamsight.kernel import Entry, array_at
 from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_memory.nearest import BLOCK
+from teamsight.policies.lazy_memory.nearest import BLOCK, LANES, k_nearest
+
+ASK = np.dtype(
+    [(name, np.int64) for name in ("table", "columns", "pairs", "first", "inputs", "query", "k", "index", "distance")]
+)
 
 
 def memory_of(pairs: int, inputs: int, rng: np.random.Generator, steps: int | None = None) -> LazyMemory:
@@ -43,3 +48,60 @@ def test_as_the_slow_twin(seed: int, pairs: int, inputs: int, k: int, steps: int
         for i, query in enumerate(queries):
             expected = naive_lazy.nearest(memory.situation[:, :compared], query[:compared], k)
             assert list(zip(distance[i], index[i], strict=True)) == expected
+
+
+def _ask(address: int) -> int:
+    ask = array_at(address, 1, ASK)[0]
+    k_nearest(
+        array_at(ask.table, (ask.columns, ask.pairs), np.float32), ask.inputs, array_at(ask.query, ask.inputs, np.float32),
+        ask.k, array_at(ask.index, ask.k, np.int64), array_at(ask.distance, ask.k, np.float32), ask.first,
+    )  # fmt: skip
+    return 0
+
+
+ENTRY = Entry(_ask)
+
+
+def in_a_kernel(memory: LazyMemory, first: int, query: Any, k: int) -> tuple[Any, Any]:
+    index, distance = np.full(k, 77), np.full(k, 77, np.float32)
+    record, query = np.zeros(1, ASK), np.ascontiguousarray(query, np.float32)
+    arrays = {"table": memory.table, "query": query, "index": index, "distance": distance}
+    for name, array in arrays.items():
+        record[name] = array.ctypes.data
+    record["columns"], record["pairs"] = memory.table.shape
+    record["first"], record["inputs"], record["k"] = first, len(query), k
+    ENTRY(record.ctypes.data)
+    return index, distance
+
+
+@given(seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, BLOCK + 70), k=st.integers(1, LANES + 20))
+def test_in_kernels(seed: int, pairs: int, k: int) -> None:
+    rng = np.random.default_rng(seed)
+    memory = memory_of(pairs, 9, rng, 2)
+    query = memory_of(1, 9, rng, 2).situation[0]
+    for first, situations in ((0, memory.situation), (11, memory.next_situation)):
+        index, distance = in_a_kernel(memory, first, query, k)
+        expected = naive_lazy.nearest(situations, query, k)
+        assert list(zip(distance, index, strict=True))[: len(expected)] == expected
+        assert index[len(expected) :].tolist() == [-1] * (k - len(expected))
+        assert np.isinf(distance[len(expected) :]).all()
+
+
+def test_equal_distances_are_ordered_by_content() -> None:
+    situation = [[0.5, 1.0], [1.0, 0.5], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
+    memory = LazyMemory.of(situation, np.zeros((5, 2)), situation, {}, own=1)
+    index, distance = memory.nearest([[1.0, 1.0], [0.5, 0.5]], 5)
+    assert memory.situation[index[0]].tolist() == [[1.0, 1.0], [0.5, 1.0], [1.0, 0.5], [0.0, 1.0], [1.0, 0.0]]
+    assert distance.tolist() == [[0.0, 0.5, 0.5, 1.0, 1.0], [0.5, 0.5, 1.0, 1.0, 1.0]]
+    assert index[1].tolist() == [1, 3, 0, 2, 4]
+
+
+def test_sums_are_taken_in_float32_in_the_order_of_the_components() -> None:
+    rng = np.random.default_rng(11)
+    memory = memory_of(3 * BLOCK, 32, rng)
+    query = rng.random(32, np.float32)
+    _, distance = memory.nearest(query[None], len(memory))
+    total = np.zeros(len(memory), np.float32)
+    for component in range(32):
+        total += np.abs(memory.table[component] - query[component])
+    assert distance[0].tobytes() == np.sort(total).tobytes()

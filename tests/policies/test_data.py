@@ -1,0 +1,28 @@
+"""The data that ships with the package is what its command makes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from teamsight import policies
+from teamsight.analysis.explore import explore
+from teamsight.policies.lazy_memory import LazyMemory
+
+DATA = Path(policies.__file__).parent / "data"
+
+
+@pytest.mark.short
+def test_the_600_pairs_are_what_the_default_exploration_gives_bit_for_bit(tmp_path: Path) -> None:
+    again = tmp_path / "lazy-600.safetensors"
+    explore().save(again)
+    assert again.read_bytes() == (DATA / "lazy-600.safetensors").read_bytes()
+
+
+def test_the_600_pairs_are_the_papers() -> None:
+    memory = LazyMemory.load(DATA / "lazy-600.safetensors")
+    assert (len(memory), memory.own, memory.added) == (600, 16, 16)
+    told = memory.settings
+    assert (told["robots"], told["targets"], told["steps"], told["runs"], told["seed"]) == (5, 10, 120, 1, 0)
+    assert "random_distance=True" in told["policy"]
