@@ -132,9 +132,15 @@ def evolve(evolution: Evolution, generations: int, folder: Path, crew: Crew) -> 
             yield Generation(strategy.countiter, float(np.mean(worths)), np.array(strategy.mean, float))
 
 
-def _strategy(evolution: Evolution) -> Any:
-    import cma
+def _cma() -> Any:
+    try:
+        import cma
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError("evolution needs the package cma: pip install 'teamsight[evolve]'") from None
+    return cma
 
+
+def _strategy(evolution: Evolution) -> Any:
     rng = np.random.default_rng(evolution.seed)
     options = {
         "popsize": evolution.population,
@@ -145,14 +151,12 @@ def _strategy(evolution: Evolution) -> Any:
         # Noise would be taken for convergence.
         "tolfun": 0, "tolfunhist": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf, "tolx": 0,
     }  # fmt: skip
-    return cma.CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
+    return _cma().CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
 
 
 def _played(path: Path, evolution: Evolution) -> list[list[float]]:
     """Return the generations of a log, which is begun where there is none."""
-    import cma
-
-    head = json.dumps({"cma": cma.__version__, **asdict(evolution)})
+    head = json.dumps({"cma": _cma().__version__, **asdict(evolution)})
     if not path.exists():
         path.write_text(head + "\n", encoding="utf-8")
         return []

@@ -29,14 +29,14 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     parts = {str(name): rows for name, rows in table.groupby("part")}
     strongest = parts["screen"].iloc[0]
     gain, cells = _gain(parts["overall"].iloc[0]), parts["cell"]
-    worst = cells.loc[cells["mean"].idxmin()]
+    worst = cells.sort_values("mean").iloc[0]
     below = int((cells["high"] < comparison.WORST).sum())
     made = about["made"]
     found = [
         "# The learned rule",
         '`policy="learned"` observes targets by forces, as A-CMOMMT does, but evolution set their laws, and each '
-        "robot remembers targets that it lost, teammates that it met, its trail, and the ground it has seen. It perceives "
-        "teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not.",
+        "robot remembers targets that it lost, teammates that it met, its trail, and the ground it has seen. It "
+        "perceives teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not.",
         f"Made by `python -m teamsight.analysis.evolve test`; {about['runs']} runs of {evolution.STEPS} steps in "
         f"each cell, paired on common noise (root seed {evolution.TEST}, which neither shaped the rule nor chose its "
         "rival).",

@@ -43,12 +43,13 @@ def _law(constants: Any, first: int, knots: int, distance: float) -> float:
     place = min(max(5.0 * distance, 0.0), knots - 1.0)
     knot = min(int(place), knots - 2)
     share = place - knot
-    return constants[first + knot] * (1.0 - share) + constants[first + knot + 1] * share
+    force: float = constants[first + knot] * (1.0 - share) + constants[first + knot + 1] * share
+    return force
 
 
 @inlined
 def _sum(constants: Any, first: int, features: Any, count: int) -> float:
-    total = constants[first]
+    total: float = constants[first]
     for j in range(count):
         total += constants[first + 1 + j] * features[j]
     return total

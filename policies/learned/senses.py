@@ -40,7 +40,7 @@ def few(count: float) -> float:
 @inlined
 def is_seen(whole: Any, slot: int) -> bool:
     """Return whether a track is that of a target which the robot sees now itself."""
-    return (whole[slot, AGE] == 0) & (whole[slot, REPORTED] == 0)
+    return bool(whole[slot, AGE] == 0) & bool(whole[slot, REPORTED] == 0)
 
 
 @inlined
