@@ -13,6 +13,7 @@ from teamsight.policies.check import check_policy
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.evasive import Evasive
 from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
+from teamsight.policies.learned import Learned
 from teamsight.policies.random_walk import RandomWalk
 from teamsight.policies.stationary import Stationary
 
@@ -20,11 +21,12 @@ POLICIES = {
     "a-cmommt": ACmommt,
     "centroid": Centroid,
     "evasive": Evasive,
+    "learned": Learned,
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Memory", "Percept", "PerceptOfOne",
-    "Policy", "RandomWalk", "Sightings", "Stationary", "check_policy", "turned",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Learned", "Memory", "Percept",
+    "PerceptOfOne", "Policy", "RandomWalk", "Sightings", "Stationary", "check_policy", "turned",
 ]  # fmt: skip
