@@ -17,6 +17,7 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.evasive import Evasive
 from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
 from teamsight.policies.lazy_q import LazyQ, lazy_collective, lazy_cooperative
+from teamsight.policies.learned import Learned
 from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.random_walk import RandomWalk
 from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
@@ -28,12 +29,13 @@ POLICIES: dict[str, Callable[[], Any]] = {
     "evasive": Evasive,
     "lazy-collective": lazy_collective,
     "lazy-cooperative": lazy_cooperative,
+    "learned": Learned,
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Memory", "Percept",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Learned", "Memory", "Percept",
     "PerceptOfOne", "PessimisticLazyQ", "Policy", "RandomWalk", "SheppardLazyQ", "Sightings", "Stationary",
     "check_policy", "turned",
 ]  # fmt: skip
