@@ -12,6 +12,10 @@ from teamsight.policies.lazy_memory.nearest import BLOCK, LANES, keep_nearest, s
 _COMPARISONS = 1 << 31
 _LEAST_QUERIES = 64
 
+# In float32. The rows of a block are shifted by a line of the cache each, or all would want the same place in it.
+_LINE = 16
+_ROW = BLOCK + _LINE
+
 _SEARCH = np.dtype(
     [(name, np.int64) for name in ("table", "columns", "pairs", "block", "query", "queries", "inputs")]
     + [(name, np.int64) for name in ("k", "index", "distance")]
@@ -21,7 +25,7 @@ _SEARCH = np.dtype(
 def _search(address: int) -> int:
     ask = array_at(address, 1, _SEARCH)[0]
     table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
-    block = array_at(ask.block, (ask.inputs, BLOCK), np.float32)
+    block = array_at(ask.block, (ask.inputs, _ROW), np.float32)
     query = array_at(ask.query, (ask.queries, ask.inputs), np.float32)
     index = array_at(ask.index, (ask.queries, ask.k), np.int64)
     distance = array_at(ask.distance, (ask.queries, ask.k), np.float32)
@@ -63,7 +67,8 @@ def nearest(
         The distances.
     """
     index, distance = np.full((len(queries), k), -1), np.full((len(queries), k), np.inf, np.float32)
-    block = np.empty((queries.shape[1], BLOCK), np.float32)
+    room = np.empty(queries.shape[1] * _ROW + _LINE, np.float32)
+    block = room[-room.ctypes.data // room.itemsize % _LINE :]
     record = np.zeros(1, _SEARCH)
     ask = record[0]
     ask["columns"], ask["pairs"] = table.shape
