@@ -29,7 +29,7 @@ def learn() -> None:
 @text("--runs", default=1, metavar="INTEGER", help="Worlds; each gives robots × steps pairs.")
 @text("--awareness", default="ring", metavar="NAME", help="What situations show: none, ring, pairwise, shared.")
 @text("--delta", default=16, metavar="INTEGER", help="Sectors of the ring.")
-@text("--policy", default="random-walk", metavar="NAME", help="What the robots do: any policy that is not learned.")
+@text("--policy", default="random-walk", metavar="NAME", help="What the robots do meanwhile.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the exploration.")
 @text("--workers", default=1, metavar="INTEGER", help="Processes.")
 @click.option("--merge", multiple=True, metavar="FILE", help="Put the pairs of this memory in too; may be repeated.")

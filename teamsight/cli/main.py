@@ -58,7 +58,7 @@ commands.add_command(learn)
 def reproduce(**given: Any) -> None:
     """Draw the paper's figures and check its claims.
 
-    FIGURE is 2 to 10, 'delta' (observed targets against δ), or 'ledger' (the claims alone); without any, all are made.
+    FIGURE is 2 to 11, 'delta' (observed targets against δ), or 'ledger' (the claims alone); without any, all are made.
     Each figure becomes a PNG and a tidy Parquet table with every run's seed. The ledger tells which of the paper's
     claims hold, by which rule, for the preset and for the default setting.
 
@@ -66,6 +66,7 @@ def reproduce(**given: Any) -> None:
     Examples:
       teamsight reproduce                         everything, into results/
       teamsight reproduce 4 5 --out neighbours    the two figures on neighbours
+      teamsight reproduce 11                      lazy learning: what awareness adds
       teamsight reproduce --quick --workers 1     a first look
       teamsight reproduce ledger --seed 7         do the claims hold on other noise?
     """
@@ -111,7 +112,7 @@ def delta(**given: Any) -> None:
 @text("--robots", default=10, metavar="INTEGER", help="Robots of the team.")
 @text("--targets", default=15, metavar="INTEGER", help="Targets to observe.")
 @text("--radius", default=5.0, metavar="NUMBER", help="Radius of the arena, in sensing ranges.")
-@text("--policy", default="a-cmommt", metavar="NAME", help="stationary, random-walk, centroid or a-cmommt.")
+@text("--policy", default="a-cmommt", metavar="NAME", help="What the robots do, such as a-cmommt, centroid or learned.")
 @text(
     "--awareness", default="pairwise", metavar="NAME", help="What is known of teammates: none, ring, pairwise, shared."
 )
