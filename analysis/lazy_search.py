@@ -61,7 +61,7 @@ def assess(trial: Trial) -> dict[str, Any]:
         large arenas; how many of the claims hold, their mean distance from the paper in tolerances; and each claim.
     """
     memory = explore(trial.constants.exploration(trial.memory))
-    treatments = trial.constants.treatments(memory) | _BESIDE
+    treatments = {**trial.constants.treatments(memory), **_BESIDE}
     tables = {}
     for name, treatment in treatments.items():
         rows = Experiment(name, treatment, trial.grid.cells).rows({}, trial.root, 1, trial.steps)
@@ -87,6 +87,13 @@ class Size(NamedTuple):
     reported: int = 60
     varied: int = 8
     steps: int = 600
+
+
+def trials(size: Size) -> int:
+    """Return how many trials a search of this size makes, whatever it chooses."""
+    changed = sum(len(values) - 1 for values in VALUES.values())
+    again = size.finalists * len(AGAIN) + len(REPORT)
+    return size.drawn + size.memories + again + size.reported + (changed + 1) * size.varied
 
 
 def search(
@@ -178,14 +185,12 @@ def effects(drawn: pd.DataFrame, of: str = "distance_from_paper") -> pd.DataFram
     DataFrame
         Columns constant, value, mean, se, count.
     """
-    parts = [
-        drawn.groupby(name, sort=True)[of].agg(mean="mean", se="sem", count="count").reset_index(names="value")
+    rows = [
+        {"constant": name, "value": value, "mean": part.mean(), "se": part.sem(), "count": len(part)}
         for name in VALUES
+        for value, part in drawn.groupby(name, sort=True)[of]
     ]
-    return pd.concat(
-        [part.astype({"value": object}).assign(constant=name) for name, part in zip(VALUES, parts, strict=True)],
-        ignore_index=True,
-    )
+    return pd.DataFrame(rows)
 
 
 def chosen_constants(found: pd.DataFrame) -> Constants:

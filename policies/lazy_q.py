@@ -53,7 +53,7 @@ class LazyQ(LazyLearner):
 
     Notes
     -----
-    *Source:* §8.1 and §8.2. *Departs:* the paper leaves open k, γ, the sweeps, and whose reward it is; docs/learning.md
+    *Source:* §8.1 and §8.2. *Departs:* the paper leaves open k, γ, the sweeps, and whose reward it is; docs/lazy-search.md
     shows what each is worth.
     """
 
