@@ -49,7 +49,7 @@ def difference_figure(name: str, title: str, contrasts: tuple[Contrast, ...]) ->
             "in brackets: the 95 % confidence interval includes 0",
         )
         limit = 10.0 * np.ceil(cells["mean"].abs().max() * 10 + 1e-9)
-        look = Look("gain in observed targets  [percentage points]", _signed, -limit, limit, around_zero=True)
+        look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
         for row, contrast in enumerate(contrasts):
             of = cells[cells["variant"] == contrast.variant]
             unsure = grid_of(of.assign(open=(of["low"] <= 0) & (of["high"] >= 0)), "open")
@@ -66,7 +66,7 @@ def _caption(figure: Canvas, text: str, row: int, rows: int) -> None:
     figure.text(0.03, ((rows - row) * HEIGHT - 0.3) / total, text, size=11, color=FAINT)
 
 
-def _signed(value: float) -> str:
+def signed(value: float) -> str:
     """Write without decimals; a whisker around nothing is 0, without a sign."""
     rounded = round(value)
     return f"{rounded:+d}".replace("-", "−") if rounded else "0"

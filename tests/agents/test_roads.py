@@ -12,7 +12,7 @@ import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
-from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary, turned
+from teamsight.policies import ACmommt, Centroid, Evasive, Learned, RandomWalk, Stationary, turned
 from teamsight.policies.interface import Action
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -82,6 +82,7 @@ POLICIES = [
     ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", search="wander"), ACmommt(weights="none", search="stay"),
     ACmommt(search_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
+    Learned(),
 ]  # fmt: skip
 DEGREES = [NoAwareness(), RingAwareness(16), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness()]
 

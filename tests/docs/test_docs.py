@@ -76,6 +76,7 @@ def test_every_dependency_is_explained_with_its_range() -> None:
         *project["project"]["dependencies"],
         *project["project"]["optional-dependencies"]["test"],
         *project["project"]["optional-dependencies"]["benchmark"],
+        *project["project"]["optional-dependencies"]["evolve"],
         *project["build-system"]["requires"],
     ]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")

@@ -1,0 +1,136 @@
+"""``python -m teamsight.analysis.evolve``: shape the learned rule (``train``), or measure the one shipped (``test``).
+
+What ``train`` finds is copied by hand to ``policies/learned/constants.json``: which rule is shipped is a decision, not
+a by-product.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.progress import Progress, TaskID
+
+from teamsight import __version__
+from teamsight.analysis import comparison, store
+from teamsight.analysis.crew import Crew, cores
+from teamsight.analysis.evolution import TEST, VALIDATE, Evolution, Generation, evolve, steps_a_trial
+from teamsight.analysis.execute import IMPORTS
+from teamsight.analysis.learned_page import page, picture
+from teamsight.policies.learned import Learned
+from teamsight.policies.learned.layout import SILENCED, beginning, silenced
+from teamsight.policies.learned.policy import made, to_json
+
+_KEPT_EACH = 100
+_SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
+_ROAD = "road.json"
+
+
+def main() -> None:
+    """Read the command line and obey."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--workers", type=int, default=cores())
+    jobs = parser.add_subparsers(dest="job", required=True)
+    begin = jobs.add_parser("train", help="evolve the rule; run it again to go on where it was interrupted")
+    begin.add_argument("--out", required=True, help="folder of the log and of the rule found")
+    begin.add_argument("--generations", type=int, default=600)
+    begin.add_argument("--population", type=int, default=Evolution.population)
+    begin.add_argument("--seed", type=int, default=Evolution.seed)
+    measure = jobs.add_parser("test", help="measure the rule on other noise, and write page, table and picture")
+    measure.add_argument("--constants", help="a rule that train found; by default the one shipped")
+    measure.add_argument("--trained", help="folder of train: shows the road there too")
+    measure.add_argument("--out", default="docs", help="folder of the page")
+    measure.add_argument("--runs", type=int, default=30)
+    given = parser.parse_args()
+    folder = store.prepare_folder(given.out)
+    with Progress() as bar, Crew(given.workers, IMPORTS, bar.console.print) as crew:
+        if given.job == "train":
+            _train(Evolution(given.population, seed=given.seed), given.generations, folder, crew, bar)
+        else:
+            trained = Path(given.trained) if given.trained else None
+            _test(Path(given.constants) if given.constants else None, trained, folder, given.runs, crew, bar)
+
+
+def _train(evolution: Evolution, generations: int, folder: Path, crew: Crew, bar: Progress) -> None:
+    task = bar.add_task("evolving", total=generations)
+    kept = {0: beginning(evolution.seed)}
+    for generation in evolve(evolution, generations, folder, crew):
+        bar.update(task, completed=generation.number)
+        if generation.number % _KEPT_EACH == 0 or generation.number == generations:
+            kept[generation.number] = generation.mean
+            _save(folder, evolution, generation)
+            if not bar.console.is_terminal:
+                bar.console.print(f"{generation.number} of {generations} generations, worth {generation.worth:.4f}")
+    task = bar.add_task("validating")
+    rules = {str(number): Learned(tuple(mean)) for number, mean in kept.items()}
+    strongest = _strongest(comparison.screen(crew, _SCREEN_RUNS))
+    runs = comparison.compare(crew, rules, strongest, root=VALIDATE, runs=_VALIDATE_RUNS, watch=_watch(bar, task))
+    road = [
+        {"generation": int(name), "robot_steps": int(name) * evolution.population * steps_a_trial()}
+        | comparison.overall(found)._asdict()
+        for name, found in runs.items()
+    ]
+    store.write_json(folder / _ROAD, road)
+
+
+def _save(folder: Path, evolution: Evolution, generation: Generation) -> None:
+    trials = evolution.population * generation.number
+    about = {
+        "command": f"python -m teamsight.analysis.evolve train --generations {generation.number} "
+        f"--population {evolution.population} --seed {evolution.seed}",
+        "trials": trials,
+        "robot_steps": trials * steps_a_trial(),
+        "version": __version__,
+    }
+    store.write_json(folder / "constants.json", to_json(generation.mean, about))
+
+
+def _test(constants: Path | None, trained: Path | None, folder: Path, runs: int, crew: Crew, bar: Progress) -> None:
+    learned = Learned.load(constants) if constants else Learned()
+    task = bar.add_task("screening A-CMOMMT")
+    screened = comparison.screen(crew, _SCREEN_RUNS, _watch(bar, task))
+    strongest = _strongest(screened)
+    task = bar.add_task("comparing")
+    (found,) = comparison.compare(
+        crew, {"learned": learned}, strongest, root=TEST, runs=runs, watch=_watch(bar, task)
+    ).values()
+    task = bar.add_task("silencing")
+    parts = {name: Learned(tuple(silenced(np.array(learned.constants), name))) for name in SILENCED}
+    silent = comparison.compare(
+        crew, {"all": learned, **parts}, strongest, root=VALIDATE, runs=_VALIDATE_RUNS, watch=_watch(bar, task)
+    )
+    road = json.loads((trained / _ROAD).read_text(encoding="utf-8")) if trained else []
+    table = pd.concat(
+        [
+            screened.assign(part="screen"),
+            comparison.by_cell(found).assign(part="cell"),
+            pd.DataFrame([comparison.overall(found)._asdict()]).assign(part="overall"),
+            _gains(silent).assign(part="silenced"),
+            pd.DataFrame(road).assign(part="road"),
+        ],
+        ignore_index=True,
+    )
+    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
+    store.write_table(folder / "learned.parquet", table, about)
+    store.write_text(folder / "learned.md", page(table, about))
+    store.write_bytes(store.prepare_folder(folder / "images") / "learned.png", picture(table, about))
+
+
+def _gains(found: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    return pd.DataFrame([{"name": name, **comparison.overall(rows)._asdict()} for name, rows in found.items()])
+
+
+def _strongest(screened: pd.DataFrame) -> dict[str, Any]:
+    return {str(name): screened[name].iloc[0] for name in comparison.RULES_OF_A_CMOMMT}
+
+
+def _watch(bar: Progress, task: TaskID) -> comparison.Watch:
+    return lambda done, total: bar.update(task, completed=done, total=total)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,125 @@
+"""The page on the learned rule: what it gains, where, how it came about, and what its parts are worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis import comparison, evolution
+from teamsight.analysis.comparison import Gain
+from teamsight.analysis.figures.differences import signed
+from teamsight.analysis.figures.style import canvas, head, to_png
+from teamsight.analysis.figures.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
+from teamsight.analysis.observation import grid_of
+
+
+def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
+    """Return the page in Markdown.
+
+    Parameters
+    ----------
+    table : DataFrame
+        As ``learned.parquet`` holds it: the column `part` tells what a row is about.
+    about : mapping
+        Number of runs, and what made the constants.
+    """
+    parts = {str(name): rows for name, rows in table.groupby("part")}
+    strongest = parts["screen"].iloc[0]
+    gain, cells = _gain(parts["overall"].iloc[0]), parts["cell"]
+    worst = cells.sort_values("mean").iloc[0]
+    below = int((cells["high"] < comparison.WORST).sum())
+    made = about["made"]
+    found = [
+        "# The learned rule",
+        '`policy="learned"` observes targets by forces, as A-CMOMMT does, but evolution set their laws, and each '
+        "robot remembers targets that it lost, teammates that it met, its trail, and the ground it has seen. It "
+        "perceives teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not.",
+        f"Made by `python -m teamsight.analysis.evolve test`; {about['runs']} runs of {evolution.STEPS} steps in "
+        f"each cell, paired on common noise (root seed {evolution.TEST}, which neither shaped the rule nor chose its "
+        "rival).",
+        "## What it gains",
+        f"Over R = 2..9 and N = 5..30 it observes **{gain} percentage points** more of the targets than A-CMOMMT under "
+        "pairwise awareness in its strongest setting ("
+        + ", ".join(f"`{name}={strongest[name]!r}`" for name in comparison.RULES_OF_A_CMOMMT)
+        + f"; the best of {len(parts['screen'])}, screened with root seed {evolution.SCREEN}). "
+        f"The smallest gain is {worst['mean']:+.1f} ({worst['low']:+.1f} to {worst['high']:+.1f}) at N = "
+        f"{int(worst['robots'])}, R = {worst['radius']:g}; cells whose interval lies wholly below "
+        f"{comparison.WORST:g}: {below or 'none'}.",
+        _cells(cells),
+        "![The gain of the learned rule over the strongest A-CMOMMT](images/learned.png)",
+        "## The road there",
+        f"`{made['command']}`: {made['trials']:,} trials of {len(evolution.cells())} worlds each, "
+        f"{made['robot_steps'] / 1e9:.1f} thousand million robot-steps in all. Every generation meets new worlds "
+        f"(root seed {evolution.TRAIN}). Cells with more than 2 R² robots are left out: there nearly everything is "
+        f"observed whatever the robots do. Measured on other noise (root seed {evolution.VALIDATE}), over the whole "
+        "grid:",
+        _road(parts["road"]),
+        "Generation 0 is a rule written down by hand: A-CMOMMT's forces with soft ownership, a remembered ground, and "
+        "straight search instead of wandering.",
+        "## What its parts are worth",
+        "The gain when a part of the rule is silenced, without any further evolution (root seed "
+        f"{evolution.VALIDATE}):",
+        _silenced(parts["silenced"]),
+        "## The settings of A-CMOMMT",
+        _screen(parts["screen"]),
+    ]
+    return "\n\n".join(found) + "\n"
+
+
+def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
+    """Return the gain over team size and radius as PNG."""
+    cells = table[table["part"] == "cell"]
+    figure = canvas(WIDTH, HEIGHT + HEAD)
+    title = "Gain by learning: the learned rule (Θ(1), ring of 16) less the strongest A-CMOMMT (Θ(N))"
+    head(
+        figure,
+        title,
+        f"paired on common noise, mean over {about['runs']} runs of {evolution.STEPS} steps, seed {evolution.TEST}; "
+        "in brackets: the 95 % confidence interval includes 0",
+    )
+    limit = 10.0 * np.ceil(cells["mean"].abs().max() / 10.0)
+    look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
+    unsure = grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
+    draw_row(figure, grid_of(cells), look, open_cells=unsure)
+    return to_png(figure, title)
+
+
+def _gain(row: Any) -> Gain:
+    return Gain(row["mean"], row["low"], row["high"])
+
+
+def _cells(cells: pd.DataFrame) -> str:
+    grid = grid_of(cells)
+    lines = [["N", *(f"R = {radius:g}" for radius in grid.columns)], ["---"] * (1 + len(grid.columns))]
+    for robots, row in grid.iterrows():
+        lines.append([str(robots), *(f"{value:+.1f}" for value in row)])
+    return _table(lines)
+
+
+def _road(road: pd.DataFrame) -> str:
+    lines = [["generation", "robot-steps", "gain, 95 % interval [pp]"], ["---"] * 3]
+    for _, row in road.sort_values("generation").iterrows():
+        lines.append([f"{int(row['generation'])}", f"{row['robot_steps'] / 1e6:,.0f} million", str(_gain(row))])
+    return _table(lines)
+
+
+def _silenced(silent: pd.DataFrame) -> str:
+    lines = [["silenced", "gain, 95 % interval [pp]"], ["---"] * 2]
+    for _, row in silent.iterrows():
+        lines.append(["nothing" if row["name"] == "all" else str(row["name"]), str(_gain(row))])
+    return _table(lines)
+
+
+def _screen(screened: pd.DataFrame) -> str:
+    names = list(comparison.RULES_OF_A_CMOMMT)
+    lines = [[*names, "observed [%]"], ["---"] * (len(names) + 1)]
+    for _, row in screened.iterrows():
+        lines.append([*(str(row[name]) for name in names), f"{row['observed']:.2f}"])
+    return _table(lines)
+
+
+def _table(lines: list[list[str]]) -> str:
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -1,0 +1,7 @@
+"""The learned rule: observe targets by forces whose laws evolution found, under any degree of awareness."""
+
+from __future__ import annotations
+
+from teamsight.policies.learned.policy import Learned
+
+__all__ = ["Learned"]
