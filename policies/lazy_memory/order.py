@@ -42,7 +42,7 @@ def sort_pairs(table: Table) -> None:
 
 def canonical_order(table: Table) -> npt.NDArray[np.int64] | None:
     """Return the places of the pairs in lexicographic order, or None if that is how they stand."""
-    order, key = np.arange(table.shape[1]), np.empty(table.shape[1], np.float32)
+    order, key = np.arange(table.shape[1], dtype=np.int64), np.empty(table.shape[1], np.float32)
     record = np.zeros(1, _ORDER)
     record["columns"], record["pairs"] = table.shape
     for name, array in (("table", table), ("order", order), ("key", key)):
