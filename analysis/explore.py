@@ -13,6 +13,8 @@ from teamsight import checks
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.exploration import meet, memory_of, settings_of
+from teamsight.agents.fit import awareness_of
+from teamsight.agents.noting import FACTS
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.store import prepare_folder
 from teamsight.analysis.study import model_seed
@@ -22,8 +24,8 @@ from teamsight.policies.random_walk import RandomWalk
 #: How robots explore unless told otherwise: any direction, any distance within their reach (§8.2).
 EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
 
-# About a second's work.
-_PAIRS_A_PART = 300_000
+# Numbers of all pairs of a part together: about a second's work, and 90 MB.
+_NUMBERS_A_PART = 22_500_000
 # With fewer parts than these, to write and read them takes longer than to make them again.
 _PARTS_WORTH_KEEPING = 8
 
@@ -73,7 +75,7 @@ class Exploration:
     world: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("steps", "runs"):
+        for name in ("robots", "targets", "steps", "runs"):
             checks.count(name, getattr(self, name))
         checks.count("seed", self.seed, least=0)
 
@@ -173,7 +175,8 @@ def forget_parts(folder: Path) -> None:
 
 
 def _parts(plan: Exploration, folder: Path | None) -> list[Part]:
-    runs = max(_PAIRS_A_PART // max(plan.robots * plan.steps, 1), 1)
+    numbers = 2 * (sum(awareness_of(plan.awareness).width(plan.robots)) + 1) + len(FACTS)
+    runs = max(_NUMBERS_A_PART // (numbers * plan.robots * plan.steps), 1)
     return [Part(plan, first, min(first + runs, plan.runs), folder) for first in range(0, plan.runs, runs)]
 
 

@@ -55,7 +55,7 @@ def explore(**given: Any) -> None:
 
 def _exploration(settings: ExploreSettings) -> Exploration:
     from teamsight.agents.awareness import AWARENESS, RingAwareness
-    from teamsight.analysis.explore import EXPLORER, Exploration
+    from teamsight.analysis.explore import Exploration
 
     degree = AWARENESS[settings.awareness]
     return Exploration(
@@ -65,9 +65,23 @@ def _exploration(settings: ExploreSettings) -> Exploration:
         steps=settings.steps,
         runs=settings.runs,
         awareness=RingAwareness(settings.delta) if degree is RingAwareness else degree(),
-        policy=EXPLORER if settings.policy == "random-walk" else settings.policy,
+        policy=_explorer(settings),
         seed=settings.seed,
+        world={"robot_speed": settings.robot_speed},
     )
+
+
+def _explorer(settings: ExploreSettings) -> Any:
+    from teamsight.policies.random_walk import RandomWalk
+
+    if settings.policy == "random-walk":
+        return RandomWalk(random_distance=settings.distance == "random")
+    if settings.distance != "random":
+        raise ValueError(
+            f"distance={settings.distance}: is for random walkers, and {settings.policy} goes as far as it decides; "
+            "leave it out"
+        )
+    return settings.policy
 
 
 def _tell(path: Path, memory: LazyMemory, before: str = "") -> None:

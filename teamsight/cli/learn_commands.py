@@ -30,6 +30,8 @@ def learn() -> None:
 @text("--awareness", default="ring", metavar="NAME", help="What situations show: none, ring, pairwise, shared.")
 @text("--delta", default=16, metavar="INTEGER", help="Sectors of the ring.")
 @text("--policy", default="random-walk", metavar="NAME", help="What the robots do meanwhile.")
+@text("--distance", default="random", metavar="NAME", help="How far random walkers go: a random share, or full.")
+@text("--robot-speed", default=0.1, metavar="NUMBER", help="The farthest that exploring robots go a step.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the exploration.")
 @text("--workers", default=1, metavar="INTEGER", help="Processes.")
 @click.option("--merge", multiple=True, metavar="FILE", help="Put the pairs of this memory in too; may be repeated.")
@@ -38,7 +40,7 @@ def learn() -> None:
 def explore(**given: Any) -> None:
     """Let robots explore, and keep situation, action and what followed as a lazy memory.
 
-    The random walk turns any way and goes any distance, as in the paper. Ctrl-C keeps the parts that are done beside
+    The random walk turns any way and goes any distance within its speed, as in the paper. Ctrl-C keeps the parts that are done beside
     FILE; the same command goes on from there. A file of other settings is never replaced without --force.
 
     \b

@@ -46,6 +46,11 @@ def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[
     status, out, err = call(capsys, "explore", "--out", str(small), *SMALL)
     assert (status, err) == (0, "")
     assert "holds these pairs already: 60 pairs" in out
+    options = ["--distance", "full", "--robot-speed", "0.3", "--awareness", "ring", "--delta", "8"]
+    assert call(capsys, "explore", "--out", str(small), *SMALL, *options, "--force")[0] == 0
+    memory = LazyMemory.load(small)
+    assert (memory.action[:, 1] == 1).all()
+    assert (memory.settings["robot_speed"], memory.added) == (0.3, 8)
 
 
 def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_told(
@@ -92,7 +97,7 @@ def test_an_altered_file_is_neither_used_nor_replaced(capsys: pytest.CaptureFixt
 def test_ctrl_c_keeps_the_parts_that_are_done(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exploring, "_PAIRS_A_PART", 60)
+    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
     file, parts = tmp_path / "many.safetensors", tmp_path / "many.safetensors.parts"
     arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9"]
     explore_part, made = exploring._explore_part, []
@@ -159,6 +164,8 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate"], ["Missing argument 'MEMORY'"]),
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
+        (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: is for random walkers, and centroid goes"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--gamma", "2"], ["learner='deep': unknown", "gamma=2.0: must be a finite number"]),
         (["evaluate", "x", "--gamma", "much", "--k", "0.5"], ["gamma='much': must be a number", "k=0.5: must be a whole"]),
