@@ -40,8 +40,9 @@ def learn() -> None:
 def explore(**given: Any) -> None:
     """Let robots explore, and keep situation, action and what followed as a lazy memory.
 
-    The random walk turns any way and goes any distance within its speed, as in the paper. Ctrl-C keeps the parts that are done beside
-    FILE; the same command goes on from there. A file of other settings is never replaced without --force.
+    The random walk turns any way and goes any distance within its speed, as in the paper. When a long exploration is
+    interrupted, what is done stays beside FILE, and the same command goes on from there. A file of other settings is
+    never replaced without --force.
 
     \b
     Examples:
