@@ -6,11 +6,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from teamsight.policies.lazy_q import LazyQ
-from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
-from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_reward
-from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
-
 import numpy as np
 
 from teamsight import checks
@@ -18,13 +13,16 @@ from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, RingAw
 from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_q import LazyQ
+from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
+from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_reward
+from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
 
 
 def keep_reward(memory: LazyMemory) -> Floats:
     """Return −1 for each target that the robot sensed and no teammate did, and that it senses so no longer.
 
-    It is no reward of the paper. Among those tried, it teaches most from few pairs: what is lost by a step is decided by
-    that step, while what is gained comes by chance to robots that see nothing.
+    It is no reward of the paper; docs/learning.md shows what it teaches.
     """
     return -np.asarray(memory.fact("alone_lost"), float)
 
