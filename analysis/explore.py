@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -214,16 +214,34 @@ def _joined(memories: list[LazyMemory], settings: Mapping[str, Any]) -> LazyMemo
     return LazyMemory(whole.table, whole.own, whole.added, whole.facts, settings)
 
 
-def holds(memory: LazyMemory, plan: Exploration) -> bool:
-    """Say whether a memory holds the pairs of an exploration, alone or among others."""
-    told = plan.settings()
-    return any(one == told for one in memory.settings.get("merged", [dict(memory.settings)]))
+def explorations_of(memory: LazyMemory) -> list[dict[str, Any]]:
+    """Return the settings of each exploration whose pairs a memory holds."""
+    found: list[dict[str, Any]] = memory.settings.get("merged", [dict(memory.settings)])
+    return found
 
 
-def contains(memory: LazyMemory, other: LazyMemory) -> bool:
-    """Say whether a memory holds the pairs of another, by what both tell of where they came from."""
-    told = memory.settings.get("merged", [dict(memory.settings)])
-    return all(one in told for one in other.settings.get("merged", [dict(other.settings)]))
+def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:
+    """Return the memories without those whose explorations are all in memories before them.
+
+    Raises
+    ------
+    ValueError
+        If some are and others are not: their pairs cannot be told apart any more.
+    """
+    kept: list[LazyMemory] = []
+    have: list[dict[str, Any]] = []
+    for memory in memories:
+        told = explorations_of(memory)
+        new = [one for one in told if one not in have]
+        if new and len(new) < len(told):
+            raise ValueError(
+                f"{memory!r}: holds {len(told)} explorations, of which {len(told) - len(new)} are in another memory "
+                "too; merge the files that it was made of"
+            )
+        if new:
+            kept.append(memory)
+            have += new
+    return kept
 
 
 def unlike(memory: LazyMemory, plan: Exploration) -> str:

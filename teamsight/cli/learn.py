@@ -26,10 +26,11 @@ def explore(**given: Any) -> None:
 
     plan = _exploration(settings)
     prepare_folder(settings.out.parent)
-    others = [LazyMemory.load(path) for path in settings.merge]
-    if settings.out.exists() and not settings.force:
-        held = LazyMemory.load(settings.out)
-        if exploring.holds(held, plan) and all(exploring.contains(held, other) for other in others):
+    sources = [LazyMemory.load(path) for path in settings.merge]
+    held = LazyMemory.load(settings.out) if settings.out.exists() and not settings.force else None
+    if held is not None:
+        wanted = [plan.settings(), *(one for source in sources for one in exploring.explorations_of(source))]
+        if all(one in exploring.explorations_of(held) for one in wanted):
             _tell(settings.out, held, "holds these pairs already: ")
             return
         if not settings.append:
@@ -37,17 +38,19 @@ def explore(**given: Any) -> None:
                 f"out={settings.out}: holds {exploring.unlike(held, plan)}; give --append to add to it, --force to "
                 "replace it, or another file"
             )
-        others.append(held)
+        sources.insert(0, held)
+    sources = exploring.distinct(sources)
     parts = settings.out.with_name(settings.out.name + ".parts")
-    with watching() as watch, Crew(settings.workers, ("teamsight.analysis.explore",), watch.tell) as crew:
-        memory = exploring.explore(
-            plan,
-            folder=parts if plan.is_long else None,
-            crew=crew,
-            progress=lambda done, total: watch("exploring", done, total),
-        )
-    if others:
-        memory = memory.merge(*others)
+    if not any(plan.settings() in exploring.explorations_of(source) for source in sources):
+        with watching() as watch, Crew(settings.workers, ("teamsight.analysis.explore",), watch.tell) as crew:
+            made = exploring.explore(
+                plan,
+                folder=parts if plan.is_long else None,
+                crew=crew,
+                progress=lambda done, total: watch("exploring", done, total),
+            )
+        sources.append(made)
+    memory = sources[0].merge(*sources[1:])
     memory.save(settings.out)
     exploring.forget_parts(parts)
     _tell(settings.out, memory)

@@ -76,6 +76,17 @@ def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[st
     status, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(small))
     assert status == 0
     assert "120 pairs" in out
+    # What is in two files, or would be explored again, is in the memory once.
+    again = small.with_name("again.safetensors")
+    options = ["--merge", str(both), "--merge", str(small)]
+    assert call(capsys, "explore", "--out", str(again), *SMALL, *options)[0] == 0
+    assert again.read_bytes() == both.read_bytes()
+    third = small.with_name("third.safetensors")
+    call(capsys, "explore", "--out", str(third), *SMALL, "--seed", "2", "--merge", str(small))
+    status, _, err = call(capsys, "explore", "--out", str(again), *SMALL, "--append", "--merge", str(third))
+    assert (status, err.count("\n")) == (2, 1)
+    assert "holds 2 explorations, of which 1 are in another memory too; merge the files" in err
+    assert again.read_bytes() == both.read_bytes()
     other = small.with_name("none.safetensors")
     status, _, err = call(capsys, "explore", "--out", str(other), *SMALL, "--awareness", "none", "--merge", str(small))
     assert (status, err.count("\n")) == (2, 1)
