@@ -6,15 +6,14 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from hashlib import blake2b
 
-from teamsight.policies.lazy_learner import check_situation
-from teamsight.policies.lazy_utility import components
-from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
-
 from teamsight import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.eager.action_grid import ActionGrid
 from teamsight.policies.interface import Floats, Percept
+from teamsight.policies.lazy_learner import check_situation
 from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_utility import components
+from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
