@@ -170,7 +170,7 @@ def figure(**given: Any) -> None:
     from teamsight.analysis.crew import Crew, cores
     from teamsight.analysis.execute import IMPORTS
     from teamsight.analysis.explore import forget_parts
-    from teamsight.analysis.learning_curves import SAMPLES, Curves, curve_points, make_curves
+    from teamsight.analysis.learning_curves import SAMPLES, Curves, awareness_gains, curve_points, make_curves
     from teamsight.analysis.learning_figure import draw
 
     folder = store.prepare_folder(settings.out)
@@ -184,8 +184,23 @@ def figure(**given: Any) -> None:
     about = {"curves": curves.conditions(), "version": __version__}
     store.write_table(folder / "learning-curves.parquet", table, about)
     store.write_table(folder / "learning-curves-points.parquet", points, about)
+    gains = awareness_gains(table)
+    store.write_table(folder / "learning-curves-gains.parquet", gains, about)
     store.write_bytes(folder / "learning-curves.png", draw(points, table, curves))
     forget_parts(parts)
+    _show_gains(gains[gains["pairs"] == max(curves.samples)])
     wide_console().print(
         f"learning curves in {folder} after {time.perf_counter() - began:.0f} s", highlight=False, soft_wrap=True
     )
+
+
+def _show_gains(gains: pd.DataFrame) -> None:
+    from teamsight.analysis.search_space import GROWTH
+
+    console = wide_console()
+    for row in gains.to_dict("records"):
+        console.print(
+            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), from {row['pairs']} pairs: "
+            f"{_interval(row['mean'], row['low'], row['high'], '+.1f')} points",
+            highlight=False, soft_wrap=True,
+        )  # fmt: skip

@@ -160,8 +160,9 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    names = {"learning-curves.png", "learning-curves.parquet", "learning-curves-points.parquet"}
-    assert {path.name for path in tmp_path.iterdir()} == names
+    assert out.count("less Θ(0), from 60 pairs: ") == 6
+    tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
+    assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
     assert points.attrs["curves"]["samples"] == [30, 60]
     assert np.isfinite(points["mean"]).all()
