@@ -6,18 +6,31 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from teamsight import checks
+from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, RingAwareness
+from teamsight.policies.eager import LinearQ, TabularQ
+from teamsight.policies.interface import Floats
+from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_q import LazyQ
 from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_reward
 from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
 
-from teamsight import checks
-from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, RingAwareness
-from teamsight.policies.eager import LinearQ, TabularQ
-from teamsight.policies.lazy_memory import LazyMemory
 
-#: Rewards by name: whose targets count.
-REWARDS: Mapping[str, Reward] = MappingProxyType({"own": own_reward, "team": team_reward, "alone": alone_reward})
+def keep_reward(memory: LazyMemory) -> Floats:
+    """Return −1 for each target that the robot sensed and no teammate did, and that it senses so no longer.
+
+    It is no reward of the paper; docs/learning.md shows what it teaches.
+    """
+    return -np.asarray(memory.fact("alone_lost"), float)
+
+
+#: Rewards by name: whose targets count, and whether gaining counts as well as losing.
+REWARDS: Mapping[str, Reward] = MappingProxyType(
+    {"own": own_reward, "team": team_reward, "alone": alone_reward, "keep": keep_reward}
+)
 
 
 class Lesson(NamedTuple):

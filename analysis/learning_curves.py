@@ -193,6 +193,28 @@ def curve_points(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
     return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide).drop(columns="se")
 
 
+def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
+    """Return how much more each learner observes with awareness than without, paired on explorations and worlds.
+
+    Returns
+    -------
+    DataFrame
+        learner, degree, pairs, mean, low, high, count (of memories): of the difference to the same learner, from as
+        many pairs, under Θ(0).
+    """
+    point = ["learner", "degree", "pairs"]
+    learned = table[table["pairs"] > 0].dropna(subset="observed_fraction")
+    trials = learned.groupby([*point, "memory"], sort=False)["observed_fraction"].mean().reset_index()
+    without = trials[trials["degree"] == "none"].drop(columns="degree")
+    both = trials[trials["degree"] != "none"].merge(
+        without, on=["learner", "pairs", "memory"], suffixes=("", "_without")
+    )
+    both["difference"] = both["observed_fraction"] - both["observed_fraction_without"]
+    cells = both.groupby(point, sort=False)["difference"].agg(mean="mean", se="sem", count="count").reset_index()
+    wide = half_width(cells["se"].to_numpy(), cells["count"].to_numpy(), level)
+    return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide).drop(columns="se")
+
+
 def _cost(lecture: Lecture) -> float:
     """Return about how much work a lecture is: a lazy learner looks through all inputs of its pairs."""
     if not lecture.degree:

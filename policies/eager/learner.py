@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from hashlib import blake2b
-
-from teamsight.policies.lazy_learner import check_situation
-from teamsight.policies.lazy_utility import components
-from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
 
 from teamsight import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.eager.action_grid import ActionGrid
 from teamsight.policies.interface import Floats, Percept
+from teamsight.policies.lazy_learner import check_situation
 from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_utility import components
+from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,8 +76,11 @@ class EagerLearner(CompiledPolicy):
         given = [part.name for part in fields(self) if part.init and part.name not in ("memory", "reward")]
         told = ", ".join(f"{name}={getattr(self, name)!r}" for name in given)
         # Two reward functions may share a name: the numbers learned tell equal policies from others.
-        learned = blake2b(self.knowledge.tobytes(), digest_size=4).hexdigest()
-        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, learned={learned})"
+        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, learned={self._learned})"
+
+    @cached_property
+    def _learned(self) -> str:
+        return blake2b(self.knowledge.tobytes(), digest_size=4).hexdigest()
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

@@ -26,10 +26,11 @@ def explore(**given: Any) -> None:
 
     plan = _exploration(settings)
     prepare_folder(settings.out.parent)
-    others = [LazyMemory.load(path) for path in settings.merge]
-    if settings.out.exists() and not settings.force:
-        held = LazyMemory.load(settings.out)
-        if exploring.holds(held, plan) and all(exploring.contains(held, other) for other in others):
+    sources = [LazyMemory.load(path) for path in settings.merge]
+    held = LazyMemory.load(settings.out) if settings.out.exists() and not settings.force else None
+    if held is not None:
+        wanted = [plan.settings(), *(one for source in sources for one in exploring.explorations_of(source))]
+        if all(one in exploring.explorations_of(held) for one in wanted):
             _tell(settings.out, held, "holds these pairs already: ")
             return
         if not settings.append:
@@ -37,17 +38,19 @@ def explore(**given: Any) -> None:
                 f"out={settings.out}: holds {exploring.unlike(held, plan)}; give --append to add to it, --force to "
                 "replace it, or another file"
             )
-        others.append(held)
+        sources.insert(0, held)
+    sources = exploring.distinct(sources)
     parts = settings.out.with_name(settings.out.name + ".parts")
-    with watching() as watch, Crew(settings.workers, ("teamsight.analysis.explore",), watch.tell) as crew:
-        memory = exploring.explore(
-            plan,
-            folder=parts if plan.is_long else None,
-            crew=crew,
-            progress=lambda done, total: watch("exploring", done, total),
-        )
-    if others:
-        memory = memory.merge(*others)
+    if not any(plan.settings() in exploring.explorations_of(source) for source in sources):
+        with watching() as watch, Crew(settings.workers, ("teamsight.analysis.explore",), watch.tell) as crew:
+            made = exploring.explore(
+                plan,
+                folder=parts if plan.is_long else None,
+                crew=crew,
+                progress=lambda done, total: watch("exploring", done, total),
+            )
+        sources.append(made)
+    memory = sources[0].merge(*sources[1:])
     memory.save(settings.out)
     exploring.forget_parts(parts)
     _tell(settings.out, memory)
@@ -55,7 +58,7 @@ def explore(**given: Any) -> None:
 
 def _exploration(settings: ExploreSettings) -> Exploration:
     from teamsight.agents.awareness import AWARENESS, RingAwareness
-    from teamsight.analysis.explore import EXPLORER, Exploration
+    from teamsight.analysis.explore import Exploration
 
     degree = AWARENESS[settings.awareness]
     return Exploration(
@@ -65,9 +68,23 @@ def _exploration(settings: ExploreSettings) -> Exploration:
         steps=settings.steps,
         runs=settings.runs,
         awareness=RingAwareness(settings.delta) if degree is RingAwareness else degree(),
-        policy=EXPLORER if settings.policy == "random-walk" else settings.policy,
+        policy=_explorer(settings),
         seed=settings.seed,
+        world={"robot_speed": settings.robot_speed},
     )
+
+
+def _explorer(settings: ExploreSettings) -> Any:
+    from teamsight.policies.random_walk import RandomWalk
+
+    if settings.policy == "random-walk":
+        return RandomWalk(random_distance=settings.distance == "random")
+    if settings.distance != "random":
+        raise ValueError(
+            f"distance={settings.distance}: is for random walkers, and {settings.policy} goes as far as it decides; "
+            "leave it out"
+        )
+    return settings.policy
 
 
 def _tell(path: Path, memory: LazyMemory, before: str = "") -> None:
@@ -153,7 +170,7 @@ def figure(**given: Any) -> None:
     from teamsight.analysis.crew import Crew, cores
     from teamsight.analysis.execute import IMPORTS
     from teamsight.analysis.explore import forget_parts
-    from teamsight.analysis.learning_curves import SAMPLES, Curves, curve_points, make_curves
+    from teamsight.analysis.learning_curves import SAMPLES, Curves, awareness_gains, curve_points, make_curves
     from teamsight.analysis.learning_figure import draw
 
     folder = store.prepare_folder(settings.out)
@@ -167,8 +184,23 @@ def figure(**given: Any) -> None:
     about = {"curves": curves.conditions(), "version": __version__}
     store.write_table(folder / "learning-curves.parquet", table, about)
     store.write_table(folder / "learning-curves-points.parquet", points, about)
+    gains = awareness_gains(table)
+    store.write_table(folder / "learning-curves-gains.parquet", gains, about)
     store.write_bytes(folder / "learning-curves.png", draw(points, table, curves))
     forget_parts(parts)
+    _show_gains(gains[gains["pairs"] == max(curves.samples)])
     wide_console().print(
         f"learning curves in {folder} after {time.perf_counter() - began:.0f} s", highlight=False, soft_wrap=True
     )
+
+
+def _show_gains(gains: pd.DataFrame) -> None:
+    from teamsight.analysis.search_space import GROWTH
+
+    console = wide_console()
+    for row in gains.to_dict("records"):
+        console.print(
+            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), from {row['pairs']} pairs: "
+            f"{_interval(row['mean'], row['low'], row['high'], '+.1f')} points",
+            highlight=False, soft_wrap=True,
+        )  # fmt: skip

@@ -30,6 +30,8 @@ def learn() -> None:
 @text("--awareness", default="ring", metavar="NAME", help="What situations show: none, ring, pairwise, shared.")
 @text("--delta", default=16, metavar="INTEGER", help="Sectors of the ring.")
 @text("--policy", default="random-walk", metavar="NAME", help="What the robots do meanwhile.")
+@text("--distance", default="random", metavar="NAME", help="How far random walkers go: a random share, or full.")
+@text("--robot-speed", default=0.1, metavar="NUMBER", help="The farthest that exploring robots go a step.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the exploration.")
 @text("--workers", default=1, metavar="INTEGER", help="Processes.")
 @click.option("--merge", multiple=True, metavar="FILE", help="Put the pairs of this memory in too; may be repeated.")
@@ -38,8 +40,9 @@ def learn() -> None:
 def explore(**given: Any) -> None:
     """Let robots explore, and keep situation, action and what followed as a lazy memory.
 
-    The random walk turns any way and goes any distance, as in the paper. Ctrl-C keeps the parts that are done beside
-    FILE; the same command goes on from there. A file of other settings is never replaced without --force.
+    The random walk turns any way and goes any distance within its speed, as in the paper. When a long exploration is
+    interrupted, what is done stays beside FILE, and the same command goes on from there. A file of other settings is
+    never replaced without --force.
 
     \b
     Examples:
@@ -56,7 +59,7 @@ def explore(**given: Any) -> None:
 @learn.command()
 @click.argument("memory", metavar="MEMORY")
 @text("--learner", default="lazy", metavar="NAME", help="lazy, pessimistic, sheppard, tabular or linear.")
-@text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, or alone (nobody else's).")
+@text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
 @text("--k", metavar="INTEGER", help="Pairs that match a situation.  [default: the learner's]")
 @text("--gamma", default=0.7, metavar="NUMBER", help="What a step later is worth now, 0 to 1.")
 @text("--robots", metavar="INTEGER", help="Robots of the team.  [default: as many as explored]")
@@ -90,7 +93,7 @@ def evaluate(**given: Any) -> None:
 @text("--samples", metavar="NUMBERS", help="Numbers of pairs.  [default: 150,300,… doubled up to 38400]")
 @text("--memories", default=10, metavar="INTEGER", help="Explorations that each curve is the mean of.")
 @text("--worlds", default=4, metavar="INTEGER", help="Worlds on which each is put to the test.")
-@text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, or alone (nobody else's).")
+@text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
 @text("--k", metavar="INTEGER", help="Pairs that match a situation.  [default: the learner's]")
 @text("--gamma", default=0.7, metavar="NUMBER", help="What a step later is worth now, 0 to 1.")
 @text("--robots", default=5, metavar="INTEGER", help="Robots, exploring and put to the test.")

@@ -51,6 +51,8 @@ class ExploreSettings(Settings):
     awareness: str
     delta: int
     policy: str
+    distance: str
+    robot_speed: float
     seed: int
     workers: int
     merge: tuple[Path, ...]
@@ -58,8 +60,13 @@ class ExploreSettings(Settings):
     force: bool
 
     _counts = whole("robots", "targets", "steps", "runs", "delta", "workers")
-    _lengths = real("radius")
+    _lengths = real("radius", "robot_speed")
     _seed = whole("seed", least=0)
+
+    @field_validator("distance")
+    @classmethod
+    def _distance(cls, name: str) -> str:
+        return checks.choice("distance", name, ("random", "full"))
 
     @field_validator("awareness")
     @classmethod

@@ -13,7 +13,7 @@ from teamsight.agents.exploration import explore as explore_one
 from teamsight.analysis import learning_curves as module
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning_curves import Curves, curve_points, make_curves
+from teamsight.analysis.learning_curves import Curves, awareness_gains, curve_points, make_curves
 from teamsight.analysis.learning_figure import draw
 
 SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0, steps=8, seed=6)
@@ -54,6 +54,18 @@ def test_points_are_means_over_memories_not_worlds(table: pd.DataFrame) -> None:
     assert one["count"] == 2
     assert one["mean"] == pytest.approx(trials.mean())
     assert one["high"] - one["mean"] == pytest.approx(12.7062 * trials.std() / np.sqrt(2), rel=1e-4)
+
+
+def test_gains_are_paired_on_memories(table: pd.DataFrame) -> None:
+    gains = awareness_gains(table)
+    assert len(gains) == 2 * (3 * 3 - 1)
+    one = gains[(gains["learner"] == "lazy") & (gains["degree"] == "shared") & (gains["pairs"] == 300)].iloc[0]
+    rows = table[(table["learner"] == "lazy") & (table["pairs"] == 300)]
+    trials = rows.groupby(["degree", "memory"])["observed_fraction"].mean()
+    differences = trials["shared"] - trials["none"]
+    assert one["count"] == 2
+    assert one["mean"] == pytest.approx(differences.mean())
+    assert one["high"] - one["mean"] == pytest.approx(12.7062 * differences.std() / np.sqrt(2), rel=1e-4)
 
 
 def test_the_drawing_is_a_picture(table: pd.DataFrame) -> None:

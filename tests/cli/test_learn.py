@@ -46,6 +46,11 @@ def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[
     status, out, err = call(capsys, "explore", "--out", str(small), *SMALL)
     assert (status, err) == (0, "")
     assert "holds these pairs already: 60 pairs" in out
+    options = ["--distance", "full", "--robot-speed", "0.3", "--awareness", "ring", "--delta", "8"]
+    assert call(capsys, "explore", "--out", str(small), *SMALL, *options, "--force")[0] == 0
+    memory = LazyMemory.load(small)
+    assert (memory.action[:, 1] == 1).all()
+    assert (memory.settings["robot_speed"], memory.added) == (0.3, 8)
 
 
 def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_told(
@@ -71,6 +76,17 @@ def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[st
     status, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(small))
     assert status == 0
     assert "120 pairs" in out
+    # What is in two files, or would be explored again, is in the memory once.
+    again = small.with_name("again.safetensors")
+    options = ["--merge", str(both), "--merge", str(small)]
+    assert call(capsys, "explore", "--out", str(again), *SMALL, *options)[0] == 0
+    assert again.read_bytes() == both.read_bytes()
+    third = small.with_name("third.safetensors")
+    call(capsys, "explore", "--out", str(third), *SMALL, "--seed", "2", "--merge", str(small))
+    status, _, err = call(capsys, "explore", "--out", str(again), *SMALL, "--append", "--merge", str(third))
+    assert (status, err.count("\n")) == (2, 1)
+    assert "holds 2 explorations, of which 1 are in another memory too; merge the files" in err
+    assert again.read_bytes() == both.read_bytes()
     other = small.with_name("none.safetensors")
     status, _, err = call(capsys, "explore", "--out", str(other), *SMALL, "--awareness", "none", "--merge", str(small))
     assert (status, err.count("\n")) == (2, 1)
@@ -92,7 +108,7 @@ def test_an_altered_file_is_neither_used_nor_replaced(capsys: pytest.CaptureFixt
 def test_ctrl_c_keeps_the_parts_that_are_done(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exploring, "_PAIRS_A_PART", 60)
+    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
     file, parts = tmp_path / "many.safetensors", tmp_path / "many.safetensors.parts"
     arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9"]
     explore_part, made = exploring._explore_part, []
@@ -144,8 +160,9 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    names = {"learning-curves.png", "learning-curves.parquet", "learning-curves-points.parquet"}
-    assert {path.name for path in tmp_path.iterdir()} == names
+    assert out.count("less Θ(0), from 60 pairs: ") == 6
+    tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
+    assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
     assert points.attrs["curves"]["samples"] == [30, 60]
     assert np.isfinite(points["mean"]).all()
@@ -159,6 +176,8 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate"], ["Missing argument 'MEMORY'"]),
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
+        (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: is for random walkers, and centroid goes"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--gamma", "2"], ["learner='deep': unknown", "gamma=2.0: must be a finite number"]),
         (["evaluate", "x", "--gamma", "much", "--k", "0.5"], ["gamma='much': must be a number", "k=0.5: must be a whole"]),
