@@ -52,6 +52,8 @@ def page(found: pd.DataFrame) -> str:
         f"N = {_listed(lazy_search.GRID.robots)}, R = {_listed(lazy_search.GRID.radius)} on common noise, at the "
         "default speeds. All worlds have root seeds below 0, so that none is one of a ledger; what reports shares "
         "neither worlds nor memories with what chooses.",
+        "## In short",
+        _short(stages["luck"]),
         "## What was chosen",
         _choice(stages, constants),
         "## The chosen exploration, on worlds that had no part in choosing it",
@@ -71,6 +73,18 @@ def page(found: pd.DataFrame) -> str:
         _variations(stages["vary"], constants),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _short(luck: pd.DataFrame) -> str:
+    means = {name: luck[name].mean() for name in (COOPERATIVE, COLLECTIVE, "random-walk", "a-cmommt", "gain")}
+    low, high = _interval(luck["gain"])
+    return (
+        f"From 600 pairs cooperative robots learn to observe {means[COOPERATIVE]:.1f} % of the targets and collective "
+        f"ones {means[COLLECTIVE]:.1f} %, on the mean over {len(luck)} explorations; robots that walk at random observe "
+        f"{means['random-walk']:.1f} %, and A-CMOMMT {means['a-cmommt']:.1f} %. The gain by awareness is "
+        f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}): which of all explorations it was matters more than any "
+        f"constant. The paper's largest gain, 25 ± 8 pp, is met by {100 * luck['learned-gain'].mean():.0f} % of them."
+    )
 
 
 def _choice(stages: dict[str, pd.DataFrame], constants: Constants) -> str:
