@@ -80,8 +80,8 @@ def _short(luck: pd.DataFrame) -> str:
     low, high = _interval(luck["gain"])
     return (
         f"From 600 pairs cooperative robots learn to observe {means[COOPERATIVE]:.1f} % of the targets and collective "
-        f"ones {means[COLLECTIVE]:.1f} %, on the mean over {len(luck)} explorations; robots that walk at random observe "
-        f"{means['random-walk']:.1f} %, and A-CMOMMT {means['a-cmommt']:.1f} %. The gain by awareness is "
+        f"ones {means[COLLECTIVE]:.1f} %, on the mean over {len(luck)} explorations; robots that walk at random "
+        f"observe {means['random-walk']:.1f} %, and A-CMOMMT {means['a-cmommt']:.1f} %. The gain by awareness is "
         f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}): which of all explorations it was matters more than any "
         f"constant. The paper's largest gain, 25 ± 8 pp, is met by {100 * luck['learned-gain'].mean():.0f} % of them."
     )
