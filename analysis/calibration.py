@@ -27,7 +27,7 @@ SEARCHES = ("redraw", "wander", "stay")
 OCCASIONS = ("no-force", "nothing-sensed")
 WEIGHTS = ("nearest", "shared", "per-teammate", "none")
 #: The claims that a setting can change: those that rest on simulation. Learned behaviour has open constants of its own,
-#: and a search of its own (docs/lazy-learning.md): it has no say in how fast robots are.
+#: and a search of its own (docs/lazy-search.md): it has no say in how fast robots are.
 OPEN_CLAIMS = tuple(claim for claim in CLAIMS if claim.needs and not LEARNED & set(claim.needs))
 PARAMETERS = ("robot_speed", "target_speed", "uniform_target_speed", "search", "search_when", "weights")
 

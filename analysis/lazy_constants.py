@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.explore import Exploration
+from teamsight.analysis.explore import Exploration, explore
 from teamsight.analysis.lazy_teams import treatments_on
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.random_walk import RandomWalk
@@ -64,7 +64,16 @@ class Constants:
             radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world={"robot_speed": speed}
         )
 
+    def memory(self, seed: int) -> LazyMemory:
+        """Return what that exploration leaves."""
+        return explore(self.exploration(seed))
+
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11 on a memory."""
         reward = GainReward(self.scope, self.both)
         return treatments_on(memory, reward=reward, k=int(self.k), gamma=float(self.gamma), sweeps=int(self.sweeps))
+
+
+#: What the search chose (docs/lazy-search.md): nothing is clearly nearer to the paper than what was given. The defaults
+#: of `LazyQ` and of `Exploration` are these.
+CHOSEN = Constants()

@@ -14,10 +14,9 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.claims import CLAIMS, judge
-from teamsight.analysis.claims.interface import average, gain, part, peak, percent
+from teamsight.analysis.claims.interface import average, gain, maxima, part, peak, percent
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.execute import simulate
-from teamsight.analysis.explore import explore
 from teamsight.analysis.lazy_constants import VALUES, Constants
 from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.study import Experiment, Grid
@@ -58,10 +57,12 @@ def assess(trial: Trial) -> dict[str, Any]:
     dict
         The trial and its constants; the mean over the grid of what is observed [%] by cooperative and collective
         learners, by A-CMOMMT and by robots that walk at random; mean and largest gain [pp], and that of few robots in
-        large arenas; how many of the claims hold, their mean distance from the paper in tolerances; and each claim.
+        large arenas; by how much the largest number of neighbours is greater under the cooperative learner, on the
+        mean; in how many of the pairs a robot gained a target, and in which share of them it had a teammate in sight;
+        how many of the claims hold, their mean distance from the paper in tolerances; and each claim.
     """
-    memory = explore(trial.constants.exploration(trial.memory))
-    treatments = trial.constants.treatments(memory) | _BESIDE
+    memory = trial.constants.memory(trial.memory)
+    treatments = {**trial.constants.treatments(memory), **_BESIDE}
     tables = {}
     for name, treatment in treatments.items():
         rows = Experiment(name, treatment, trial.grid.cells).rows({}, trial.root, 1, trial.steps)
@@ -72,6 +73,9 @@ def assess(trial: Trial) -> dict[str, Any]:
         "stage": trial.stage, **asdict(trial.constants), "memory": trial.memory, "root": trial.root,
         **{name: average(percent(table)) for name, table in tables.items()},
         "gain": average(surface), "largest": peak(surface).value, "few": average(part(surface, (1, 8), (7, 9))),
+        "crowding": average(maxima(tables[COOPERATIVE]) - maxima(tables[COLLECTIVE])),
+        "gained": int((memory.fact("gained") > 0).sum()),
+        "met": float((memory.situation[:, memory.own :] < 1).any(axis=1).mean()),
         "holding": sum(found.holds for found in verdicts.values()),
         "distance_from_paper": float(np.mean([min(found.distance, _FARTHEST) for found in verdicts.values()])),
         **{name: found.holds for name, found in verdicts.items()},
@@ -87,6 +91,13 @@ class Size(NamedTuple):
     reported: int = 60
     varied: int = 8
     steps: int = 600
+
+
+def trials(size: Size) -> int:
+    """Return how many trials a search of this size makes, whatever it chooses."""
+    changed = sum(len(values) - 1 for values in VALUES.values())
+    again = size.finalists * len(AGAIN) + len(REPORT)
+    return size.drawn + size.memories + again + size.reported + (changed + 1) * size.varied
 
 
 def search(
@@ -178,14 +189,12 @@ def effects(drawn: pd.DataFrame, of: str = "distance_from_paper") -> pd.DataFram
     DataFrame
         Columns constant, value, mean, se, count.
     """
-    parts = [
-        drawn.groupby(name, sort=True)[of].agg(mean="mean", se="sem", count="count").reset_index(names="value")
+    rows = [
+        {"constant": name, "value": value, "mean": part.mean(), "se": part.sem(), "count": len(part)}
         for name in VALUES
+        for value, part in drawn.groupby(name, sort=True)[of]
     ]
-    return pd.concat(
-        [part.astype({"value": object}).assign(constant=name) for name, part in zip(VALUES, parts, strict=True)],
-        ignore_index=True,
-    )
+    return pd.DataFrame(rows)
 
 
 def chosen_constants(found: pd.DataFrame) -> Constants:

@@ -16,7 +16,8 @@ from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_memory.nearest import k_nearest
 from teamsight.policies.lazy_utility import MOST_MATCHES
 
-#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets.
+#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets, and the seed that the search chose
+#: (docs/lazy-search.md). Made by ``teamsight learn explore --seed 38``.
 SHIPPED = Path(__file__).parent / "data" / "lazy-600.safetensors"
 
 _INPUTS, _ACTION, _K = range(3)
@@ -53,8 +54,8 @@ class LazyQ(LazyLearner):
 
     Notes
     -----
-    *Source:* §8.1 and §8.2. *Departs:* the paper leaves open k, γ, the sweeps, and whose reward it is; docs/learning.md
-    shows what each is worth.
+    *Source:* §8.1 and §8.2. *Departs:* the paper leaves open k, γ, the sweeps, and whose reward it is; what
+    each is worth is told in docs/lazy-search.md.
     """
 
     kernel = _best_of_nearest

@@ -85,7 +85,7 @@ def next_matches(
     """Return which pairs match the situation that each pair leads to; they are kept as long as the memory is.
 
     Learners call this when they are made. For a large memory call it yourself before, with a progress bar: it takes
-    pairs² × inputs subtractions, which is a second for some 30 000 pairs of 32 inputs and a quarter of an hour for a
+    pairs² × inputs subtractions, which is a second for some 30 000 pairs of 32 inputs and twenty minutes for a
     million. Less is `LazyMemory.sample`, or γ = 0.
 
     Parameters

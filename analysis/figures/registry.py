@@ -49,7 +49,8 @@ _FIGURES: tuple[Figure, ...] = (
                 "lazy-cooperative",
                 "lazy-collective",
                 "learned",
-                "lazily learned from one memory of 600 pairs: targets and teammates less targets alone",
+                "lazily learned from one memory of 600 pairs: targets and teammates less targets alone; another "
+                "memory, another surface (docs/lazy-search.md)",
             ),
             Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT less centroid"),
         ),

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from teamsight.policies.lazy_learner import act
 
 from teamsight import checks
 from teamsight.kernel import inlined
@@ -16,6 +15,7 @@ from teamsight.policies.eager.descent import descend
 from teamsight.policies.eager.features import weigh
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.interface import Floats
+from teamsight.policies.lazy_learner import act
 
 _INPUTS, _TENTS, _TURNS, _PACES = range(4)
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from teamsight.policies.lazy_learner import act
 
 from teamsight import checks
 from teamsight.kernel import inlined
@@ -15,6 +14,7 @@ from teamsight.policies.eager.action_grid import ActionGrid, grid_distance, grid
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.eager.state_grid import StateGrid, state_of
 from teamsight.policies.interface import Floats
+from teamsight.policies.lazy_learner import act
 from teamsight.policies.lazy_memory import LazyMemory
 
 _LEVELS, _DIMENSIONS, _TURNS, _PACES, _DIMENSION = range(5)
