@@ -275,6 +275,14 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
     assert not BY_NAME["repulsion"].judge({}).holds
 
 
+def test_another_exploration_than_the_papers_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    from teamsight.policies import lazy_q
+
+    shipped = lazy_q.shipped()
+    monkeypatch.setattr(lazy_q, "shipped", lambda: shipped.sample(599, seed=1))
+    assert not BY_NAME["memory-size"].judge({}).holds
+
+
 def ledger() -> Ledger:
     found = {claim.name: Verdict(True, "measured | so", 0.5) for claim in CLAIMS}
     other = found | {"degrees": Verdict(False, "otherwise", 2.0)}
