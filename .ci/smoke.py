@@ -30,7 +30,7 @@ def try_models() -> None:
 def look_at(results: Path) -> None:
     """Refuse a folder that lacks a figure, a table or the ledger."""
     pictures = sorted(path.stem for path in results.glob("figure-*.png"))
-    wanted = [f"figure-{name}" for name in range(2, 11)]
+    wanted = [f"figure-{name}" for name in range(2, 12)]
     assert set(wanted) <= set(pictures), f"{results} has only {pictures}"
     assert len(list(results.glob("*.parquet"))) >= len(wanted)
     assert all(path.stat().st_size > 0 for path in results.iterdir())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight import checks
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
+from teamsight.agents.ring import OWN_SECTORS
 from teamsight.policies import POLICIES
 
 if TYPE_CHECKING:
@@ -79,12 +80,18 @@ def check_fit(group: Group, team: list[Group]) -> None:
     policy, awareness = group.policy, group.awareness
     name = getattr(policy, "__name__", type(policy).__name__)
     inputs = getattr(policy, "inputs", 0) or 0
+    degree = getattr(policy, "degree", None)
     size = max(sum(map(len, team)), 1)
     width = sum(awareness.width(size))
+    if degree is not None and degree != awareness.name:
+        raise ValueError(
+            f"policy={name}: learned from situations of awareness {degree!r}, and these robots have "
+            f"{awareness.name!r}{_fitting(inputs, size, degree)}"
+        )
     if inputs and inputs != width:
         raise ValueError(
             f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
-            f"{_fitting(inputs, size)}"
+            f"{_fitting(inputs, size, degree)}"
         )
 
 
@@ -102,10 +109,11 @@ def check_needs(group: Group) -> None:
             )
 
 
-def _fitting(inputs: int, size: int) -> str:
+def _fitting(inputs: int, size: int, name: str | None = None) -> str:
+    """Return the cure: a degree of this name, if one is asked for, that gives so many inputs."""
     for degree in AWARENESS.values():
-        if sum(degree().width(size)) == inputs:
+        if name in (None, degree.name) and sum(degree().width(size)) == inputs:
             return f"; use {degree.__name__}()"
-    if inputs > 16:
-        return f"; use {RingAwareness.__name__}(delta={inputs - 16})"
-    return "; train it for this width"
+    if inputs > OWN_SECTORS and name in (None, RingAwareness.name):
+        return f"; use {RingAwareness.__name__}(delta={inputs - OWN_SECTORS})"
+    return "; explore with this degree and this team" if name else "; train it for this width"

@@ -81,6 +81,8 @@ class Readings:
     def record_experience(self, group: Group) -> None:
         """From now on keep what the robots of a group meet at each step; read it from `experience`.
 
+        `reset` and `restore` begin the record anew.
+
         Raises
         ------
         ValueError

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, treatments
 from teamsight.analysis.study import Experiment, Grid
 
 #: Numbers of sectors at which observed fraction is drawn against δ.
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 #: Worlds (robots, radius) of that figure: from crowded to empty.
 DELTA_CELLS = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
+#: Experiments in which robots learned what they do.
+LEARNED = frozenset({COOPERATIVE, COLLECTIVE})
 _HALF = 0.5
 _MORE = 10
 
@@ -29,6 +32,7 @@ def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
     cooperative = {"policy": "a-cmommt", "awareness": "pairwise"}
     largest = ((max(grid.robots), 10.0),)
     crowded = tuple((max(grid.robots), radius) for radius in (3.0, 5.0))
+    learned = treatments(setting)
     found = [
         Experiment("random-walk", {"policy": "random-walk", "awareness": "none"}, grid.cells),
         Experiment("centroid", {"policy": "centroid", "awareness": "none"}, grid.cells),
@@ -48,6 +52,7 @@ def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
         ),
         Experiment("delta-none", cooperative | {"awareness": "none"}, DELTA_CELLS, replicates=4),
         Experiment("delta-pairwise", cooperative, DELTA_CELLS, replicates=4),
+        *(Experiment(name, treatment, grid.cells) for name, treatment in learned.items()),
     ]
     return {experiment.name: experiment for experiment in found}
 

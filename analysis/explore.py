@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +13,8 @@ from teamsight import checks
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.exploration import meet, memory_of, settings_of
+from teamsight.agents.fit import awareness_of
+from teamsight.agents.noting import FACTS
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.store import prepare_folder
 from teamsight.analysis.study import model_seed
@@ -22,8 +24,8 @@ from teamsight.policies.random_walk import RandomWalk
 #: How robots explore unless told otherwise: any direction, any distance within their reach (§8.2).
 EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
 
-# About a second's work.
-_PAIRS_A_PART = 300_000
+# Numbers of all pairs of a part together: about a second's work, and 90 MB.
+_NUMBERS_A_PART = 22_500_000
 # With fewer parts than these, to write and read them takes longer than to make them again.
 _PARTS_WORTH_KEEPING = 8
 
@@ -73,7 +75,7 @@ class Exploration:
     world: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("steps", "runs"):
+        for name in ("robots", "targets", "steps", "runs"):
             checks.count(name, getattr(self, name))
         checks.count("seed", self.seed, least=0)
 
@@ -173,7 +175,8 @@ def forget_parts(folder: Path) -> None:
 
 
 def _parts(plan: Exploration, folder: Path | None) -> list[Part]:
-    runs = max(_PAIRS_A_PART // max(plan.robots * plan.steps, 1), 1)
+    numbers = 2 * (sum(awareness_of(plan.awareness).width(plan.robots)) + 1) + len(FACTS)
+    runs = max(_NUMBERS_A_PART // (numbers * plan.robots * plan.steps), 1)
     return [Part(plan, first, min(first + runs, plan.runs), folder) for first in range(0, plan.runs, runs)]
 
 
@@ -211,16 +214,34 @@ def _joined(memories: list[LazyMemory], settings: Mapping[str, Any]) -> LazyMemo
     return LazyMemory(whole.table, whole.own, whole.added, whole.facts, settings)
 
 
-def holds(memory: LazyMemory, plan: Exploration) -> bool:
-    """Say whether a memory holds the pairs of an exploration, alone or among others."""
-    told = plan.settings()
-    return any(one == told for one in memory.settings.get("merged", [dict(memory.settings)]))
+def explorations_of(memory: LazyMemory) -> list[dict[str, Any]]:
+    """Return the settings of each exploration whose pairs a memory holds."""
+    found: list[dict[str, Any]] = memory.settings.get("merged", [dict(memory.settings)])
+    return found
 
 
-def contains(memory: LazyMemory, other: LazyMemory) -> bool:
-    """Say whether a memory holds the pairs of another, by what both tell of where they came from."""
-    told = memory.settings.get("merged", [dict(memory.settings)])
-    return all(one in told for one in other.settings.get("merged", [dict(other.settings)]))
+def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:
+    """Return the memories without those whose explorations are all in memories before them.
+
+    Raises
+    ------
+    ValueError
+        If some are and others are not: their pairs cannot be told apart any more.
+    """
+    kept: list[LazyMemory] = []
+    have: list[dict[str, Any]] = []
+    for memory in memories:
+        told = explorations_of(memory)
+        new = [one for one in told if one not in have]
+        if new and len(new) < len(told):
+            raise ValueError(
+                f"{memory!r}: holds {len(told)} explorations, of which {len(told) - len(new)} are in another memory "
+                "too; merge the files that it was made of"
+            )
+        if new:
+            kept.append(memory)
+            have += new
+    return kept
 
 
 def unlike(memory: LazyMemory, plan: Exploration) -> str:

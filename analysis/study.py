@@ -20,6 +20,8 @@ _POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
         "stationary": frozenset(),
     }
 )
+# What it costs a learner to compare two numbers of its memory, in steps of a middling world.
+_COMPARISON = 9e-5
 _POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
@@ -103,7 +105,8 @@ class Run:
         Fitted by eye to the compiled model: a fixed part, and a part that grows with the pairs that are looked at.
         """
         robots, targets = int(self.parameters["robots"]), int(self.parameters["targets"])
-        return (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
+        world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
+        return world + self.steps * robots * getattr(self.parameters.get("policy"), "effort", 0.0) * _COMPARISON
 
     def describe(self) -> str:
         """Return the settings on one line."""

@@ -96,7 +96,7 @@ class CompiledPolicy(ABC):
 
     @property
     @abstractmethod
-    def parameters(self) -> tuple[float, ...]:
+    def parameters(self) -> tuple[float, ...] | Floats:
         """The policy's constants, in the order in which its kernel reads them."""
 
     @property
@@ -107,6 +107,9 @@ class CompiledPolicy(ABC):
     def start(self, size: int) -> Memory:
         """Return what `size` robots remember before their first decision; by default nothing."""
         return Memory(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
+
+    def check_percept(self, percept: Percept) -> None:  # noqa: B027
+        """Refuse a percept, given from Python, that the kernel cannot read; worlds give none such."""
 
     @classmethod
     def entry(cls) -> Entry:
@@ -127,6 +130,7 @@ class CompiledPolicy(ABC):
         noise : ndarray, shape (draws, n), float64
             Uniform numbers in (0, 1).
         """
+        self.check_percept(percept)
         size = len(percept.heading)
         action = Action(np.zeros((size, 2)), np.zeros(size))
         after = Memory(memory.real.copy(), memory.whole.copy())

@@ -124,7 +124,8 @@ class Policy(Protocol):
 
     Notes
     -----
-    Two more attributes are optional: ``inputs``, the width of the situation vector that the policy reads, and
+    Three more attributes are optional: ``inputs``, the width of the situation vector that the policy reads; ``degree``,
+    the name of the degree of awareness whose situations it knows, for equal widths can mean different things; and
     ``needs``, the names of the percept's fields that it cannot do without. A world whose degree of awareness does not
     deliver them is refused. For full speed, derive from `CompiledPolicy`.
     """
@@ -215,4 +216,3 @@ def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:
     cosine, sine = np.cos(rotation), np.sin(rotation)
     x, y = heading[..., 0], heading[..., 1]
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
-

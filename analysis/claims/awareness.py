@@ -38,26 +38,34 @@ def judge_gain(tables: Tables) -> Verdict:
 
 def judge_where(tables: Tables) -> Verdict:
     """The gain peaks in middling arenas and is null in very large ones."""
-    grid = gain(tables["a-cmommt"], tables["centroid"])
+    told, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
+    return verdict(told, *distances)
+
+
+def where(grid: pd.DataFrame) -> tuple[str, float, float]:
+    """Return where a gain [pp] peaks and what is left of it in very large arenas, in words and as distances."""
     most = peak(grid)
     large = part(grid, _TEAM, (8, 9)).mean()
     told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
-    return verdict(
-        f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5)
-    )
+    return (f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
 
 
 def judge_robots(tables: Tables) -> Verdict:
     """In middling arenas more robots gain more, and their gain lasts to larger arenas."""
-    grid = gain(tables["a-cmommt"], tables["centroid"])
+    told, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
+    return verdict(told, *distances)
+
+
+def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
+    """Return whether a gain [pp] grows with the team and lasts longer, in words and as distances."""
     few, many = (part(grid, robots, (1, 9)).mean() for robots in ((2, 6), (20, 30)))
     gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
-    ends = [_fades(profile) for profile in (few, many)]
+    ends = [_fades(profile, faded) for profile in (few, many)]
     told = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
     longer = ends[1] > ends[0]
-    return verdict(
-        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under 10 pp from R = {told[1]} against {told[0]}",
+    return (
+        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {faded:.3g} pp from R = {told[1]} against {told[0]}",
         above(gains[1], gains[0]),
         at_least(float(longer), 1),
     )
@@ -102,11 +110,11 @@ def _told(worst: Peak) -> str:
     return f"at worst {worst.value:.1f} se below 0, at N = {worst.robots}, R = {worst.radius:g}"
 
 
-def _fades(profile: pd.Series[float]) -> float:
-    """Return the radius, from the peak on, where the gain falls under 10 pp."""
+def _fades(profile: pd.Series[float], faded: float) -> float:
+    """Return the radius, from the peak on, where the gain falls under `faded` [pp]."""
     after = profile.loc[profile.idxmax() :]
-    faded = after[after < _FADED]
-    return float(faded.index[0]) if len(faded) else float("inf")
+    below = after[after < faded]
+    return float(below.index[0]) if len(below) else float("inf")
 
 
 CLAIMS = (

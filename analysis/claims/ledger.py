@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.analysis.claims import awareness, formulas, neighbours, performance
+from teamsight.analysis.claims import awareness, formulas, learning, neighbours, performance
 from teamsight.analysis.claims.interface import Claim, Tables, Verdict
 
 #: Every claim, in the order of the paper.
@@ -17,6 +17,7 @@ CLAIMS: tuple[Claim, ...] = (
     *awareness.CLAIMS[:3],
     *formulas.REPULSION,
     *awareness.CLAIMS[3:],
+    *learning.CLAIMS,
 )
 
 

@@ -41,6 +41,20 @@ _FIGURES: tuple[Figure, ...] = (
             ),
         ),
     ),
+    difference_figure(
+        "11",
+        "Gain by awareness, learned: lazy Q-learning with 32 inputs less with 16, and Fig. 8 beside it",
+        (
+            Contrast(
+                "lazy-cooperative",
+                "lazy-collective",
+                "learned",
+                "lazily learned from one memory of 600 pairs: targets and teammates less targets alone; another "
+                "memory, another surface (docs/lazy-search.md)",
+            ),
+            Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT less centroid"),
+        ),
+    ),
     delta.FIGURE,
 )
 

@@ -66,7 +66,7 @@ def nearest(
     distance : ndarray, shape (q, k), float32
         The distances.
     """
-    index, distance = np.full((len(queries), k), -1), np.full((len(queries), k), np.inf, np.float32)
+    index, distance = np.full((len(queries), k), -1, np.int64), np.full((len(queries), k), np.inf, np.float32)
     room = np.empty(queries.shape[1] * _ROW + _LINE, np.float32)
     block = room[-room.ctypes.data // room.itemsize % _LINE :]
     record = np.zeros(1, _SEARCH)

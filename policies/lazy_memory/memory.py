@@ -103,7 +103,8 @@ class LazyMemory:
         path : path
             A file that `save` wrote. It must not be written into while the memory is in use; `save` replaces it.
         verify : bool
-            Compare the pairs with their checksum, which reads all of them once. The rest is always verified.
+            Compare the pairs with their checksum, which reads all of them once; otherwise it is believed, and with it
+            the digest. The rest is always verified.
 
         Raises
         ------

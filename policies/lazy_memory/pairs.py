@@ -15,6 +15,7 @@ ACTION = ("rotation", "distance")
 
 # The float32 next to π lies above π.
 _LIMITS = {"rotation": (-float(np.float32(math.pi)), float(np.float32(math.pi))), "distance": (0.0, 1.0)}
+_PART = 4096
 _AXES = ("pairs", "inputs")
 _UNITS = {"rotation": "in radians, −π..π", "distance": "as a share of the robot's speed, 0..1"}
 
@@ -47,15 +48,14 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
     if not all(isinstance(name, str) for name in facts):
         raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a text")
     table = np.empty((2 * inputs + len(ACTION) + len(facts), pairs), np.float32)
-    rows = iter(table)
-    for name, array in (("situation", before), ("action", did), ("next_situation", after)):
-        for component in range(array.shape[1]):
-            _fill(next(rows), array[:, component], f"{name}[{{}}, {component}]")
-    for name in sorted(facts):
+    _fill(table[:inputs], before, "situation")
+    _fill(table[inputs : inputs + len(ACTION)], did, "action")
+    _fill(table[inputs + len(ACTION) : len(table) - len(facts)], after, "next_situation")
+    for row, name in zip(table[len(table) - len(facts) :], sorted(facts), strict=True):
         fact = _numbers(f"fact {name!r}", facts[name])
         if fact.shape != (pairs,):
             raise ValueError(f"fact {name!r}: has the shape {fact.shape}; it must have one number a pair, ({pairs},)")
-        _fill(next(rows), fact, f"fact {name!r}[{{}}]")
+        _fill(row[None], fact[:, None], f"fact {name!r}")
     for name, row in zip(ACTION, table[inputs:], strict=False):
         _check_limits(name, row)
     sort_pairs(table)
@@ -88,16 +88,21 @@ def _numbers(name: str, value: Any) -> npt.NDArray[Any]:
     return array
 
 
-def _fill(row: Table, values: npt.NDArray[Any], place: str) -> None:
+def _fill(rows: Table, values: npt.NDArray[Any], name: str) -> None:
+    """Write values, one row a pair, to the rows of a table, one column a pair."""
     with np.errstate(over="ignore"):
-        row[:] = values
-    wrong = ~np.isfinite(row)
-    if wrong.any():
-        first = int(np.argmax(wrong))
-        raise ValueError(
-            f"{place.format(first)} = {values[first]}: a memory holds finite float32 only; "
-            "leave such pairs out, or mend the exploration that recorded them"
-        )
+        # Part by part, or each line of a large array would be fetched once for every component.
+        for start in range(0, len(values), _PART):
+            rows[:, start : start + _PART] = values[start : start + _PART].T
+    for component, row in enumerate(rows):
+        wrong = ~np.isfinite(row)
+        if wrong.any():
+            pair = int(np.argmax(wrong))
+            place = f"{pair}, {component}" if values.shape[1] > 1 else f"{pair}"
+            raise ValueError(
+                f"{name}[{place}] = {values[pair, component]}: a memory holds finite float32 only; "
+                "leave such pairs out, or mend the exploration that recorded them"
+            )
 
 
 def _check_limits(name: str, row: Table) -> None:

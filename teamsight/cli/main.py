@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from typing import Any, NoReturn, TypeVar
+from collections.abc import Sequence
+from typing import Any, NoReturn
 
 import click
 
 from teamsight import __version__
-
-F = TypeVar("F", bound=Callable[..., Any])
+from teamsight.cli.learn_commands import learn
+from teamsight.cli.options import Commands, text
 
 #: Exit statuses.
 WRONG_INPUT, INTERRUPTED = 2, 130
@@ -22,17 +22,8 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 _CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110, "show_default": True}
 
 
-class _Commands(click.Group):
-    """A group that suggests the nearest command for one that it does not know."""
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        from teamsight import checks
-
-        return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
-
-
 @click.group(
-    cls=_Commands,
+    cls=Commands,
     context_settings=_CONTEXT,
     epilog="Every result depends on its settings and its seed alone, not on the number of workers.",
 )
@@ -48,13 +39,11 @@ def commands() -> None:
       teamsight delta --robots 30 --radius 5         how many neighbours must a robot be ready for?
       teamsight reproduce --quick                    the paper's figures on a coarse grid, in seconds
       teamsight reproduce                            all of them, and which claims hold: about a minute
+      teamsight learn explore --out m.safetensors    let robots act at random, and keep what they met
     """
 
 
-def text(*names: str, default: Any = None, metavar: str = "TEXT", **kwargs: Any) -> Callable[[F], F]:
-    """Return an option whose text is checked by the command's settings, which report all that is wrong at once."""
-    default = None if default is None else str(default)
-    return click.option(*names, default=default, metavar=metavar, type=str, **kwargs)
+commands.add_command(learn)
 
 
 @commands.command()
@@ -69,7 +58,7 @@ def text(*names: str, default: Any = None, metavar: str = "TEXT", **kwargs: Any)
 def reproduce(**given: Any) -> None:
     """Draw the paper's figures and check its claims.
 
-    FIGURE is 2 to 10, 'delta' (observed targets against δ), or 'ledger' (the claims alone); without any, all are made.
+    FIGURE is 2 to 11, 'delta' (observed targets against δ), or 'ledger' (the claims alone); without any, all are made.
     Each figure becomes a PNG and a tidy Parquet table with every run's seed. The ledger tells which of the paper's
     claims hold, by which rule, for the preset and for the default setting.
 
@@ -77,6 +66,7 @@ def reproduce(**given: Any) -> None:
     Examples:
       teamsight reproduce                         everything, into results/
       teamsight reproduce 4 5 --out neighbours    the two figures on neighbours
+      teamsight reproduce 11                      lazy learning: what awareness adds
       teamsight reproduce --quick --workers 1     a first look
       teamsight reproduce ledger --seed 7         do the claims hold on other noise?
     """
@@ -122,7 +112,7 @@ def delta(**given: Any) -> None:
 @text("--robots", default=10, metavar="INTEGER", help="Robots of the team.")
 @text("--targets", default=15, metavar="INTEGER", help="Targets to observe.")
 @text("--radius", default=5.0, metavar="NUMBER", help="Radius of the arena, in sensing ranges.")
-@text("--policy", default="a-cmommt", metavar="NAME", help="stationary, random-walk, centroid or a-cmommt.")
+@text("--policy", default="a-cmommt", metavar="NAME", help="What the robots do, such as a-cmommt, centroid or learned.")
 @text(
     "--awareness", default="pairwise", metavar="NAME", help="What is known of teammates: none, ring, pairwise, shared."
 )

@@ -38,6 +38,11 @@ PAPERS_LIST = [
     "range-neighbours",
     "repulsion",
     "delta-sufficient",
+    "memory-size",
+    "learned-gain",
+    "learned-shape",
+    "learned-hurts",
+    "learned-below-designed",
 ]
 
 
@@ -87,6 +92,16 @@ def packed(n: int, r: float) -> float:
 def hump(n: int, r: float) -> float:
     """A gain such as the paper's Fig. 8: up to 60 points at R = 4, more and longer for more robots."""
     return max(0.0, 0.6 * (n / 30) * (1 - abs(r - 4) / (2.5 + n / 20)))
+
+
+def learned(cooperative: Share, collective: Share = lambda n, r: 0.3) -> Tables:
+    """The two surfaces of Fig. 11."""
+    return {"lazy-cooperative": table(cooperative), "lazy-collective": table(collective)}
+
+
+def low_hump(n: int, r: float) -> float:
+    """A gain such as the paper's Fig. 11: up to 25 points at R = 4, and a loss for few robots in very large arenas."""
+    return 0.42 * hump(n, r) - 0.02 * (n <= 8 and r >= 7)
 
 
 CASES: list[tuple[str, bool, Tables]] = [
@@ -198,6 +213,27 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("delta-sufficient", True, {"ring-16": table(lambda n, r: 0.492), "a-cmommt": table(lambda n, r: 0.5)}),
     ("delta-sufficient", False, {"ring-16": table(lambda n, r: 0.488), "a-cmommt": table(lambda n, r: 0.5)}),
     ("repulsion", True, {}),
+    ("memory-size", True, {}),
+    ("learned-gain", True, learned(lambda n, r: 0.3 + low_hump(n, r))),
+    ("learned-gain", False, learned(lambda n, r: 0.3 + low_hump(n, r) / 2)),
+    ("learned-gain", False, learned(lambda n, r: 0.3 + hump(n, r))),
+    ("learned-shape", True, learned(lambda n, r: 0.3 + low_hump(n, r))),
+    # A peak in the smallest arena; a gain that stays; few robots gaining more than many.
+    ("learned-shape", False, learned(lambda n, r: 0.5 - 0.2 * (r > 1))),
+    ("learned-shape", False, learned(lambda n, r: 0.36 + low_hump(n, r))),
+    ("learned-shape", False, learned(lambda n, r: 0.3 + low_hump(31 - n, r))),
+    ("learned-hurts", True, learned(lambda n, r: 0.3 + low_hump(n, r))),
+    ("learned-hurts", False, learned(lambda n, r: 0.3 + 0.5 * hump(n, r))),
+    (
+        "learned-below-designed",
+        True,
+        {"lazy-cooperative": table(lambda n, r: 0.49), "a-cmommt": table(lambda n, r: 0.5)},
+    ),
+    (
+        "learned-below-designed",
+        False,
+        {"lazy-cooperative": table(lambda n, r: 0.51), "a-cmommt": table(lambda n, r: 0.5)},
+    ),
 ]
 
 
@@ -213,7 +249,7 @@ def test_the_rule_decides_rightly(name: str, holds: bool, tables: Tables) -> Non
 
 def test_every_claim_of_the_paper_is_there_and_tested_both_ways() -> None:
     assert sorted(BY_NAME) == sorted(PAPERS_LIST)
-    for name in set(PAPERS_LIST) - {"degrees", "repulsion"}:
+    for name in set(PAPERS_LIST) - {"degrees", "repulsion", "memory-size"}:
         assert {holds for case, holds, _ in CASES if case == name} == {True, False}
 
 
@@ -239,6 +275,14 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
     assert not BY_NAME["repulsion"].judge({}).holds
 
 
+def test_another_exploration_than_the_papers_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    from teamsight.policies import lazy_q
+
+    shipped = lazy_q.shipped()
+    monkeypatch.setattr(lazy_q, "shipped", lambda: shipped.sample(599, seed=1))
+    assert not BY_NAME["memory-size"].judge({}).holds
+
+
 def ledger() -> Ledger:
     found = {claim.name: Verdict(True, "measured | so", 0.5) for claim in CLAIMS}
     other = found | {"degrees": Verdict(False, "otherwise", 2.0)}
@@ -251,12 +295,12 @@ def test_the_ledger_shows_both_numbers_side_by_side() -> None:
     assert row.count("holds: measured \\| so") == 1
     assert "**differs**: otherwise" in row
     assert "n = 16, δ = 16, σ = 2" in row
-    assert "touzet2000: 23 of 23 hold; defaults: 22 of 23 hold." in lines
+    assert "touzet2000: 28 of 28 hold; defaults: 27 of 28 hold." in lines
 
 
 def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
     content = ledger().to_json()
-    assert content["holding"] == {"touzet2000": 23, "defaults": 22}
+    assert content["holding"] == {"touzet2000": 28, "defaults": 27}
     assert [record["claim"] for record in content["claims"]] == [claim.name for claim in CLAIMS]
     assert content["claims"][0]["settings"]["defaults"] == {"holds": False, "measured": "otherwise"}
     assert all(record["rule"] and record["where"] and record["paper"] for record in content["claims"])

@@ -23,7 +23,7 @@ def bits(memory: LazyMemory) -> bytes:
 
 @pytest.fixture
 def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_PAIRS_A_PART", 70)
+    monkeypatch.setattr(module, "_NUMBERS_A_PART", 70 * 75)
 
 
 @pytest.mark.short

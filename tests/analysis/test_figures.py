@@ -32,7 +32,7 @@ def runs(gain: float = 0.0, delta: tuple[int, ...] = (), replicates: int = 3) ->
 
 
 def tables_for(name: str, replicates: int = 3) -> Tables:
-    gains = {"a-cmommt": 0.4, "delta-pairwise": 0.4}
+    gains = {"a-cmommt": 0.4, "delta-pairwise": 0.4, "lazy-cooperative": 0.4}
     return {
         need: runs(gains.get(need, 0.0), DELTAS if need == "delta-ring" else (), replicates)
         for need in FIGURES[name].needs
@@ -40,11 +40,11 @@ def tables_for(name: str, replicates: int = 3) -> Tables:
 
 
 def test_all_figures_of_the_paper_are_there() -> None:
-    assert list(FIGURES) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "delta"]
+    assert list(FIGURES) == ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "delta"]
 
 
 @pytest.mark.parametrize("replicates", [1, 3])
-@pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "delta"])
+@pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "11", "delta"])
 def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
     drawn = make(Job(name, tables_for(name, replicates), CONDITIONS))
     picture = imread(io.BytesIO(drawn.png))
@@ -55,7 +55,7 @@ def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
         assert len(drawn.tables[""]) >= len(SMALL.cells) * replicates
 
 
-@pytest.mark.parametrize(("name", "contrasts"), [("8", 1), ("10", 2)])
+@pytest.mark.parametrize(("name", "contrasts"), [("8", 1), ("10", 2), ("11", 2)])
 def test_differences_are_paired_and_carry_intervals(name: str, contrasts: int) -> None:
     drawn = make(Job(name, tables_for(name), CONDITIONS))
     cells = drawn.tables["cells"]

@@ -50,7 +50,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["reproduse"], ["command='reproduse': unknown; did you mean 'reproduce'? known are delta, reproduce, run"]),
+        (["reproduse"], ["command='reproduse': unknown; did you mean 'reproduce'? known are delta, learn, reproduce, run"]),
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
         (["reproduce", "deta"], ["figure='deta': unknown; did you mean 'delta'?"]),

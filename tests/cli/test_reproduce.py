@@ -48,11 +48,11 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     status, out, _ = call(capsys, "reproduce", "ledger", "--out", str(tmp_path), "--workers", "2", *SHORT)
     assert status == 0
     content = json.loads((tmp_path / "ledger.json").read_text(encoding="utf-8"))
-    assert len(content["claims"]) == 23
+    assert len(content["claims"]) == 28
     for record in content["claims"]:
         assert record["claim"] in out
-    assert f"defaults: {content['holding']['defaults']} of 23 claims hold" in out
-    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 23
+    assert f"defaults: {content['holding']['defaults']} of 28 claims hold" in out
+    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 28
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
 
 

@@ -73,6 +73,14 @@ def test_neighbours_are_counted_over_time(run: Run) -> None:
     assert sum(groups) == 30
 
 
+def test_a_robot_learns_what_is_wanted(run: Run) -> None:
+    told = run("learn")
+    assert "LazyMemory(4800 pairs, 16 + 16 inputs" in told
+    shares = re.findall(r"(\w+) +([\d.]+) % observed", told)
+    assert [name for name, _ in shares] == ["RandomWalk", "LazyQ", "LinearQ"]
+    assert all(0 < float(share) < 100 for _, share in shares)
+
+
 @pytest.mark.short
 def test_delta_comes_from_the_tracks_file(run: Run) -> None:
     delta, safe = map(int, re.findall(r"δ = (\d+); to rely on: (\d+)", run("delta_from_tracks"))[0])

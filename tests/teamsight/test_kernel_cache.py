@@ -122,7 +122,8 @@ from teamsight.policies import POLICIES
 
 for arena in (Disc(2.0), Box(3.0, 4.0), Torus(3.0, 4.0)):
     for policy in POLICIES:
-        for awareness in AWARENESS:
+        degree = getattr(POLICIES[policy](), "degree", None)
+        for awareness in AWARENESS if degree is None else (degree,):
             world = World(arena, rng=1)
             robots = world.add(Robot, 3, policy=policy, awareness=awareness)
             world.senses(robots, world.add(Target, 3, policy="random-walk"))

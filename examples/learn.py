@@ -1,0 +1,34 @@
+"""Learning: explore once, say what is wanted in a few lines, and see what the robots then do.
+
+The same pairs serve every learner and every reward.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight import CMOMMT
+from teamsight.agents.exploration import explore
+from teamsight.policies import LazyQ, RandomWalk
+from teamsight.policies.eager import LinearQ
+from teamsight.policies.lazy_memory import LazyMemory
+
+
+def keep(memory: LazyMemory) -> npt.NDArray[np.float64]:
+    """A reward of one's own: −1 for each target that only this robot sensed, and now it does not."""
+    return -np.asarray(memory.fact("alone_lost"), float)
+
+
+def main() -> None:
+    walk = RandomWalk(random_distance=True)
+    memory = explore(CMOMMT(robots=5, targets=10, radius=3.0, policy=walk, awareness="ring", rng=1), steps=960)
+    print(memory)
+    for policy in (walk, LazyQ(memory, keep), LinearQ(memory, keep)):
+        model = CMOMMT(robots=5, targets=15, radius=3.0, policy=policy, awareness="ring", rng=2)
+        model.run(600)
+        print(f"{type(policy).__name__:10} {100 * model.observed_fraction:.1f} % observed")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""What eager learners have in common: pairs, a reward, and a few actions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from hashlib import blake2b
+
+from teamsight import checks
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.eager.action_grid import ActionGrid
+from teamsight.policies.interface import Floats, Percept
+from teamsight.policies.lazy_learner import check_situation
+from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_utility import components
+from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EagerLearner(CompiledPolicy):
+    """A policy that was worked out beforehand from the pairs of a memory and a reward.
+
+    Parameters
+    ----------
+    memory : LazyMemory
+        What was explored: the same samples that lazy learners have.
+    reward : callable
+        What is wanted; see `teamsight.policies.rewards`.
+    inputs : int, optional
+        How many components of a situation are used: the robot's own, or all of them, which is the default.
+    gamma : float, default 0.7
+        What a step later is worth now, 0..1.
+    actions : ActionGrid
+        Among what it chooses.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the memory is empty, a constant is outside its limits, or the reward function returns something else than a
+        finite number for each pair.
+    """
+
+    memory: LazyMemory
+    reward: Reward = own_reward
+    inputs: int | None = None
+    gamma: float = 0.7
+    actions: ActionGrid = field(default_factory=ActionGrid)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", components(self.memory, self.inputs))
+        if not len(self.memory):
+            raise ValueError("memory: holds no pair; explore first")
+        checks.number("gamma", self.gamma, least=0, most=1)
+        if not isinstance(self.actions, ActionGrid):
+            raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(turns, paces)")
+
+    @property
+    def width(self) -> int:
+        """How many components of a situation it uses."""
+        assert self.inputs is not None
+        return self.inputs
+
+    @property
+    def degree(self) -> str | None:
+        """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
+        if self.width == self.memory.own:
+            return "none"
+        found: str | None = self.memory.settings.get("degree")
+        return found
+
+    def rewards(self) -> Floats:
+        """Return the reward of every pair, shape (pairs,)."""
+        return rewards_of(self.memory, self.reward)
+
+    def __repr__(self) -> str:
+        given = [part.name for part in fields(self) if part.init and part.name not in ("memory", "reward")]
+        told = ", ".join(f"{name}={getattr(self, name)!r}" for name in given)
+        # Two reward functions may share a name: the numbers learned tell equal policies from others.
+        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, learned={self._learned})"
+
+    @cached_property
+    def _learned(self) -> str:
+        return blake2b(self.knowledge.tobytes(), digest_size=4).hexdigest()
+
+    def check_percept(self, percept: Percept) -> None:
+        check_situation(type(self).__name__, percept, self.inputs)

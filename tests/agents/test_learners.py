@@ -1,0 +1,142 @@
+"""Learners in worlds: both roads agree, worlds of another degree are refused, and without teammates nobody misses them."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT
+from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.agents.exploration import explore
+from teamsight.policies import LazyQ, PessimisticLazyQ, RandomWalk, SheppardLazyQ
+from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.rewards import team_reward
+
+pytestmark = pytest.mark.filterwarnings("error:run.. makes its steps one by one")
+
+
+@cache
+def memory(degree: Any = RingAwareness(), robots: int = 5, seed: int = 1) -> LazyMemory:  # noqa: B008
+    """What a short exploration leaves."""
+    return explore(
+        CMOMMT(
+            robots=robots, targets=10, radius=2.5, policy=RandomWalk(random_distance=True), awareness=degree, rng=seed
+        ),
+        60,
+    )
+
+
+LEARNERS = [
+    (LazyQ(memory()), RingAwareness()),
+    (LazyQ(memory(), inputs=16), NoAwareness()),
+    (LazyQ(memory(), team_reward, k=3, gamma=0.9, sweeps=30), RingAwareness()),
+    (LazyQ(memory(RingAwareness(5))), RingAwareness(5)),
+    (LazyQ(memory(PairwiseAwareness())), PairwiseAwareness()),
+    (LazyQ(memory(SharedAwareness())), SharedAwareness()),
+    (PessimisticLazyQ(memory()), RingAwareness()),
+    (PessimisticLazyQ(memory(), inputs=16), NoAwareness()),
+    (SheppardLazyQ(), RingAwareness()),
+    (SheppardLazyQ(16, capacity=20), NoAwareness()),
+    (SheppardLazyQ(memory=memory()), RingAwareness()),
+]  # fmt: skip
+
+
+def seeds() -> int:
+    return int(np.random.default_rng().integers(2**31))
+
+
+def world(policy: Any, awareness: Any, seed: int) -> CMOMMT:
+    return CMOMMT(robots=5, targets=8, radius=2.0, policy=policy, awareness=awareness, rng=seed)
+
+
+def fingerprint(model: CMOMMT) -> list[bytes]:
+    arrays = [model.robots.position, model.robots.heading, *model.robots.memory, model.history.to_numpy()]
+    return [array.tobytes() for array in arrays]
+
+
+@pytest.mark.parametrize(("policy", "awareness"), LEARNERS, ids=str)
+def test_stepping_and_running_agree_bit_for_bit(policy: Any, awareness: Any) -> None:
+    seed = seeds()
+    running, stepping, mixed = (world(policy, awareness, seed) for _ in range(3))
+    running.run(60)
+    for _ in range(60):
+        stepping.step()
+    for steps in (1, 17, 2, 40):
+        mixed.run(steps)
+    assert fingerprint(running) == fingerprint(stepping) == fingerprint(mixed)
+    assert (running.robots.position != world(policy, awareness, seed).robots.position).any()
+
+
+class Plain:
+    """The same policy, as its NumPy side only."""
+
+    def __init__(self, policy: Any) -> None:
+        self.policy, self.draws, self.start, self.decide = policy, policy.draws, policy.start, policy.decide
+        self.inputs = policy.inputs
+
+
+@pytest.mark.parametrize(("policy", "awareness"), LEARNERS, ids=str)
+def test_called_from_python_they_agree_with_their_kernel_in_the_loop(policy: Any, awareness: Any) -> None:
+    seed = seeds()
+    compiled, plain = (world(one, awareness, seed) for one in (policy, Plain(policy)))
+    compiled.run(40)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        plain.run(40)
+    assert fingerprint(compiled) == fingerprint(plain)
+
+
+@pytest.mark.parametrize("kind", [LazyQ, PessimisticLazyQ])
+def test_without_teammates_cooperative_and_collective_agree_exactly(kind: Any) -> None:
+    lonely = memory(robots=1)
+    seed = seeds()
+    models = [
+        CMOMMT(robots=1, radius=1.5, policy=policy, awareness=awareness, rng=seed)
+        for policy, awareness in ((kind(lonely), "ring"), (kind(lonely, inputs=16), "none"))
+    ]
+    for model in models:
+        model.run(300)
+    assert fingerprint(models[0]) == fingerprint(models[1])
+    assert models[0].observed_fraction > 0
+
+
+def test_a_pickled_learner_lives_the_same_life() -> None:
+    seed = seeds()
+    for policy, awareness in LEARNERS[-2:] + LEARNERS[:2]:
+        one, other = (world(p, awareness, seed) for p in (policy, pickle.loads(pickle.dumps(policy))))
+        one.run(30)
+        other.run(30)
+        assert fingerprint(one) == fingerprint(other)
+
+
+@pytest.mark.parametrize(
+    ("policy", "given", "message"),
+    [
+        # Nine robots under pairwise awareness have 32 inputs too; they mean something else.
+        (LazyQ(memory()), {"awareness": "pairwise", "robots": 9}, r"LazyQ: learned from situations of awareness 'ring', and these robots have 'pairwise'; use RingAwareness\(\)"),
+        (LazyQ(memory()), {"awareness": "none"}, r"learned from .* 'ring', .*'none'; use RingAwareness\(\)"),
+        (LazyQ(memory(), inputs=16), {"awareness": "ring"}, r"'none', and these robots have 'ring'; use NoAwareness\(\)"),
+        (PessimisticLazyQ(memory(), inputs=16), {"awareness": "pairwise", "robots": 1}, r"use NoAwareness\(\)"),
+        (LazyQ(memory()), {"awareness": "ring", "delta": 8}, r"reads 32 inputs, and awareness 'ring' gives 24 in a team of 10; use RingAwareness\(\)"),
+        (LazyQ(memory(RingAwareness(5))), {"awareness": "ring"}, r"reads 21 inputs.*use RingAwareness\(delta=5\)"),
+        (LazyQ(memory(PairwiseAwareness())), {"awareness": "pairwise", "robots": 6}, r"reads 24 inputs, and awareness 'pairwise' gives 26 in a team of 6; explore with this degree and this team"),
+        (SheppardLazyQ(memory=memory()), {"awareness": "pairwise", "robots": 9}, r"learned from .* 'ring'"),
+        (SheppardLazyQ(), {"awareness": "none"}, r"reads 32 inputs, and awareness 'none' gives 16"),
+    ],
+)  # fmt: skip
+def test_a_world_of_another_degree_is_refused(policy: Any, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        CMOMMT(policy=policy, rng=1, **given).run(1)
+
+
+def test_a_memory_that_does_not_tell_its_degree_is_taken_by_its_width() -> None:
+    known = memory()
+    untold = LazyMemory(known.table, known.own, known.added, known.facts, {})
+    CMOMMT(policy=LazyQ(untold), awareness="ring", rng=1).run(1)
+    with pytest.raises(ValueError, match="reads 32 inputs"):
+        CMOMMT(policy=LazyQ(untold), awareness="none", rng=1)

@@ -1,0 +1,111 @@
+"""The search over the open constants: what it chooses from made-up trials, and that its table is a fact."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from teamsight.analysis import lazy_search
+from teamsight.analysis.crew import Crew
+from teamsight.analysis.lazy_constants import CHOSEN, VALUES, Constants
+from teamsight.analysis.lazy_search import AGAIN, CHOOSE, OPEN_CLAIMS, REPORT, Size, Trial, assess
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE
+from teamsight.analysis.study import Grid
+from teamsight.analysis.tune_lazy import page
+from teamsight.policies import LazyQ
+from teamsight.policies.lazy_q import shipped
+
+DOCS = Path(__file__).parents[2] / "docs"
+FEW = Grid((5, 30), (2.0, 8.0))
+
+
+@pytest.fixture(scope="module")
+def small() -> pd.DataFrame:
+    with Crew(1) as crew:
+        told: list[int] = []
+        size = Size(drawn=12, memories=3, finalists=2, reported=2, varied=1, steps=10)
+        found = lazy_search.search(crew, size, told.append, FEW)
+    assert told == list(range(1, lazy_search.trials(size) + 1))
+    return found
+
+
+def test_every_stage_is_there_and_worlds_and_memories_that_choose_do_not_report(small: pd.DataFrame) -> None:
+    assert small.groupby("stage", sort=False).size().to_dict() == {
+        "draw": 12, "memory": 3, "again": 4, "chosen": 4, "luck": 2,
+        "vary": 1 + sum(len(values) - 1 for values in VALUES.values()),
+    }  # fmt: skip
+    choosing = small["stage"].isin(["draw", "memory", "again"])
+    assert set(small.loc[choosing, "root"]) == {*CHOOSE, *AGAIN}
+    assert set(small.loc[~choosing, "root"]) <= set(REPORT)
+    assert not set(small.loc[choosing, "root"]) & set(REPORT)
+    assert (small["root"] < 0).all()
+    others = small["stage"].isin(["luck", "vary"])
+    assert not set(small.loc[others, "memory"]) & set(small.loc[choosing, "memory"])
+
+
+def test_the_draw_tries_each_value_of_a_constant_equally_often(small: pd.DataFrame) -> None:
+    drawn = small[small["stage"] == "draw"]
+    for name, values in VALUES.items():
+        assert drawn[name].value_counts().to_dict() == dict.fromkeys(values, 12 // len(values))
+    assert drawn["memory"].is_unique
+
+
+def test_varying_changes_one_constant_at_a_time(small: pd.DataFrame) -> None:
+    varied = small[small["stage"] == "vary"]
+    chosen = asdict(lazy_search.chosen_constants(small))
+    changed = pd.DataFrame({name: varied[name] != chosen[name] for name in VALUES}).sum(axis=1)
+    assert sorted(changed) == [0] + [1] * (len(varied) - 1)
+
+
+def test_a_trial_depends_on_itself_alone(small: pd.DataFrame) -> None:
+    row = small.iloc[5]
+    constants = Constants(**{name: row[name] for name in VALUES})
+    again = assess(Trial("draw", constants, int(row["memory"]), CHOOSE[0], 5, FEW))
+    assert again == {
+        name: again[name] if isinstance(again[name], float) and np.isnan(again[name]) else row[name] for name in again
+    }
+    assert again["gain"] == pytest.approx(again[COOPERATIVE] - again[COLLECTIVE])
+    assert again["holding"] == sum(again[claim.name] for claim in OPEN_CLAIMS)
+
+
+def trials(better: dict[str, object], by: float, noise: float = 0.1) -> pd.DataFrame:
+    """Random trials of which those with a certain value are nearer to the paper."""
+    rng = np.random.default_rng(1)
+    rows = [{name: values[rng.integers(len(values))] for name, values in VALUES.items()} for _ in range(600)]
+    table = pd.DataFrame(rows).assign(stage="draw", distance_from_paper=rng.normal(1.5, noise, 600))
+    for name, value in better.items():
+        table.loc[table[name] == value, "distance_from_paper"] -= by
+    return table
+
+
+def test_only_what_is_clearly_better_replaces_what_was_given() -> None:
+    found = lazy_search.chosen_constants(trials({"scope": "alone", "k": 30, "distance": "full"}, by=0.2))
+    assert (found.scope, found.k, found.distance) == ("alone", 30, "full")
+    # Less than chance makes of it: one standard error is about 0.01.
+    found = lazy_search.chosen_constants(trials({"scope": "alone", "k": 30}, by=0.002))
+    assert (found.scope, found.k) == (Constants().scope, Constants().k)
+
+
+def test_the_memory_with_most_claims_wins_and_of_equals_the_nearest() -> None:
+    rows = [(1, 2, 0.5), (1, 2, 0.7), (2, 3, 0.9), (2, 3, 1.1), (3, 3, 0.8), (3, 3, 0.9)]
+    again = pd.DataFrame(rows, columns=["memory", "holding", "distance_from_paper"]).assign(stage="again")
+    assert lazy_search.chosen_memory(again) == 3
+
+
+def test_the_page_is_the_table_in_words() -> None:
+    found = pd.read_parquet(DOCS / "lazy-search.parquet")
+    assert (DOCS / "lazy-search.md").read_text(encoding="utf-8") == page(found)
+
+
+def test_the_defaults_are_what_the_search_chose() -> None:
+    found = pd.read_parquet(DOCS / "lazy-search.parquet")
+    assert lazy_search.chosen_constants(found) == CHOSEN
+    seed = lazy_search.chosen_memory(found)
+    assert shipped().settings["seed"] == seed
+    assert shipped() == CHOSEN.memory(seed)
+    learner = LazyQ(shipped())
+    assert repr(learner) == repr(CHOSEN.treatments(shipped())[COOPERATIVE]["policy"])

@@ -1,0 +1,67 @@
+"""The learned teams of Fig. 11: one memory for both, the shipped one or one of the setting's own world."""
+
+from __future__ import annotations
+
+import pytest
+
+from teamsight import CMOMMT
+from teamsight.agents.presets import PRESETS
+from teamsight.analysis.experiments import LEARNED, catalogue
+from teamsight.analysis.explore import Exploration, explore
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, memory_for, treatments
+from teamsight.analysis.study import QUICK, Run, canonical
+from teamsight.policies.lazy_q import shipped
+
+SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}
+
+
+@pytest.mark.short
+def test_where_nothing_is_set_robots_know_the_shipped_exploration() -> None:
+    assert memory_for({}) is shipped()
+    assert memory_for({"robot_speed": 0.1, "search": "stay", "weights": "shared"}) is shipped()
+    assert shipped() == explore(Exploration(seed=shipped().settings["seed"]))
+
+
+def test_in_another_world_they_explore_that_as_they_did_the_first() -> None:
+    memory = memory_for(SPEEDS | {"search": "stay"})
+    assert memory != shipped()
+    assert memory is memory_for(SPEEDS)
+    assert memory == explore(Exploration(seed=shipped().settings["seed"], world=SPEEDS))
+    told = dict(shipped().settings) | SPEEDS
+    assert dict(memory.settings) == told
+    assert len(memory) == 600
+
+
+@pytest.mark.parametrize("setting", [{}, SPEEDS, PRESETS["touzet2000"]], ids=str)
+def test_both_surfaces_read_one_memory_each_in_its_own_width(setting: dict[str, object]) -> None:
+    found = treatments(setting)
+    assert {name: (of["policy"].inputs, of["awareness"]) for name, of in found.items()} == {
+        COOPERATIVE: (32, "ring"),
+        COLLECTIVE: (16, "none"),
+    }
+    assert found[COOPERATIVE]["policy"].memory is found[COLLECTIVE]["policy"].memory
+    experiments = catalogue(QUICK, setting)
+    assert set(experiments) >= LEARNED
+    for name in LEARNED:
+        parameters = experiments[name].parameters(setting)
+        assert canonical(parameters["policy"]) == canonical(treatments(setting)[name]["policy"])
+        CMOMMT(**parameters, rng=1).run(2)
+
+
+def test_by_name_they_are_the_same() -> None:
+    for name, treatment in treatments({}).items():
+        one, other = (
+            CMOMMT(policy=policy, awareness=treatment["awareness"], rng=3) for policy in (name, treatment["policy"])
+        )
+        one.run(20)
+        other.run(20)
+        assert one.robots.position.tobytes() == other.robots.position.tobytes()
+
+
+def test_the_search_of_a_memory_counts_as_work() -> None:
+    stage = {"robots": 10, "targets": 15, "radius": 3.0}
+    learned, designed = (
+        Run(stage | {"policy": policy}, 0, 600, 1).cost
+        for policy in (treatments({})[COOPERATIVE]["policy"], "a-cmommt")
+    )
+    assert learned > 5 * designed

@@ -1,0 +1,84 @@
+"""Slow twins of the eager learners, one pair at a time, with dictionaries."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+
+def sensors(own: int, added: int, degree: str | None, sectors: int) -> list[list[int]]:
+    """The components that each sensor is merged from: a ring's quarter is centred, as far as it can be, on its middle."""
+    rings = (
+        [own] + ([added] if degree == "ring" and added else []) + ([16] * (added // 16) if degree == "shared" else [])
+    )
+    found, first = [], 0
+    for ring in rings:
+        each = ring // sectors
+        found += [[first + (number * each - each // 2 + k) % ring for k in range(each)] for number in range(sectors)]
+        first += ring
+    return found + [[component] for component in range(first, own + added)]
+
+
+def state(situation: Any, merged: list[list[int]], levels: int) -> tuple[int, ...]:
+    """The level of each sensor: the last when there is nothing, the others divide the range."""
+    found = []
+    for members in merged:
+        nearest = min(float(situation[component]) for component in members)
+        found.append(levels - 1 if nearest >= 1 else min(int(nearest * (levels - 1)), levels - 2))
+    return tuple(found)
+
+
+def action_number(rotation: float, distance: float, turns: int, paces: int) -> int:
+    """The action of the grid with the nearest rotation and the nearest distance."""
+    gaps = [abs(math.remainder(rotation - 2 * math.pi * turn / turns, 2 * math.pi)) for turn in range(turns)]
+    pace = min(range(paces), key=lambda p: abs(distance - (p / (paces - 1) if paces > 1 else 1.0)))
+    return gaps.index(min(gaps)) * paces + pace
+
+
+def table(pairs: list[tuple[Any, int, Any, float]], gamma: float, sweeps: int) -> dict[Any, dict[int, float]]:
+    """Q by state and action: each sweep, the mean over the pairs of what they were worth by the Q of the last sweep."""
+    values: dict[Any, dict[int, float]] = {}
+    for before, action, _, _ in pairs:
+        values.setdefault(before, {})[action] = 0.0
+    for _ in range(sweeps):
+        worth: dict[Any, dict[int, list[float]]] = {}
+        for before, action, after, reward in pairs:
+            best = max(values[after].values()) if after in values else 0.0
+            worth.setdefault(before, {}).setdefault(action, []).append(reward + gamma * best)
+        values = {s: {a: sum(w) / len(w) for a, w in actions.items()} for s, actions in worth.items()}
+    return values
+
+
+def features(situation: Any, tents: int) -> Any:
+    """A constant, and for each component how far its reading lies under each tent; nothing for a reading of 1."""
+    found = [1.0]
+    for reading in map(float, situation):
+        centres = [k / (tents - 1) for k in range(tents)] if tents > 1 else [reading]
+        wide = 1 / (tents - 1) if tents > 1 else 1.0
+        found += [max(0.0, 1 - abs(reading - centre) / wide) if reading < 1 else 0.0 for centre in centres]
+    return np.array(found)
+
+
+def weights(
+    pairs: list[tuple[Any, int, Any, float]],
+    actions: int,
+    tents: int,
+    gamma: float,
+    rate: float,
+    sweeps: int,
+    seed: int,
+) -> Any:
+    """Semi-gradient Q-learning with normalised steps; the rate falls evenly to 0 over all sweeps."""
+    found = np.zeros((actions, len(features(pairs[0][0], tents))))
+    rng = np.random.default_rng(seed)
+    total = sweeps * len(pairs)
+    for sweep in range(sweeps):
+        for step, pair in enumerate(rng.permutation(len(pairs))):
+            before, action, after, reward = pairs[pair]
+            seen = features(before, tents)
+            error = reward + gamma * (found @ features(after, tents)).max() - found[action] @ seen
+            now = rate * (1 - (sweep * len(pairs) + step) / total)
+            found[action] += now * error * seen / (seen @ seen)
+    return found

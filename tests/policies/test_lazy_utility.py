@@ -1,0 +1,107 @@
+"""What pairs are worth: on a memory where the answer is known, against the slow twin, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import naive_learners
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_utility import next_matches, utility
+
+pytestmark = pytest.mark.short
+
+
+def chain(length: int) -> LazyMemory:
+    """A corridor: from each place to the next, and from the last, where the reward is, to itself."""
+    place = np.arange(length) / length
+    after = np.append(place[1:], place[-1])
+    won = np.arange(length) == length - 1
+    return LazyMemory.of(place[:, None], np.zeros((length, 2)), after[:, None], {"won": won}, own=1)
+
+
+def won(memory: LazyMemory) -> Any:
+    return memory.fact("won")
+
+
+def made_up(seed: int, pairs: int, own: int = 3, added: int = 2, levels: int = 3) -> LazyMemory:
+    """Return pairs of coarse readings, of which many are equally near."""
+    rng = np.random.default_rng(seed)
+    before, after = rng.integers(0, levels + 1, (2, pairs, own + added)) / levels
+    action = np.stack([rng.uniform(-np.pi, np.pi, pairs), rng.random(pairs)], axis=1)
+    facts = {name: rng.integers(0, 3, pairs) for name in ("gained", "lost", "won")}
+    return LazyMemory.of(before, action, after, facts, own=own)
+
+
+@pytest.mark.parametrize("sweeps", range(7))
+def test_a_reward_reaches_back_one_pair_a_sweep(sweeps: int) -> None:
+    found = utility(chain(5), won, k=1, gamma=0.5, sweeps=sweeps)
+    # The last leads to itself: 1 + 1/2 + 1/4 + … after so many sweeps; those before have it halved for each step.
+    for steps_before, value in enumerate(found[::-1]):
+        later = sweeps - steps_before
+        assert value == (0.5**steps_before * (2 - 0.5**later) if later >= 0 else 0)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 40), k=st.integers(1, 8), gamma=st.floats(0, 1),
+    sweeps=st.integers(0, 4), cooperative=st.booleans(),
+)  # fmt: skip
+def test_as_the_slow_twin(seed: int, pairs: int, k: int, gamma: float, sweeps: int, cooperative: bool) -> None:
+    memory, k = made_up(seed, pairs), min(k, pairs)
+    inputs = memory.inputs if cooperative else memory.own
+    found = utility(memory, won, inputs=inputs, k=k, gamma=gamma, sweeps=sweeps)
+    expected = naive_learners.utility(memory, won(memory).tolist(), inputs, k, gamma, sweeps)
+    assert found.tolist() == expected
+
+
+def test_nothing_is_stored_in_the_memory_and_rewards_share_the_search() -> None:
+    memory = made_up(1, 50)
+    before, digest = memory.table.copy(), memory.digest
+    one = utility(memory, won, k=5)
+    assert next_matches(memory, 5) is not next_matches(memory, 5)
+    assert np.shares_memory(next_matches(memory, 5), next_matches(memory, 3))
+    other = utility(memory, lambda memory: -memory.fact("won"), k=5)
+    assert not np.array_equal(one, other)
+    assert np.array_equal(memory.table, before)
+    assert memory.digest == digest
+
+
+def test_the_search_tells_how_far_it_is() -> None:
+    told: list[tuple[int, int]] = []
+    next_matches(made_up(2, 5000), 2, progress=lambda done, total: told.append((done, total)))
+    assert told == [(4096, 5000), (5000, 5000)]
+
+
+def test_without_a_future_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    memory = made_up(3, 9)
+    monkeypatch.setattr(LazyMemory, "nearest", None)
+    assert np.array_equal(utility(memory, won, gamma=0, k=9), won(memory))
+    assert np.array_equal(utility(memory, won, sweeps=0, k=9), won(memory))
+
+
+def empty() -> LazyMemory:
+    return LazyMemory(np.zeros((12, 0), np.float32), 3, 2, ())
+
+
+@pytest.mark.parametrize(
+    ("memory", "wrong", "message"),
+    [
+        (made_up(4, 9), {"k": 10}, r"k=10: the memory has only 9 pairs; use a smaller k, or explore longer"),
+        (empty(), {"k": 1}, r"k=1: the memory has only 0 pairs; explore first"),
+        (made_up(4, 9), {"k": 0}, r"k=0: must be at least 1"),
+        (made_up(4, 9), {"k": 129}, r"k=129: must be at most 128"),
+        (made_up(4, 9), {"k": 2.5}, r"k=2.5: must be a whole number"),
+        (made_up(4, 9), {"gamma": 1.1}, r"gamma=1.1: .*at most 1"),
+        (made_up(4, 9), {"gamma": np.nan}, r"gamma=nan"),
+        (made_up(4, 9), {"sweeps": -1}, r"sweeps=-1: must be at least 0"),
+        (made_up(4, 9), {"inputs": 4}, r"inputs=4: .*compare 3 \(collective\) or all 5 \(cooperative\)"),
+        ("memory.safetensors", {}, r"must be a LazyMemory; load one with LazyMemory.load\(path\)"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told(memory: Any, wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        utility(memory, won, **{"k": 3} | wrong)
