@@ -230,6 +230,8 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
         (TabularQ, {"gamma": 1.1}, "gamma=1.1"),
         (TabularQ, {"actions": 8}, "actions=8: must be an ActionGrid"),
         (TabularQ, {"inputs": 20}, "inputs=20"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "beyond float32; give smaller rewards"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), -1e39)}, "beyond float32; give smaller rewards"),
         (LinearQ, {"reward": lambda memory: np.full(len(memory), np.nan)}, "nan"),
         (LinearQ, {"reward": lambda memory: np.zeros(3)}, "shape"),
     ],
