@@ -14,7 +14,7 @@ from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import components, utility
+from teamsight.policies.lazy_utility import components, degree_of, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward
 
 _PER_TURN = 0.15915494309189535
@@ -92,9 +92,7 @@ class LazyLearner(CompiledPolicy):
     @property
     def degree(self) -> str | None:
         """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
-        if self.inputs == self.memory.own:
-            return "none"
-        return self.memory.settings.get("degree")
+        return degree_of(self.memory, self.inputs)
 
     @property
     def effort(self) -> int:
@@ -109,7 +107,7 @@ class LazyLearner(CompiledPolicy):
         check_situation(type(self).__name__, percept, self.inputs)
 
 
-def digest_of(numbers: Floats) -> str:
+def digest_of(numbers: npt.NDArray[np.floating[Any]]) -> str:
     """Return a few digits that tell these numbers from others."""
     return blake2b(numbers.tobytes(), digest_size=4).hexdigest()
 

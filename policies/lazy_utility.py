@@ -137,6 +137,14 @@ def components(memory: LazyMemory, inputs: int | None) -> int:
     return width
 
 
+def degree_of(memory: LazyMemory, inputs: int | None) -> str | None:
+    """Return the name of the degree of awareness that shows a memory's situations; None if the memory does not tell."""
+    if inputs == memory.own:
+        return "none"
+    found: str | None = memory.settings.get("degree")
+    return found
+
+
 def check_constants(memory: LazyMemory, k: int, gamma: float, sweeps: int) -> None:
     """Refuse constants outside their limits, and a memory that is smaller than `k`.
 

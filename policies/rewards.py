@@ -95,6 +95,9 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
         raise TypeError(f"{name}: is a class; give an object, {reward.__name__}()")
     answer: Any = reward(memory)
     try:
+        if np.iscomplexobj(answer):
+            # Half of it would get lost.
+            raise TypeError
         found = np.array(answer, dtype=float)
     except (TypeError, ValueError):
         raise TypeError(f"{name}: returned {type(answer).__name__}; it must return one number for each pair") from None

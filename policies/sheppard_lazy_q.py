@@ -14,7 +14,7 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Memory, Percept
 from teamsight.policies.lazy_learner import act, check_situation, digest_of
 from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import components, utility
+from teamsight.policies.lazy_utility import components, degree_of, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward, tabulate
 
 #: Rewards are tabulated for up to so many targets gained and lost at once.
@@ -209,9 +209,7 @@ class SheppardLazyQ(CompiledPolicy):
     @property
     def degree(self) -> str | None:
         """The name of the degree of awareness whose situations its memory holds; None without a memory."""
-        if self.memory is None:
-            return None
-        return "none" if self.inputs == self.memory.own else self.memory.settings.get("degree")
+        return None if self.memory is None else degree_of(self.memory, self.inputs)
 
     @property
     def parameters(self) -> Floats:

@@ -12,11 +12,12 @@ def place_of(reading: float, tents: int) -> tuple[int, float]:
     """Return which two tents a reading below 1 lies under: the first of them, and the share of the second.
 
     Tents stand at equal distances from 0 to 1; a single one covers all. The shares of a reading add up to 1; so what is
-    learned of one distance is partly learned of those near to it.
+    learned of one distance is partly learned of those near to it. Below 0, which only a degree of awareness of the
+    user's own reads, there is no tent: such a reading is taken for 0.
     """
     if tents == 1:
         return 0, 0.0
-    where = reading * (tents - 1)
+    where = max(reading, 0.0) * (tents - 1)
     first = min(int(where), tents - 2)
     return first, where - first
 

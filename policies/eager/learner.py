@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from hashlib import blake2b
 
 from teamsight import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.eager.action_grid import ActionGrid
 from teamsight.policies.interface import Floats, Percept
-from teamsight.policies.lazy_learner import check_situation
+from teamsight.policies.lazy_learner import check_situation, digest_of
 from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import components
+from teamsight.policies.lazy_utility import components, degree_of
 from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
 
 
@@ -63,10 +62,7 @@ class EagerLearner(CompiledPolicy):
     @property
     def degree(self) -> str | None:
         """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
-        if self.width == self.memory.own:
-            return "none"
-        found: str | None = self.memory.settings.get("degree")
-        return found
+        return degree_of(self.memory, self.inputs)
 
     def rewards(self) -> Floats:
         """Return the reward of every pair, shape (pairs,)."""
@@ -80,7 +76,7 @@ class EagerLearner(CompiledPolicy):
 
     @cached_property
     def _learned(self) -> str:
-        return blake2b(self.knowledge.tobytes(), digest_size=4).hexdigest()
+        return digest_of(self.knowledge)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

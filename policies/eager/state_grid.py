@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,7 +62,9 @@ class StateGrid:
         checks.count("levels", self.levels, least=2, cure="something there, or nothing")
         for name, ring in self._rings():
             if ring % self.sectors:
-                raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors {name} evenly")
+                even = math.gcd(*(sectors for _, sectors in self._rings()))
+                cure = f"; {even} or a divisor of it does" if even > 1 else "; 1 does"
+                raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors {name} evenly{cure}")
         if self.levels**self.dimensions > MOST_STATES:
             raise TooManyStatesError(
                 f"a table of {self.levels}^{self.dimensions} states: {self.levels} readings of {self.dimensions} "
@@ -105,11 +108,11 @@ class StateGrid:
         Parameters
         ----------
         situation : ndarray, shape (pairs, own + added), float32
-            Readings over their range, 1 for nothing.
+            Readings over their range, 1 for nothing; what lies beyond counts as 0 or 1.
         """
         dimension, state = self.dimension, np.zeros(len(situation), np.int64)
         for number in range(self.dimensions):
-            nearest = situation[:, dimension == number].min(axis=1)
+            nearest = situation[:, dimension == number].min(axis=1).clip(0, 1)
             level = np.minimum((nearest * np.float32(self.levels - 1)).astype(np.int64), self.levels - 1)
             state = state * self.levels + level
         return state
@@ -124,5 +127,6 @@ def state_of(situation: Any, levels: int, dimensions: int, dimension: Any, first
         for component in range(situation.shape[0]):
             if dimension[first + component] == number and situation[component] < nearest:
                 nearest = situation[component]
-        state = state * levels + min(int(nearest * np.float32(levels - 1)), levels - 1)
+        reading = max(nearest, np.float32(0.0))
+        state = state * levels + min(int(reading * np.float32(levels - 1)), levels - 1)
     return state

@@ -119,7 +119,13 @@ class TabularQ(EagerLearner):
 def learn_table(
     memory: LazyMemory, rewards: Floats, states: StateGrid, actions: ActionGrid, gamma: float, sweeps: int
 ) -> npt.NDArray[np.float32]:
-    """Return the Q of every state and action, −∞ for what was never tried; see `TabularQ`."""
+    """Return the Q of every state and action, −∞ for what was never tried; see `TabularQ`.
+
+    Raises
+    ------
+    ValueError
+        If one is beyond float32.
+    """
     width = states.own + states.added
     before = states.index(memory.situation[:, :width]) * len(actions) + actions.index(memory.action)
     after = states.index(memory.next_situation[:, :width])
@@ -134,6 +140,9 @@ def learn_table(
         best = np.maximum.reduceat(values, first)
         worth = rewards + gamma * np.where(known, best[place], 0.0)
         values = np.bincount(cell, worth) / count
+    # −∞ is what was never tried, so that nothing else may be.
+    if not (np.abs(values) < np.finfo(np.float32).max).all():
+        raise ValueError(f"gamma={gamma}: what is learned is beyond float32; give smaller rewards")
     table = np.full(len(states) * len(actions), -np.inf, np.float32)
     table[tried] = values
     return table.reshape(len(states), len(actions))

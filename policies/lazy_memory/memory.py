@@ -16,7 +16,7 @@ import numpy.typing as npt
 from teamsight import checks
 from teamsight.policies.lazy_memory import batch, combine, file
 from teamsight.policies.lazy_memory.order import Table
-from teamsight.policies.lazy_memory.pairs import ACTION, table_of, two_dimensional
+from teamsight.policies.lazy_memory.pairs import ACTION, MOST, table_of, two_dimensional
 
 __all__ = ["ACTION", "LazyMemory", "Table"]
 
@@ -157,6 +157,10 @@ class LazyMemory:
     def __hash__(self) -> int:
         return hash(self.digest)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> LazyMemory:
+        # Nothing in it changes, and it may be the largest thing on the machine.
+        return self
+
     def __reduce__(self) -> tuple[Any, ...]:
         return LazyMemory, (self.table, self.own, self.added, self.facts, self.settings)
 
@@ -274,8 +278,8 @@ class LazyMemory:
         if asked.shape[1] not in (p, self.inputs):
             raise ValueError(f"queries: have {asked.shape[1]} components; {p} of the memory's are compared: give {p}")
         asked = np.ascontiguousarray(asked[:, :p], np.float32)
-        if not np.isfinite(asked).all():
-            raise ValueError("queries: hold NaN or infinity; a situation's readings are finite")
+        if not (np.abs(asked) <= MOST).all():
+            raise ValueError(f"queries: hold NaN or more than {MOST:g}; a situation's readings are finite")
         return batch.nearest(self.table, asked, count)
 
 

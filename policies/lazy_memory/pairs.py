@@ -16,6 +16,8 @@ ACTION = ("rotation", "distance")
 # The float32 next to π lies above π.
 _LIMITS = {"rotation": (-float(np.float32(math.pi)), float(np.float32(math.pi))), "distance": (0.0, 1.0)}
 _PART = 4096
+#: The largest number: sums of differences of such are finite float32.
+MOST = 1e30
 _AXES = ("pairs", "inputs")
 _UNITS = {"rotation": "in radians, −π..π", "distance": "as a share of the robot's speed, 0..1"}
 
@@ -95,12 +97,13 @@ def _fill(rows: Table, values: npt.NDArray[Any], name: str) -> None:
         for start in range(0, len(values), _PART):
             rows[:, start : start + _PART] = values[start : start + _PART].T
     for component, row in enumerate(rows):
-        wrong = ~np.isfinite(row)
+        # So that NaN is wrong too.
+        wrong = ~(np.abs(row) <= MOST)
         if wrong.any():
             pair = int(np.argmax(wrong))
             place = f"{pair}, {component}" if values.shape[1] > 1 else f"{pair}"
             raise ValueError(
-                f"{name}[{place}] = {values[pair, component]}: a memory holds finite float32 only; "
+                f"{name}[{place}] = {values[pair, component]}: a memory holds finite float32 only, up to {MOST:g}; "
                 "leave such pairs out, or mend the exploration that recorded them"
             )
 

@@ -104,6 +104,11 @@ def low_hump(n: int, r: float) -> float:
     return 0.42 * hump(n, r) - 0.02 * (n <= 8 and r >= 7)
 
 
+def low_step(n: int, r: float) -> float:
+    """A gain up to 25 points from R = 2 to 6, and a quarter of that beyond, which is 6 points for large teams."""
+    return (0.1 + 0.005 * n) * (1.0 if 2 <= r <= 6 else 0.25 if 6 < r <= 8 else 0.1)
+
+
 CASES: list[tuple[str, bool, Tables]] = [
     ("degrees", True, {}),
     ("neighbours-random", True, {"random-walk": table(most=walk)}),
@@ -222,6 +227,8 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("learned-shape", False, learned(lambda n, r: 0.5 - 0.2 * (r > 1))),
     ("learned-shape", False, learned(lambda n, r: 0.36 + low_hump(n, r))),
     ("learned-shape", False, learned(lambda n, r: 0.3 + low_hump(31 - n, r))),
+    # Many robots gain for longer, but less than 10 points there.
+    ("learned-shape", True, learned(lambda n, r: 0.3 + low_step(n, r))),
     ("learned-hurts", True, learned(lambda n, r: 0.3 + low_hump(n, r))),
     ("learned-hurts", False, learned(lambda n, r: 0.3 + 0.5 * hump(n, r))),
     (

@@ -188,10 +188,35 @@ def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
         StateGrid(16, 64, "shared")
     with pytest.raises(ValueError, match=r"3\^22 states"):
         StateGrid(16, 18, "pairwise")
-    with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly"):
+    with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly; 16 or a divisor"):
         StateGrid(16, 0, "none", sectors=5)
-    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates"):
+    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; 2 or a divisor"):
         StateGrid(16, 6, "ring")
+    with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of teammates evenly; 1 does"):
+        StateGrid(16, 7, "ring")
+
+
+@pytest.mark.parametrize("kind", LEARNERS)
+def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
+    # Only a degree of awareness of the user's own delivers such; kernels must not go astray on them.
+    rng = np.random.default_rng(2)
+    size = 300
+    wild = rng.choice(np.float32([-1e29, -3, -0.01, 0.3, 0.9, 1.2, 1e29]), (2, size, 16))
+    action = np.stack([rng.uniform(-3, 3, size), rng.random(size)], axis=1)
+    facts = {"gained": rng.integers(0, 2, size), "lost": rng.integers(0, 2, size)}
+    one, other = (LazyMemory.of(before, action, after, facts, settings={}) for before, after in (wild, wild.clip(0, 1)))
+    percept = sample_percept(size, rng, 16)
+    noise = rng.random((kind.draws if isinstance(kind.draws, int) else 2, size))
+    learner = kind(other)
+    clipped, _ = learner.decide(percept._replace(situation=wild[0].clip(0, 1)), learner.start(size), noise)
+    beyond, _ = learner.decide(percept._replace(situation=wild[0]), learner.start(size), noise)
+    assert beyond.heading.tobytes() == clipped.heading.tobytes()
+    assert beyond.distance.tobytes() == clipped.distance.tobytes()
+    if kind is TabularQ:
+        assert kind(one).table.tobytes() == learner.table.tobytes()
+    else:
+        # The order of the pairs is that of their content, which differs.
+        assert np.isfinite(kind(one).weights).all()
 
 
 @pytest.mark.parametrize(
@@ -205,6 +230,8 @@ def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
         (TabularQ, {"gamma": 1.1}, "gamma=1.1"),
         (TabularQ, {"actions": 8}, "actions=8: must be an ActionGrid"),
         (TabularQ, {"inputs": 20}, "inputs=20"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "beyond float32; give smaller rewards"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), -1e39)}, "beyond float32; give smaller rewards"),
         (LinearQ, {"reward": lambda memory: np.full(len(memory), np.nan)}, "nan"),
         (LinearQ, {"reward": lambda memory: np.zeros(3)}, "shape"),
     ],

@@ -110,6 +110,11 @@ def test_copies(duplicate: Any) -> None:
     assert not again.table.flags.writeable
 
 
+def test_what_never_changes_is_not_copied_with_what_holds_it() -> None:
+    memory = memory_of()
+    assert np.shares_memory(copy.deepcopy([memory])[0].table, memory.table)
+
+
 @pytest.mark.short
 @given(seed=st.integers(0, 2**32 - 1), cut=st.integers(1, 39))
 def test_merging_is_as_exploring_at_once(seed: int, cut: int) -> None:

@@ -176,6 +176,14 @@ def test_what_cannot_be_learned_from_is_refused() -> None:
         PessimisticLazyQ(memory, k=3, rotations=0)
 
 
+def test_rounding_does_not_add_up_to_a_heading_that_is_no_unit_vector() -> None:
+    policy = LazyQ(made_up(1, 60), k=3)
+    percept = percept_of(1, 20, 7)
+    longer = percept._replace(heading=percept.heading * (1 + 1e-6))
+    action, _ = policy.decide(longer, policy.start(20), np.zeros((0, 20)))
+    assert np.abs(np.linalg.norm(action.heading, axis=1) - 1).max() < 1e-11
+
+
 def test_percepts_that_do_not_fit_are_refused() -> None:
     policy = LazyQ(made_up(1, 9), k=3)
     percept = percept_of(1, 2, 4)

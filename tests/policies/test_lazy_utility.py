@@ -70,6 +70,13 @@ def test_nothing_is_stored_in_the_memory_and_rewards_share_the_search() -> None:
     assert memory.digest == digest
 
 
+def test_a_search_for_fewer_does_not_answer_for_more() -> None:
+    memory = made_up(3, 50)
+    utility(memory, won, k=2)
+    expected = naive_learners.utility(memory, won(memory).tolist(), memory.inputs, 9, 0.7, 10)
+    assert utility(memory, won, k=9).tolist() == expected
+
+
 def test_the_search_tells_how_far_it_is() -> None:
     told: list[tuple[int, int]] = []
     next_matches(made_up(2, 5000), 2, progress=lambda done, total: told.append((done, total)))

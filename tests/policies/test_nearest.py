@@ -34,7 +34,7 @@ def memory_of(pairs: int, inputs: int, rng: np.random.Generator, steps: int | No
 @pytest.mark.short
 @given(
     seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
-    k=st.integers(1, 12), steps=st.sampled_from([None, 1, 3]),
+    k=st.integers(1, 12) | st.integers(60, 140), steps=st.sampled_from([None, 1, 3]),
 )  # fmt: skip
 def test_as_the_slow_twin(seed: int, pairs: int, inputs: int, k: int, steps: int | None) -> None:
     rng = np.random.default_rng(seed)
@@ -94,6 +94,15 @@ def test_equal_distances_are_ordered_by_content() -> None:
     assert memory.situation[index[0]].tolist() == [[1.0, 1.0], [0.5, 1.0], [1.0, 0.5], [0.0, 1.0], [1.0, 0.0]]
     assert distance.tolist() == [[0.0, 0.5, 0.5, 1.0, 1.0], [0.5, 0.5, 1.0, 1.0, 1.0]]
     assert index[1].tolist() == [1, 3, 0, 2, 4]
+
+
+def test_the_largest_numbers_have_distances_too() -> None:
+    largest = np.full((3, 35), 1e30)
+    facts: dict[str, Any] = {"gained": [0, 0, 0]}
+    memory = LazyMemory.of(largest, np.zeros((3, 2)), largest, facts, settings={})
+    index, distance = memory.nearest(-largest, 3)
+    assert index.tolist() == [[0, 1, 2]] * 3
+    assert np.isfinite(distance).all()
 
 
 def test_sums_are_taken_in_float32_in_the_order_of_the_components() -> None:

@@ -55,6 +55,7 @@ def test_ones_own() -> None:
         (lambda memory: np.zeros((3, 1)), r"returned the shape \(3, 1\)"),
         (lambda memory: None, r"returned the shape \(\)|returned NoneType"),
         (lambda memory: ["a", "b", "c"], r"returned list; it must return one number for each pair"),
+        (lambda memory: np.full(3, 1j), r"returned ndarray; it must return one number for each pair"),
         (GainReward, r"is a class; give an object, GainReward\(\)"),
         (GainReward("team"), r"fact='team_gained': unknown"),
         ("own", r"reward='own': must be a callable"),

@@ -16,6 +16,7 @@ from teamsight.policies.check import sample_percept
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_utility import utility
 from teamsight.policies.rewards import GainReward, own_reward, tabulate, team_reward
+from teamsight.policies.sheppard_lazy_q import MOST_CHANGE, MOST_SEEN
 
 pytestmark = pytest.mark.short
 
@@ -67,6 +68,32 @@ def test_a_life_as_the_slow_twin_has_it(
             turn = complex(*action.heading[i]) / complex(*percept.heading[i])
             assert turn == pytest.approx(complex(math.cos(rotation), math.sin(rotation)))
             assert action.distance[i] == pytest.approx(share * percept.speed[i])
+            assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.real[i, : len(twin.pairs), 5].tolist())
+
+
+def difference(memory: LazyMemory) -> Any:
+    return np.asarray(memory.fact("gained"), float) - 2 * memory.fact("lost")
+
+
+def test_of_a_crowd_so_many_are_followed_and_told_apart_as_there_is_room_for() -> None:
+    rng = np.random.default_rng(3)
+    policy = SheppardLazyQ(3, difference, capacity=40)
+    told = tabulate(difference, MOST_CHANGE)
+    room = np.minimum(np.arange(MOST_SEEN + 1), MOST_CHANGE)
+    twins = [naive_learners.SheppardRobot(policy, told[np.ix_(room, room)].tolist()) for _ in range(3)]
+    memory = policy.start(3)
+    for crowd in (0, MOST_SEEN, 300, 70, 5, 3, 12, 200):
+        situation = np.zeros((3, 3), np.float32)
+        seen = [np.sort(rng.permutation(400)[: crowd + i]) for i in range(3)]
+        start = np.cumsum([0, *map(len, seen)])
+        percept = sample_percept(3, rng)
+        targets = percept.targets._replace(
+            start=start, identity=np.concatenate(seen), offset=np.zeros((start[-1], 2)), distance=np.zeros(start[-1])
+        )
+        noise = rng.random((3, 3))
+        _, memory = policy.decide(percept._replace(situation=situation, targets=targets), memory, noise)
+        for i, twin in enumerate(twins):
+            twin.decide(situation[i], set(seen[i][:MOST_SEEN].tolist()), noise[:, i].tolist())
             assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.real[i, : len(twin.pairs), 5].tolist())
 
 
