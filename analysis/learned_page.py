@@ -15,6 +15,9 @@ from teamsight.analysis.figures.style import canvas, head, to_png
 from teamsight.analysis.figures.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.observation import grid_of
 
+# A page's picture is small.
+_DPI = 90
+
 
 def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     """Return the page in Markdown.
@@ -84,7 +87,7 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
     unsure = grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
     draw_row(figure, grid_of(cells), look, open_cells=unsure)
-    return to_png(figure, title)
+    return to_png(figure, title, _DPI)
 
 
 def _cells_of(table: pd.DataFrame) -> pd.DataFrame:
