@@ -130,7 +130,7 @@ def _count(number: int, what: str) -> str:
 
 def _write_head(figure: Canvas, layout: _Layout) -> None:
     left, top = 0.4 / layout.width, layout.height - 0.15
-    look = {"va": "top", "linespacing": 1.2}
+    look: dict[str, Any] = {"va": "top", "linespacing": 1.2}
     figure.text(left, top / layout.height, "\n".join(layout.title), size=15, weight="bold", color=INK, **look)
     top -= _TITLE_LINE * len(layout.title)
     figure.text(left, top / layout.height, "\n".join(layout.told), size=10, color=FAINT, **look)

@@ -109,7 +109,7 @@ def tell_gain(cells: pd.DataFrame, variant: str) -> str:
         whose 95 % interval does not include it.
     """
     of = cells[cells["variant"] == variant]
-    most = of.loc[of["mean"].idxmax()]
+    most = of.iloc[int(np.argmax(of["mean"].to_numpy()))]
     told = (
         f"{100 * of['mean'].mean():+.1f} pp on the mean of {len(of)} cells, at most {100 * most['mean']:+.1f} at "
         f"N = {most['robots']:.0f}, R = {most['radius']:g}"
