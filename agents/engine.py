@@ -261,7 +261,8 @@ class Engine:
                 name = self._world.groups[where].name
                 raise ValueError(
                     f"{policy}: an action of {name} at tick {self._world.tick} is not finite, or its heading no unit "
-                    "vector; check the policy with check_policy()"
+                    "vector; check the policy with check_policy(), and a degree of awareness of your own for readings "
+                    "that are NaN"
                 )
             # Noise, percepts and sightings are pure: what was interrupted is begun again.
             self._grow(status, where, need)

@@ -68,6 +68,15 @@ def awareness_of(value: Awareness | str) -> Awareness:
     return value
 
 
+def name_of(policy: Any) -> str:
+    """Return how a policy is called in messages: by the name that it goes by, or as a class or function."""
+    for name, make in POLICIES.items():
+        # Policies by name that are made once and kept.
+        if hasattr(make, "cache_info") and make.cache_info().currsize and make() is policy:
+            return repr(name)
+    return str(getattr(policy, "__name__", type(policy).__name__))
+
+
 def check_fit(group: Group, team: list[Group]) -> None:
     """Refuse a policy that asks for what the degree of awareness does not deliver.
 
@@ -78,7 +87,7 @@ def check_fit(group: Group, team: list[Group]) -> None:
     """
     check_needs(group)
     policy, awareness = group.policy, group.awareness
-    name = getattr(policy, "__name__", type(policy).__name__)
+    name = name_of(policy)
     inputs = getattr(policy, "inputs", 0) or 0
     degree = getattr(policy, "degree", None)
     size = max(sum(map(len, team)), 1)
@@ -86,34 +95,48 @@ def check_fit(group: Group, team: list[Group]) -> None:
     if degree is not None and degree != awareness.name:
         raise ValueError(
             f"policy={name}: learned from situations of awareness {degree!r}, and these robots have "
-            f"{awareness.name!r}{_fitting(inputs, size, degree)}"
+            f"{awareness.name!r}{_fitting(awareness, inputs, size, degree)}{_whole(policy, awareness, width)}"
         )
     if inputs and inputs != width:
         raise ValueError(
             f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
-            f"{_fitting(inputs, size, degree)}"
+            f"{_fitting(awareness, inputs, size, degree)}"
         )
 
 
 def check_needs(group: Group) -> None:
     """Refuse a policy that needs a field of the percept which the degree of awareness does not deliver."""
     policy, awareness = group.policy, group.awareness
-    name = getattr(policy, "__name__", type(policy).__name__)
+    name = name_of(policy)
     for need in getattr(policy, "needs", ()):
         checks.choice(f"{name}.needs", need, ("targets", "mates", "reports"))
         if need not in awareness.delivers:
-            fit = [degree.__name__ for degree in AWARENESS.values() if need in degree.delivers]
-            cure = f"; use {fit[0]}()" if fit else ""
+            fit = [degree.name for degree in AWARENESS.values() if need in degree.delivers]
+            cure = _use(fit[0]) if fit else ""
             raise ValueError(
                 f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}"
             )
 
 
-def _fitting(inputs: int, size: int, name: str | None = None) -> str:
-    """Return the cure: a degree of this name, if one is asked for, that gives so many inputs."""
+def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = None) -> str:
+    """Return the cure: another degree, of this name if one is asked for, that gives so many inputs."""
     for degree in AWARENESS.values():
-        if name in (None, degree.name) and sum(degree().width(size)) == inputs:
-            return f"; use {degree.__name__}()"
+        if name in (None, degree.name) and degree.name != awareness.name and sum(degree().width(size)) == inputs:
+            return _use(degree.name)
     if inputs > OWN_SECTORS and name in (None, RingAwareness.name):
-        return f"; use {RingAwareness.__name__}(delta={inputs - OWN_SECTORS})"
+        delta = inputs - OWN_SECTORS
+        return f"; use {RingAwareness.__name__}(delta={delta}) (--awareness ring --delta {delta})"
     return "; explore with this degree and this team" if name else "; train it for this width"
+
+
+def _use(name: str) -> str:
+    return f"; use awareness={name!r} (--awareness {name})"
+
+
+def _whole(policy: Any, awareness: Awareness, width: int) -> str:
+    """Return the other cure of a learner that leaves out inputs of its memory which these robots have."""
+    memory = getattr(policy, "memory", None)
+    if memory is None or getattr(memory, "inputs", None) != width or policy.inputs == width:
+        return ""
+    told = memory.settings.get("degree", awareness.name) == awareness.name
+    return f", or leave out inputs={policy.inputs}" if told else ""

@@ -7,6 +7,7 @@ a by-product.
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 from pathlib import Path
 from typing import Any
@@ -30,22 +31,27 @@ _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
 _ROAD = "road.json"
 
 
+_Helpful = argparse.ArgumentDefaultsHelpFormatter
+
+
 def main() -> None:
     """Read the command line and obey."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser = argparse.ArgumentParser(description="Shape the learned rule, or measure the one shipped.")
     parser.add_argument("--workers", type=int, default=cores())
     jobs = parser.add_subparsers(dest="job", required=True)
-    begin = jobs.add_parser("train", help="evolve the rule; run it again to go on where it was interrupted")
-    begin.add_argument("--out", required=True, help="folder of the log and of the rule found")
-    begin.add_argument("--generations", type=int, default=600)
-    begin.add_argument("--population", type=int, default=Evolution.population)
-    begin.add_argument("--seed", type=int, default=Evolution.seed)
-    measure = jobs.add_parser("test", help="measure the rule on other noise, and write page, table and picture")
+    begin = jobs.add_parser("train", formatter_class=_Helpful, help="evolve the rule; run it again to go on")
+    begin.add_argument("--out", default="evolution", help="folder of the log and of the rule found")
+    begin.add_argument("--generations", type=int, default=400, help="in all")
+    begin.add_argument("--population", type=int, default=Evolution.population, help="candidates of a generation")
+    begin.add_argument("--seed", type=int, default=Evolution.seed, help="of the candidates")
+    measure = jobs.add_parser("test", formatter_class=_Helpful, help="measure the rule on other noise")
     measure.add_argument("--constants", help="a rule that train found; by default the one shipped")
     measure.add_argument("--trained", help="folder of train: shows the road there too")
-    measure.add_argument("--out", default="docs", help="folder of the page")
-    measure.add_argument("--runs", type=int, default=30)
+    measure.add_argument("--out", default="docs", help="folder of the page, its table and its picture")
+    measure.add_argument("--runs", type=int, default=30, help="of each cell")
     given = parser.parse_args()
+    if given.job == "train" and importlib.util.find_spec("cma") is None:
+        parser.exit(2, "evolution needs the package cma: pip install 'teamsight[evolve]', or -e '.[evolve]'\n")
     folder = store.prepare_folder(given.out)
     with Progress() as bar, Crew(given.workers, IMPORTS, bar.console.print) as crew:
         if given.job == "train":

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.explore import Exploration, explore
-from teamsight.analysis.lazy_teams import treatments_on
+from teamsight.analysis.lazy_teams import treatments_on, world_of
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.random_walk import RandomWalk
 from teamsight.policies.rewards import GainReward
+
+_DEFAULTS: Mapping[str, Any] = MappingProxyType({})
 
 #: The values that are searched.
 VALUES: dict[str, tuple[Any, ...]] = {
@@ -56,17 +60,16 @@ class Constants:
     scope: str = "own"
     both: str = "gain"
 
-    def exploration(self, seed: int) -> Exploration:
-        """Return the exploration of this seed."""
+    def exploration(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> Exploration:
+        """Return the exploration of this seed, in a world of this setting."""
         walk = RandomWalk(random_distance=self.distance == "random")
-        speed = self.pace * DEFAULTS["robot_speed"]
-        return Exploration(
-            radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world={"robot_speed": speed}
-        )
+        world = world_of(setting)
+        world["robot_speed"] = self.pace * world.get("robot_speed", DEFAULTS["robot_speed"])
+        return Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
 
-    def memory(self, seed: int) -> LazyMemory:
+    def memory(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> LazyMemory:
         """Return what that exploration leaves."""
-        return explore(self.exploration(seed))
+        return explore(self.exploration(seed, setting))
 
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11 on a memory."""

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.claims import CLAIMS, judge
 from teamsight.analysis.claims.interface import average, gain, maxima, part, peak, percent
 from teamsight.analysis.crew import Crew
@@ -26,6 +27,9 @@ OPEN_CLAIMS = tuple(claim for claim in CLAIMS if COOPERATIVE in claim.needs)
 GRID = Grid((5, 10, 20, 30), (2.0, 3.0, 4.0, 6.0, 8.0))
 #: Root seeds of the worlds that choose, of those that choose again among the best, and of those that report.
 CHOOSE, AGAIN, REPORT = (-11,), (-12, -13), (-21, -22, -23, -24)
+#: In which settings: that of no parameter set, by which constants are chosen, and the presets of other speeds, which
+#: take these constants and have an exploration chosen for themselves.
+DEFAULTS, SETTINGS = "defaults", ("touzet2000",)
 #: A value replaces the one that was given when it agrees with the paper better by more than so many standard errors.
 CLEARLY = 2.0
 
@@ -46,7 +50,13 @@ class Trial(NamedTuple):
     memory: int
     root: int
     steps: int = 600
+    setting: str = DEFAULTS
     grid: Grid = GRID
+
+    @property
+    def given(self) -> Mapping[str, Any]:
+        """What the setting sets: keyword parameters of CMOMMT."""
+        return {} if self.setting == DEFAULTS else PRESETS[self.setting]
 
 
 def assess(trial: Trial) -> dict[str, Any]:
@@ -61,16 +71,17 @@ def assess(trial: Trial) -> dict[str, Any]:
         mean; in how many of the pairs a robot gained a target, and in which share of them it had a teammate in sight;
         how many of the claims hold, their mean distance from the paper in tolerances; and each claim.
     """
-    memory = trial.constants.memory(trial.memory)
+    memory = trial.constants.memory(trial.memory, trial.given)
     treatments = {**trial.constants.treatments(memory), **_BESIDE}
     tables = {}
     for name, treatment in treatments.items():
-        rows = Experiment(name, treatment, trial.grid.cells).rows({}, trial.root, 1, trial.steps)
+        rows = Experiment(name, treatment, trial.grid.cells).rows(trial.given, trial.root, 1, trial.steps)
         tables[name] = pd.DataFrame([columns | simulate(run)._asdict() for columns, run in rows])
     surface = gain(tables[COOPERATIVE], tables[COLLECTIVE])
     verdicts = judge(tables, OPEN_CLAIMS)
     return {
-        "stage": trial.stage, **asdict(trial.constants), "memory": trial.memory, "root": trial.root,
+        "setting": trial.setting, "stage": trial.stage, **asdict(trial.constants),
+        "memory": trial.memory, "root": trial.root,
         **{name: average(percent(table)) for name, table in tables.items()},
         "gain": average(surface), "largest": peak(surface).value, "few": average(part(surface, (1, 8), (7, 9))),
         "crowding": average(maxima(tables[COOPERATIVE]) - maxima(tables[COLLECTIVE])),
@@ -89,6 +100,7 @@ class Size(NamedTuple):
     memories: int = 40
     finalists: int = 6
     reported: int = 60
+    reported_elsewhere: int = 30
     varied: int = 8
     steps: int = 600
 
@@ -96,8 +108,9 @@ class Size(NamedTuple):
 def trials(size: Size) -> int:
     """Return how many trials a search of this size makes, whatever it chooses."""
     changed = sum(len(values) - 1 for values in VALUES.values())
-    again = size.finalists * len(AGAIN) + len(REPORT)
-    return size.drawn + size.memories + again + size.reported + (changed + 1) * size.varied
+    memory = size.memories + size.finalists * len(AGAIN) + len(REPORT)
+    elsewhere = len(SETTINGS) * (memory + size.reported_elsewhere)
+    return size.drawn + memory + size.reported + (changed + 1) * size.varied + elsewhere
 
 
 def search(
@@ -107,7 +120,8 @@ def search(
 
     The stages, in the order in which they are made: "draw", constants and memory at random; "memory", the chosen
     constants with many memories; "again", the best of these on other worlds; then, on worlds that nothing was chosen
-    by, "chosen", the winner; "luck", other memories; and "vary", one constant changed at a time, on these memories.
+    by, "chosen", the winner; "luck", other memories; and "vary", one constant changed at a time, on these memories. The
+    stages "memory" to "luck" are then made once more in each of the other `SETTINGS`, with the constants chosen.
 
     Parameters
     ----------
@@ -136,18 +150,44 @@ def search(
         return pd.DataFrame(rows)
 
     constants = chosen_constants(make(_drawn(much)))
-    found = make([Trial("memory", constants, seed, CHOOSE[0], much.steps) for seed in range(much.memories)])
-    best = ranking(found[found["stage"] == "memory"])["memory"].head(much.finalists)
-    found = make([Trial("again", constants, int(seed), root, much.steps) for seed in best for root in AGAIN])
-    winner = chosen_memory(found)
-    make([Trial("chosen", constants, winner, root, much.steps) for root in REPORT])
-    others = range(1000, 1000 + much.reported)
-    make([Trial("luck", constants, seed, REPORT[0], much.steps) for seed in others])
-    return make(_varied(constants, much))
+    find_memory(make, constants, much)
+    make(_varied(constants, much))
+    for setting in SETTINGS:
+        find_memory(make, constants, much, setting)
+    return pd.DataFrame(rows)
+
+
+def find_memory(
+    make: Callable[[Sequence[Trial]], pd.DataFrame], constants: Constants, size: Size, setting: str = DEFAULTS
+) -> None:
+    """Make the trials that choose an exploration for a setting, and those that report it and its luck.
+
+    Parameters
+    ----------
+    make : callable
+        Makes trials and returns the table of all that were made so far.
+    constants : Constants
+        Of all of them.
+    size : Size
+        How many.
+    setting : str
+        In which setting.
+    """
+
+    def trial(stage: str, memory: int, root: int) -> Trial:
+        return Trial(stage, constants, memory, root, size.steps, setting)
+
+    found = make([trial("memory", seed, CHOOSE[0]) for seed in range(size.memories)])
+    tried = found[(found["stage"] == "memory") & (found["setting"] == setting)]
+    best = ranking(tried)["memory"].head(size.finalists)
+    winner = chosen_memory(make([trial("again", int(seed), root) for seed in best for root in AGAIN]), setting)
+    make([trial("chosen", winner, root) for root in REPORT])
+    others = size.reported if setting == DEFAULTS else size.reported_elsewhere
+    make([trial("luck", seed, REPORT[0]) for seed in range(1000, 1000 + others)])
 
 
 def _told(trial: Trial) -> str:
-    return f"{trial.stage}, memory {trial.memory}"
+    return f"{trial.setting}: {trial.stage}, memory {trial.memory}"
 
 
 def _drawn(size: Size) -> list[Trial]:
@@ -211,9 +251,10 @@ def chosen_constants(found: pd.DataFrame) -> Constants:
     return Constants(**chosen)
 
 
-def chosen_memory(found: pd.DataFrame) -> int:
+def chosen_memory(found: pd.DataFrame, setting: str = DEFAULTS) -> int:
     """Return the seed of the exploration that agrees best with the paper in worlds that did not select it."""
-    return int(ranking(found[found["stage"] == "again"])["memory"].iloc[0])
+    again = found[(found["stage"] == "again") & (found["setting"] == setting)]
+    return int(ranking(again)["memory"].iloc[0])
 
 
 def ranking(found: pd.DataFrame) -> pd.DataFrame:

@@ -15,6 +15,9 @@ from teamsight.analysis.figures.style import canvas, head, to_png
 from teamsight.analysis.figures.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.observation import grid_of
 
+# A page's picture is small.
+_DPI = 90
+
 
 def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     """Return the page in Markdown.
@@ -28,7 +31,7 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     """
     parts = {str(name): rows for name, rows in table.groupby("part")}
     strongest = parts["screen"].iloc[0]
-    gain, cells = _gain(parts["overall"].iloc[0]), parts["cell"]
+    gain, cells = _gain(parts["overall"].iloc[0]), _cells_of(table)
     worst = cells.sort_values("mean").iloc[0]
     below = int((cells["high"] < comparison.WORST).sum())
     made = about["made"]
@@ -52,7 +55,7 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         "![The gain of the learned rule over the strongest A-CMOMMT](images/learned.png)",
         "## The road there",
         f"`{made['command']}`: {made['trials']:,} trials of {len(evolution.cells())} worlds each, "
-        f"{made['robot_steps'] / 1e9:.1f} thousand million robot-steps in all. Every generation meets new worlds "
+        f"{made['robot_steps'] / 1e9:.1f} × 10⁹ robot-steps in all. Every generation meets new worlds "
         f"(root seed {evolution.TRAIN}). Cells with more than 2 R² robots are left out: there nearly everything is "
         f"observed whatever the robots do. Measured on other noise (root seed {evolution.VALIDATE}), over the whole "
         "grid:",
@@ -71,7 +74,7 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
 
 def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     """Return the gain over team size and radius as PNG."""
-    cells = table[table["part"] == "cell"]
+    cells = _cells_of(table)
     figure = canvas(WIDTH, HEIGHT + HEAD)
     title = "Gain by learning: the learned rule (Θ(1), ring of 16) less the strongest A-CMOMMT (Θ(N))"
     head(
@@ -84,7 +87,13 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
     unsure = grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
     draw_row(figure, grid_of(cells), look, open_cells=unsure)
-    return to_png(figure, title)
+    return to_png(figure, title, _DPI)
+
+
+def _cells_of(table: pd.DataFrame) -> pd.DataFrame:
+    cells = table[table["part"] == "cell"]
+    # Beside rows of other kinds, which have none, team sizes became real numbers.
+    return cells.assign(robots=cells["robots"].astype(int))
 
 
 def _gain(row: Any) -> Gain:
@@ -102,7 +111,7 @@ def _cells(cells: pd.DataFrame) -> str:
 def _road(road: pd.DataFrame) -> str:
     lines = [["generation", "robot-steps", "gain, 95 % interval [pp]"], ["---"] * 3]
     for _, row in road.sort_values("generation").iterrows():
-        lines.append([f"{int(row['generation'])}", f"{row['robot_steps'] / 1e6:,.0f} million", str(_gain(row))])
+        lines.append([f"{int(row['generation'])}", f"{row['robot_steps'] / 1e9:.1f} × 10⁹", str(_gain(row))])
     return _table(lines)
 
 

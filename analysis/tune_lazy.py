@@ -1,7 +1,7 @@
 """``python -m teamsight.analysis.tune_lazy``: search the open constants of lazy learning, and write table and page.
 
-What is chosen is copied by hand into the defaults of `LazyLearner` and of `Exploration`, and the exploration of the
-chosen seed is shipped: a default is a decision, not a by-product.
+What is chosen is copied by hand into the defaults of `LazyLearner` and of `Exploration`, the exploration of the chosen
+seed is shipped, and the seeds of other settings stand in `lazy_teams.SEEDS`: defaults are decisions, not by-products.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def main() -> None:
 
 def page(found: pd.DataFrame) -> str:
     """Return what the search found as a page of Markdown."""
-    stages = {str(name): part for name, part in found.groupby("stage")}
+    stages = _stages(found)
     constants = lazy_search.chosen_constants(found)
     parts = [
         "# The open constants of lazy learning",
@@ -50,9 +50,9 @@ def page(found: pd.DataFrame) -> str:
         "[lazy-search.parquet](lazy-search.parquet).",
         "A trial explores, makes the cooperative and the collective learner, and runs each once at "
         f"N = {_listed(lazy_search.GRID.robots)}, R = {_listed(lazy_search.GRID.radius)} on common noise, at the "
-        "default speeds. All worlds have root seeds below 0, so that none is one of a ledger; what reports shares "
-        "neither worlds nor memories with what chooses. The largest gain of a trial is that of single runs, which "
-        "noise lifts; Figure 11 takes the mean of five.",
+        "default speeds unless it is said otherwise. All worlds have root seeds below 0, so that none is one of a "
+        "ledger; what reports shares neither worlds nor memories with what chooses. The largest gain of a trial is "
+        "that of single runs, which noise lifts; Figure 11 takes the mean of five.",
         "## In short",
         _short(stages["luck"]),
         "## What was chosen",
@@ -72,8 +72,32 @@ def page(found: pd.DataFrame) -> str:
         "Each row changes one of the chosen constants, on memories and worlds that had no part in choosing: the "
         "difference that this makes, paired, with its 95 % confidence interval.",
         _variations(stages["vary"], constants),
+        *(part for setting in lazy_search.SETTINGS for part in _elsewhere(found, setting)),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _stages(found: pd.DataFrame, setting: str = lazy_search.DEFAULTS) -> dict[str, pd.DataFrame]:
+    return {str(name): part for name, part in found[found["setting"] == setting].groupby("stage")}
+
+
+def _elsewhere(found: pd.DataFrame, setting: str) -> list[str]:
+    stages = _stages(found, setting)
+    winner = lazy_search.chosen_memory(found, setting)
+    luck = stages["luck"]["gain"]
+    low, high = _interval(luck)
+    return [
+        f"## The setting `{setting}`",
+        "Under these speeds robots meet another world, which they explore for themselves, with the constants chosen "
+        f"above. Of the seeds 0 to {len(stages['memory']) - 1} the best were found as for the defaults: seed "
+        f"**{winner}**, at these speeds. On worlds that had no part in choosing it:",
+        _summary(stages["chosen"], "root seeds"),
+        f"And with {len(luck)} other memories, each from another seed:",
+        _summary(stages["luck"], "memories"),
+        f"Awareness is worth {luck.mean():+.1f} pp ({low:+.1f} … {high:+.1f}) on the mean over "
+        f"these memories, whose standard deviation is {luck.std():.1f}; with {100 * (luck > 0).mean():.0f} % of them "
+        "awareness helps on the mean.",
+    ]
 
 
 def _short(luck: pd.DataFrame) -> str:
@@ -92,7 +116,7 @@ def _short(luck: pd.DataFrame) -> str:
 def _choice(stages: dict[str, pd.DataFrame], constants: Constants) -> str:
     changed = {name: value for name, value in asdict(constants).items() if value != getattr(Constants(), name)}
     told = ", ".join(f"`{name}={value!r}`" for name, value in changed.items()) or "none"
-    winner = lazy_search.chosen_memory(pd.concat(stages.values()))
+    winner = lazy_search.chosen_memory(stages["again"])
     return (
         "Constants began as trials before the search had left them: "
         + ", ".join(f"`{name}={value!r}`" for name, value in asdict(Constants()).items())

@@ -14,10 +14,29 @@ from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy_memory.pairs import MOST
 from teamsight.policies.lazy_utility import components, degree_of, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward
 
 _PER_TURN = 0.15915494309189535
+
+
+@inlined
+def is_situation(situation: Any, inputs: int) -> bool:
+    """Return whether all readings are numbers, and none beyond what distances can hold."""
+    for component in range(inputs):  # noqa: SIM110 (kernels have no generators)
+        # NaN is on neither side of anything.
+        if not abs(situation[component]) <= MOST:
+            return False
+    return True
+
+
+@inlined
+def refuse(i: int, percept: Any, action: Any) -> None:
+    """Give robot `i` an action that no world takes: whoever runs the kernel then says so."""
+    action.heading[i, 0] = percept.heading[i, 0]
+    action.heading[i, 1] = percept.heading[i, 1]
+    action.distance[i] = np.nan
 
 
 @inlined
@@ -124,6 +143,9 @@ def check_situation(name: str, percept: Percept, inputs: int | None) -> None:
         raise ValueError(
             f"{name}: the percept's situations have {percept.situation.shape[1]} components; it compares {inputs}"
         )
-    wrong = np.flatnonzero(np.isnan(percept.situation).any(axis=1))
+    # Asked this way round, because NaN is on neither side of anything.
+    wrong = np.flatnonzero(~(np.abs(percept.situation) <= MOST).all(axis=1))
     if len(wrong):
-        raise ValueError(f"{name}: the situation of robot {wrong[0]} holds NaN; give 1 where nothing is sensed")
+        raise ValueError(
+            f"{name}: the situation of robot {wrong[0]} holds NaN or more than {MOST:g}; give 1 where nothing is sensed"
+        )

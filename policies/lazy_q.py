@@ -11,7 +11,7 @@ import numpy as np
 
 from teamsight.kernel import inlined, scratch
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import LazyLearner, act
+from teamsight.policies.lazy_learner import LazyLearner, act, is_situation, refuse
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_memory.nearest import k_nearest
 from teamsight.policies.lazy_utility import MOST_MATCHES
@@ -34,6 +34,9 @@ def _best_of_nearest(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     index = scratch(MOST_MATCHES, np.int64)
     distance = scratch(MOST_MATCHES, np.float32)
     for i in range(percept.heading.shape[0]):
+        if not is_situation(percept.situation[i], inputs):
+            refuse(i, percept, action)
+            continue
         k_nearest(table, inputs, percept.situation[i], k, index, distance)
         best = index[0]
         for match in range(1, k):

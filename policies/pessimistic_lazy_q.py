@@ -11,7 +11,7 @@ import numpy as np
 from teamsight import checks
 from teamsight.kernel import inlined, scratch
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import LazyLearner, act
+from teamsight.policies.lazy_learner import LazyLearner, act, is_situation, refuse
 from teamsight.policies.lazy_memory.nearest import k_nearest
 from teamsight.policies.lazy_utility import MOST_MATCHES
 
@@ -32,6 +32,9 @@ def _best_worst(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     distance = scratch(MOST_MATCHES, np.float32)
     worst = scratch(_MOST_ACTIONS, np.float64)
     for i in range(percept.heading.shape[0]):
+        if not is_situation(percept.situation[i], inputs):
+            refuse(i, percept, action)
+            continue
         k_nearest(mind.knowledge, inputs, percept.situation[i], k, index, distance)
         for one in range(int(parameters[_ROTATIONS]) * distances):
             worst[one] = np.inf

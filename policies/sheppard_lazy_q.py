@@ -12,7 +12,7 @@ from teamsight import checks
 from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Memory, Percept
-from teamsight.policies.lazy_learner import act, check_situation, digest_of
+from teamsight.policies.lazy_learner import act, check_situation, digest_of, is_situation, refuse
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_utility import components, degree_of, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward, tabulate
@@ -101,6 +101,9 @@ def _learn_and_act(percept: Any, mind: Any, noise: Any, action: Any) -> None:
         store = mind.memory.real[i]
         notes = mind.memory.whole[i]
         situation = percept.situation[i]
+        if not is_situation(situation, inputs):
+            refuse(i, percept, action)
+            continue
         count = min(notes[0, _STORED], capacity)
         pending = notes[0, _PENDING]
         reward = _reward(percept, i, notes, parameters)

@@ -41,8 +41,8 @@ def plain(axes: Axes) -> None:
     axes.set_axisbelow(True)
 
 
-def to_png(figure: Canvas, description: str) -> bytes:
+def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
     """Return the drawing as PNG, with its description inside."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": "teamsight", "Description": description})
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": "teamsight", "Description": description})
     return buffer.getvalue()

@@ -15,7 +15,7 @@ from teamsight.policies.eager.descent import descend
 from teamsight.policies.eager.features import weigh
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import act
+from teamsight.policies.lazy_learner import act, is_situation, refuse
 
 _INPUTS, _TENTS, _TURNS, _PACES = range(4)
 
@@ -29,6 +29,9 @@ def _weigh_all(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     turns = int(parameters[_TURNS])
     paces = int(parameters[_PACES])
     for i in range(percept.heading.shape[0]):
+        if not is_situation(percept.situation[i], inputs):
+            refuse(i, percept, action)
+            continue
         best = 0
         most = weigh(weights, 0, percept.situation[i], inputs, tents)
         for number in range(1, turns * paces):

@@ -14,7 +14,7 @@ from teamsight.policies.eager.action_grid import ActionGrid, grid_distance, grid
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.eager.state_grid import StateGrid, state_of
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import act
+from teamsight.policies.lazy_learner import act, is_situation, refuse
 from teamsight.policies.lazy_memory import LazyMemory
 
 _LEVELS, _DIMENSIONS, _TURNS, _PACES, _DIMENSION = range(5)
@@ -30,6 +30,9 @@ def _look_up(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     turns = int(parameters[_TURNS])
     paces = int(parameters[_PACES])
     for i in range(percept.heading.shape[0]):
+        if not is_situation(percept.situation[i], percept.situation.shape[1]):
+            refuse(i, percept, action)
+            continue
         state = state_of(percept.situation[i], levels, dimensions, parameters, _DIMENSION)
         best = -1
         for number in range(turns * paces):

@@ -1,4 +1,4 @@
-"""The learned rule: observe targets by forces whose laws evolution found, under any degree of awareness."""
+"""The learned rule: observe targets by forces whose laws evolution found."""
 
 from __future__ import annotations
 

@@ -33,7 +33,8 @@ class Learned(CompiledPolicy):
     Each target and each teammate pulls or pushes; a piecewise linear law and a small network give the strength, from
     how near it is, how near teammates are to it, whether it goes away, how many others could be held with it, how
     crowded the place was lately and how large the known ground is. Five more forces come from memory. It was shaped
-    under `RingAwareness(16)` and runs under every degree.
+    under `RingAwareness(16)` and runs under every degree that shows teammates; without any it would observe less than a
+    random walk, and is refused.
 
     Parameters
     ----------
@@ -54,6 +55,7 @@ class Learned(CompiledPolicy):
     constants: tuple[float, ...] = ()
 
     kernel = decide
+    needs = ("mates",)
 
     def __post_init__(self) -> None:
         given = np.array(self.constants if len(self.constants) else shipped(), float)

@@ -199,26 +199,26 @@ MISFITS = [
     (
         "none",
         {"needs": ("mates",)},
-        r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use RingAwareness\(\)",
+        r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use awareness='ring' \(--awareness ring\)",
     ),
     (
         "pairwise",
         {"needs": ("reports",)},
-        r"needs 'reports', which awareness 'pairwise' does not deliver; use SharedAwareness\(\)",
+        r"needs 'reports', which awareness 'pairwise' does not deliver; use awareness='shared' \(--awareness shared\)",
     ),
     (
         "none",
         {"needs": ("minds",)},
         r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets",
     ),
-    ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use RingAwareness\(\)"),
+    ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
         "ring",
         {"inputs": 34},
-        r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use PairwiseAwareness\(\)",
+        r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use awareness='pairwise' \(--awareness pairwise\)",
     ),
-    ("shared", {"inputs": 16}, r"use NoAwareness\(\)"),
-    ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\)"),
+    ("shared", {"inputs": 16}, "use awareness='none'"),
+    ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\) \(--awareness ring --delta 5\)"),
     ("ring", {"inputs": 3}, r"train it for this width"),
 ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import warnings
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -11,9 +12,12 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.agents.awareness.interface import Width
 from teamsight.agents.exploration import explore
+from teamsight.kernel import kernel
 from teamsight.policies import LazyQ, PessimisticLazyQ, RandomWalk, SheppardLazyQ
+from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.rewards import team_reward
 
@@ -118,20 +122,63 @@ def test_a_pickled_learner_lives_the_same_life() -> None:
     ("policy", "given", "message"),
     [
         # Nine robots under pairwise awareness have 32 inputs too; they mean something else.
-        (LazyQ(memory()), {"awareness": "pairwise", "robots": 9}, r"LazyQ: learned from situations of awareness 'ring', and these robots have 'pairwise'; use RingAwareness\(\)"),
-        (LazyQ(memory()), {"awareness": "none"}, r"learned from .* 'ring', .*'none'; use RingAwareness\(\)"),
-        (LazyQ(memory(), inputs=16), {"awareness": "ring"}, r"'none', and these robots have 'ring'; use NoAwareness\(\)"),
-        (PessimisticLazyQ(memory(), inputs=16), {"awareness": "pairwise", "robots": 1}, r"use NoAwareness\(\)"),
-        (LazyQ(memory()), {"awareness": "ring", "delta": 8}, r"reads 32 inputs, and awareness 'ring' gives 24 in a team of 10; use RingAwareness\(\)"),
+        (LazyQ(memory()), {"awareness": "pairwise", "robots": 9}, r"LazyQ: learned from situations of awareness 'ring', and these robots have 'pairwise'; use awareness='ring' \(--awareness ring\)$"),
+        (LazyQ(memory()), {"awareness": "none"}, r"learned from .* 'ring', .*'none'; use awareness='ring'"),
+        (LazyQ(memory(), inputs=16), {"awareness": "ring"}, r"'none', and these robots have 'ring'; use awareness='none' \(--awareness none\), or leave out inputs=16$"),
+        (PessimisticLazyQ(memory(), inputs=16), {"awareness": "pairwise", "robots": 1}, r"use awareness='none' \(--awareness none\)$"),
+        (LazyQ(memory()), {"awareness": "ring", "delta": 8}, r"reads 32 inputs, and awareness 'ring' gives 24 in a team of 10; use RingAwareness\(delta=16\)"),
         (LazyQ(memory(RingAwareness(5))), {"awareness": "ring"}, r"reads 21 inputs.*use RingAwareness\(delta=5\)"),
         (LazyQ(memory(PairwiseAwareness())), {"awareness": "pairwise", "robots": 6}, r"reads 24 inputs, and awareness 'pairwise' gives 26 in a team of 6; explore with this degree and this team"),
         (SheppardLazyQ(memory=memory()), {"awareness": "pairwise", "robots": 9}, r"learned from .* 'ring'"),
+        ("lazy-cooperative", {"awareness": "none"}, r"policy='lazy-cooperative': learned from .*use awareness='ring' \(--awareness ring\)$"),
         (SheppardLazyQ(), {"awareness": "none"}, r"reads 32 inputs, and awareness 'none' gives 16"),
     ],
 )  # fmt: skip
 def test_a_world_of_another_degree_is_refused(policy: Any, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         CMOMMT(policy=policy, rng=1, **given).run(1)
+
+
+@kernel
+def _situate_wrongly(scene: Any, parameters: Any, situation: Any) -> None:
+    for i in range(situation.shape[0]):
+        for component in range(situation.shape[1]):
+            situation[i, component] = parameters[0] if i == 3 and component == 2 else 1.0
+
+
+@dataclass(frozen=True)
+class Wrong(Awareness):
+    """A user's own degree, in which one reading of the fourth robot is no reading."""
+
+    reading: float
+
+    name = "ring"
+    order = "?"
+    situate = _situate_wrongly
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return (self.reading,)
+
+    def width(self, team_size: int) -> Width:
+        return Width(16, 16)
+
+
+@pytest.mark.parametrize("reading", [np.nan, np.inf, -1e31])
+@pytest.mark.parametrize(
+    "policy",
+    [LazyQ(memory()), PessimisticLazyQ(memory()), SheppardLazyQ(), TabularQ(memory()), LinearQ(memory(), sweeps=1)],
+    ids=lambda policy: type(policy).__name__,
+)
+def test_what_is_no_situation_is_told_by_both_roads(policy: Any, reading: float) -> None:
+    name = type(policy).__name__
+    with pytest.raises(ValueError, match=rf"{name}: an action of robot.* is not finite.*readings"):
+        world(policy, Wrong(reading), 1).run(2)
+    with pytest.raises(ValueError, match=rf"{name}: an action of robot.* is not finite.*readings"):
+        world(policy, Wrong(reading), 1).step()
+    with pytest.raises(ValueError, match=f"{name}: the situation of robot 3 holds NaN or more than"):
+        world(Plain(policy), Wrong(reading), 1).step()
+    world(policy, Wrong(0.5), 1).run(2)
 
 
 def test_a_memory_that_does_not_tell_its_degree_is_taken_by_its_width() -> None:

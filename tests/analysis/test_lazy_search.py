@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis import lazy_search
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.lazy_constants import CHOSEN, VALUES, Constants
-from teamsight.analysis.lazy_search import AGAIN, CHOOSE, OPEN_CLAIMS, REPORT, Size, Trial, assess
-from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE
+from teamsight.analysis.lazy_search import AGAIN, CHOOSE, DEFAULTS, OPEN_CLAIMS, REPORT, SETTINGS, Size, Trial, assess
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, world_of
 from teamsight.analysis.study import Grid
 from teamsight.analysis.tune_lazy import page
 from teamsight.policies import LazyQ
@@ -27,14 +28,22 @@ FEW = Grid((5, 30), (2.0, 8.0))
 def small() -> pd.DataFrame:
     with Crew(1) as crew:
         told: list[int] = []
-        size = Size(drawn=12, memories=3, finalists=2, reported=2, varied=1, steps=10)
+        size = Size(drawn=12, memories=3, finalists=2, reported=2, reported_elsewhere=1, varied=1, steps=10)
         found = lazy_search.search(crew, size, told.append, FEW)
     assert told == list(range(1, lazy_search.trials(size) + 1))
     return found
 
 
 def test_every_stage_is_there_and_worlds_and_memories_that_choose_do_not_report(small: pd.DataFrame) -> None:
-    assert small.groupby("stage", sort=False).size().to_dict() == {
+    assert small.groupby("setting", sort=False).size().index.tolist() == [DEFAULTS, *SETTINGS]
+    for setting in SETTINGS:
+        elsewhere = small[small["setting"] == setting]
+        assert elsewhere.groupby("stage", sort=False).size().to_dict() == {
+            "memory": 3, "again": 4, "chosen": 4, "luck": 1,
+        }  # fmt: skip
+        for name in VALUES:
+            assert elsewhere[name].unique().tolist() == [asdict(lazy_search.chosen_constants(small))[name]]
+    assert small[small["setting"] == DEFAULTS].groupby("stage", sort=False).size().to_dict() == {
         "draw": 12, "memory": 3, "again": 4, "chosen": 4, "luck": 2,
         "vary": 1 + sum(len(values) - 1 for values in VALUES.values()),
     }  # fmt: skip
@@ -64,7 +73,7 @@ def test_varying_changes_one_constant_at_a_time(small: pd.DataFrame) -> None:
 def test_a_trial_depends_on_itself_alone(small: pd.DataFrame) -> None:
     row = small.iloc[5]
     constants = Constants(**{name: row[name] for name in VALUES})
-    again = assess(Trial("draw", constants, int(row["memory"]), CHOOSE[0], 5, FEW))
+    again = assess(Trial("draw", constants, int(row["memory"]), CHOOSE[0], 5, grid=FEW))
     assert again == {
         name: again[name] if isinstance(again[name], float) and np.isnan(again[name]) else row[name] for name in again
     }
@@ -92,8 +101,14 @@ def test_only_what_is_clearly_better_replaces_what_was_given() -> None:
 
 def test_the_memory_with_most_claims_wins_and_of_equals_the_nearest() -> None:
     rows = [(1, 2, 0.5), (1, 2, 0.7), (2, 3, 0.9), (2, 3, 1.1), (3, 3, 0.8), (3, 3, 0.9)]
-    again = pd.DataFrame(rows, columns=["memory", "holding", "distance_from_paper"]).assign(stage="again")
+    again = pd.DataFrame(rows, columns=["memory", "holding", "distance_from_paper"]).assign(
+        stage="again", setting=DEFAULTS
+    )
     assert lazy_search.chosen_memory(again) == 3
+    # What is best elsewhere is not asked.
+    again.loc[again["memory"] == 3, "setting"] = SETTINGS[0]
+    assert lazy_search.chosen_memory(again) == 2
+    assert lazy_search.chosen_memory(again, SETTINGS[0]) == 3
 
 
 def test_the_page_is_the_table_in_words() -> None:
@@ -108,4 +123,10 @@ def test_the_defaults_are_what_the_search_chose() -> None:
     assert shipped().settings["seed"] == seed
     assert shipped() == CHOSEN.memory(seed)
     learner = LazyQ(shipped())
+    for setting in SETTINGS:
+        given = PRESETS[setting]
+        seed = lazy_search.chosen_memory(found, setting)
+        assert SEEDS[tuple(world_of(given).items())] == seed
+        assert memory_for(given) == CHOSEN.memory(seed, given)
+        assert dict(memory_for(given).settings) == dict(CHOSEN.memory(seed, given).settings)
     assert repr(learner) == repr(CHOSEN.treatments(shipped())[COOPERATIVE]["policy"])

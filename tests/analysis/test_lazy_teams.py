@@ -8,7 +8,7 @@ from teamsight import CMOMMT
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.experiments import LEARNED, catalogue
 from teamsight.analysis.explore import Exploration, explore
-from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, memory_for, treatments
+from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, treatments
 from teamsight.analysis.study import QUICK, Run, canonical
 from teamsight.policies.lazy_q import shipped
 
@@ -23,13 +23,13 @@ def test_where_nothing_is_set_robots_know_the_shipped_exploration() -> None:
 
 
 def test_in_another_world_they_explore_that_as_they_did_the_first() -> None:
-    memory = memory_for(SPEEDS | {"search": "stay"})
-    assert memory != shipped()
-    assert memory is memory_for(SPEEDS)
-    assert memory == explore(Exploration(seed=shipped().settings["seed"], world=SPEEDS))
-    told = dict(shipped().settings) | SPEEDS
-    assert dict(memory.settings) == told
-    assert len(memory) == 600
+    for world, seed in (({"robot_speed": 0.3}, shipped().settings["seed"]), (SPEEDS, SEEDS[tuple(SPEEDS.items())])):
+        memory = memory_for(world | {"search": "stay"})
+        assert memory != shipped()
+        assert memory is memory_for(world)
+        assert memory == explore(Exploration(seed=seed, world=world))
+        assert dict(memory.settings) == dict(shipped().settings) | world | {"seed": seed}
+        assert len(memory) == 600
 
 
 @pytest.mark.parametrize("setting", [{}, SPEEDS, PRESETS["touzet2000"]], ids=str)

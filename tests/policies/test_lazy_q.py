@@ -191,5 +191,9 @@ def test_percepts_that_do_not_fit_are_refused() -> None:
         policy.decide(percept, policy.start(2), np.zeros((0, 2)))
     percept = percept_of(1, 2, 7)
     percept.situation[1, 3] = np.nan
-    with pytest.raises(ValueError, match="the situation of robot 1 holds NaN; give 1 where nothing is sensed"):
-        policy.decide(percept, policy.start(2), np.zeros((0, 2)))
+    for reading in (np.nan, np.inf, -2e30):
+        percept.situation[1, 3] = reading
+        with pytest.raises(
+            ValueError, match=r"situation of robot 1 holds NaN or more than 1e\+30; give 1 where nothing"
+        ):
+            policy.decide(percept, policy.start(2), np.zeros((0, 2)))

@@ -44,7 +44,7 @@ class Watched:
 RULES = [Learned(), Learned(tuple(beginning(3))), Learned(tuple(np.random.default_rng(5).normal(0, 0.5, SIZE)))]
 
 
-@pytest.mark.parametrize("awareness", ["none", "ring", "pairwise"])
+@pytest.mark.parametrize("awareness", ["ring", "pairwise"])
 @pytest.mark.parametrize("policy", RULES, ids=["shipped", "beginning", "random"])
 def test_the_rule_is_that_of_its_slow_twin(policy: Learned, awareness: str) -> None:
     watched = Watched(policy)
@@ -55,7 +55,7 @@ def test_the_rule_is_that_of_its_slow_twin(policy: Learned, awareness: str) -> N
     with pytest.warns(UserWarning, match="Python"):
         model.run(40)
     assert watched.lost
-    assert bool(watched.met) == (awareness != "none")
+    assert watched.met
 
 
 def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
@@ -104,6 +104,11 @@ def test_half_a_file_is_refused(tmp_path: Path) -> None:
 def test_wrong_constants_are_refused(constants: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Learned(constants)
+
+
+def test_without_teammates_in_sight_it_is_refused() -> None:
+    with pytest.raises(ValueError, match="needs 'mates', which awareness 'none' does not deliver"):
+        CMOMMT(policy="learned", awareness="none")
 
 
 def test_the_blocks_fill_the_vector() -> None:
