@@ -46,7 +46,9 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     120 steps are 600 pairs.
     """
     if not isinstance(world, World):
-        shown = f"{world.__name__}: is a class; give a world" if isinstance(world, type) else f"{world!r}: is no world"
+        shown = f"{world!r}: is no world; give one"
+        if isinstance(world, type):
+            shown = f"{world.__name__}: is a class; give a world"
         raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")
     steps = checks.count("steps", steps)
     robots = _explorers(world) if group is None else group
