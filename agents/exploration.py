@@ -37,13 +37,19 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     Raises
     ------
     TypeError, ValueError
-        If `steps` is no whole number of at least 1, there is no such group, or nobody is left in it.
+        If `world` is no world, `steps` is no whole number of at least 1, there is no such group, or nobody is left in
+        it.
 
     Notes
     -----
     *Source:* §8.1: the exploration is made once, whatever is to be learned. §8.2: 5 robots and
     120 steps are 600 pairs.
     """
+    if not isinstance(world, World):
+        shown = f"{world!r}: is no world; give one"
+        if isinstance(world, type):
+            shown = f"{world.__name__}: is a class; give a world"
+        raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")
     steps = checks.count("steps", steps)
     robots = _explorers(world) if group is None else group
     seed = world.seed_used

@@ -3,26 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.agents.awareness import Awareness, PairwiseAwareness
+from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.execute import run_all
-from teamsight.analysis.learners import Lesson, awareness_for, learn
+from teamsight.analysis.learners import Lesson, Progress, awareness_for, learn
 from teamsight.analysis.observation import cell_means, paired
+from teamsight.analysis.provenance import BODIES
 from teamsight.analysis.study import Run, model_seed
 from teamsight.policies.a_cmommt import ACmommt
 from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.learned import Learned
 from teamsight.policies.random_walk import RandomWalk
 
 #: What a learner is measured by.
 COOPERATIVE, COLLECTIVE, DESIGNED, RANDOM = "cooperative", "collective", "A-CMOMMT", "random walk"
+#: The policy that ships with constants which evolution found; it learned from no memory.
+EVOLVED = "learned"
+
+#: Policies to compare, each with its degree of awareness, by name.
+Contenders = dict[str, tuple[Any, Awareness]]
 
 
 class Stage(NamedTuple):
-    """The worlds in which policies are compared; no exploration meets them, whatever its seed."""
+    """The worlds in which policies are compared; no exploration meets them, whatever its seed.
+
+    Attributes
+    ----------
+    bodies : mapping
+        What bodies can do, by parameters of `CMOMMT` such as "robot_speed"; the rest is the default. Worlds begin
+        alike whatever it is.
+    """
 
     robots: int = 5
     targets: int = 15
@@ -30,24 +45,62 @@ class Stage(NamedTuple):
     runs: int = 30
     steps: int = 600
     seed: int = 0
+    bodies: Mapping[str, float] = MappingProxyType({})
 
     def run_seed(self, replicate: int) -> int:
         """Return the seed of a world."""
         return model_seed(self.seed, replicate, self.robots, self.targets, self.radius)
 
 
-def contenders(name: str, memory: LazyMemory, lesson: Lesson) -> dict[str, tuple[Any, Awareness]]:
+def bodies_of(memory: LazyMemory) -> dict[str, float]:
+    """Return what bodies could do in all explorations of a memory, as `Stage` takes it; ranges are left out."""
+    told = {name: memory.settings.get(name) for name in BODIES}
+    return {name: float(value) for name, value in told.items() if isinstance(value, int | float)}
+
+
+def check_team(memory: LazyMemory, robots: int) -> None:
+    """Refuse a team of a size to which the situations of a memory mean nothing.
+
+    Raises
+    ------
+    ValueError
+        If its situations have another number of inputs.
+    """
+    if not memory.added:
+        return
+    degree = awareness_for(memory)
+    inputs = sum(degree.width(robots))
+    if inputs != memory.inputs:
+        explored = memory.settings.get("robots")
+        raise ValueError(
+            f"robots={robots}: awareness {degree.name!r} gives {inputs} inputs in a team of {robots}, and the memory "
+            f"has {memory.inputs}, from a team of {explored}; evaluate {explored} robots, or explore with {robots}"
+        )
+
+
+def contenders(
+    name: str, memory: LazyMemory, lesson: Lesson, progress: Progress = lambda done, total: None
+) -> Contenders:
     """Return the policies to compare, each with its degree of awareness: the learner, and what it is measured by.
 
-    The collective learner uses the robot's own inputs of the same pairs; it is left out where these are all.
+    The cooperative learner, which uses all inputs, is left out where the robot's own are all.
     """
-    found: dict[str, tuple[Any, Awareness]] = {}
-    if memory.added:
-        found[COOPERATIVE] = learn(name, memory, lesson), awareness_for(memory)
-    own = awareness_for(memory, memory.own)
-    found[COLLECTIVE] = learn(name, memory, lesson, inputs=memory.own), own
+    found: Contenders = {}
+    widths = [memory.inputs, memory.own] if memory.added else [memory.own]
+    work = float(sum(widths))
+    before = 0
+
+    def count(done: float, total: float) -> None:
+        progress((before + width * done / total) / work, 1.0)
+
+    for width in widths:
+        policy = learn(name, memory, lesson, inputs=width, progress=count)
+        found[COOPERATIVE if width > memory.own else COLLECTIVE] = policy, awareness_for(memory, width)
+        before += width
+        progress(before / work, 1.0)
     found[DESIGNED] = ACmommt(search="wander"), PairwiseAwareness()
-    found[RANDOM] = RandomWalk(), own
+    found[EVOLVED] = Learned(), RingAwareness()
+    found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
     return found
 
 
@@ -81,8 +134,9 @@ def evaluate(
         If a policy does not fit its degree and the team.
     """
     place = {"robots": stage.robots, "targets": stage.targets, "radius": stage.radius}
+    world = place | dict(stage.bodies)
     planned = [
-        (name, Run(place | {"policy": policy, "awareness": degree}, number, stage.steps, stage.run_seed(number)))
+        (name, Run(world | {"policy": policy, "awareness": degree}, number, stage.steps, stage.run_seed(number)))
         for name, (policy, degree) in policies.items()
         for number in range(stage.runs)
     ]

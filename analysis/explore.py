@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from teamsight.agents.exploration import meet, memory_of, settings_of
 from teamsight.agents.fit import awareness_of
 from teamsight.agents.noting import FACTS
 from teamsight.analysis.crew import Crew
-from teamsight.analysis.store import prepare_folder
+from teamsight.analysis.store import forget, key_of, prepare_folder
 from teamsight.analysis.study import model_seed
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.random_walk import RandomWalk
@@ -24,10 +24,8 @@ from teamsight.policies.random_walk import RandomWalk
 #: How robots explore unless told otherwise: any direction, any distance within their reach (§8.2).
 EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
 
-# Numbers of all pairs of a part together: about a second's work, and 90 MB.
+# Numbers of all pairs of a part together: about a second's work, 300 000 pairs of 32 inputs, and 90 MB.
 _NUMBERS_A_PART = 22_500_000
-# With fewer parts than these, to write and read them takes longer than to make them again.
-_PARTS_WORTH_KEEPING = 8
 
 
 @dataclass(frozen=True)
@@ -86,8 +84,8 @@ class Exploration:
 
     @property
     def is_long(self) -> bool:
-        """Whether it is made in several parts, which are worth keeping when it is interrupted."""
-        return len(_parts(self, None)) >= _PARTS_WORTH_KEEPING
+        """Whether it is made in several parts, which can be kept when it is interrupted."""
+        return len(_parts(self, None)) > 1
 
     def model(self, run: int) -> CMOMMT:
         """Return one of its worlds, before its first step."""
@@ -110,6 +108,11 @@ class Exploration:
         model.close()
         return told | {"steps": self.steps, "runs": self.runs, "seed": self.seed}
 
+    @cached_property
+    def key(self) -> str:
+        """What the names of its parts begin with, and those of no other exploration."""
+        return key_of(self.settings())
+
 
 class Part(NamedTuple):
     """Some of the worlds of an exploration, from `first` to before `last`, and where what they give is kept."""
@@ -122,7 +125,8 @@ class Part(NamedTuple):
     @property
     def file(self) -> Path | None:
         """The part's own file."""
-        return self.folder / f"{self.first}-{self.last}.safetensors" if self.folder else None
+        name = f"{self.exploration.key}-{self.first}-{self.last}.safetensors"
+        return self.folder / name if self.folder else None
 
     def settings(self) -> dict[str, Any]:
         """Return what tells the part from all others."""
@@ -169,9 +173,15 @@ def explore(
     return _joined([memory for memory in memories if memory is not None], plan.settings())
 
 
-def forget_parts(folder: Path) -> None:
-    """Delete the parts in a folder, and the folder."""
-    shutil.rmtree(folder, ignore_errors=True)
+def kept_pairs(plan: Exploration, folder: Path) -> int:
+    """Return how many pairs of an exploration are in a folder, in the parts that are done."""
+    runs = sum(part.last - part.first for part in _parts(plan, folder) if part.file is not None and part.file.exists())
+    return runs * plan.pairs // plan.runs
+
+
+def forget_parts(plan: Exploration, folder: Path) -> None:
+    """Delete the parts of an exploration from a folder, and the folder if nothing else is in it."""
+    forget(folder, plan.key)
 
 
 def _parts(plan: Exploration, folder: Path | None) -> list[Part]:
@@ -212,42 +222,3 @@ def _kept(part: Part) -> LazyMemory | None:
 def _joined(memories: list[LazyMemory], settings: Mapping[str, Any]) -> LazyMemory:
     whole = memories[0] if len(memories) == 1 else memories[0].merge(*memories[1:])
     return LazyMemory(whole.table, whole.own, whole.added, whole.facts, settings)
-
-
-def explorations_of(memory: LazyMemory) -> list[dict[str, Any]]:
-    """Return the settings of each exploration whose pairs a memory holds."""
-    found: list[dict[str, Any]] = memory.settings.get("merged", [dict(memory.settings)])
-    return found
-
-
-def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:
-    """Return the memories without those whose explorations are all in memories before them.
-
-    Raises
-    ------
-    ValueError
-        If some are and others are not: their pairs cannot be told apart any more.
-    """
-    kept: list[LazyMemory] = []
-    have: list[dict[str, Any]] = []
-    for memory in memories:
-        told = explorations_of(memory)
-        new = [one for one in told if one not in have]
-        if new and len(new) < len(told):
-            raise ValueError(
-                f"{memory!r}: holds {len(told)} explorations, of which {len(told) - len(new)} are in another memory "
-                "too; merge the files that it was made of"
-            )
-        if new:
-            kept.append(memory)
-            have += new
-    return kept
-
-
-def unlike(memory: LazyMemory, plan: Exploration) -> str:
-    """Return in which settings the exploration of a memory differs from one, for an error."""
-    told, held = plan.settings(), memory.settings
-    if "merged" in held:
-        return f"{len(held['merged'])} explorations, not this one alone"
-    found = [f"{name}={held.get(name)} (here {value})" for name, value in told.items() if held.get(name) != value]
-    return f"{len(memory)} pairs of " + (", ".join(found) or "more settings")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +18,6 @@ from teamsight.analysis.evaluation import DESIGNED, RANDOM, Stage
 from teamsight.analysis.execute import simulate
 from teamsight.analysis.explore import Exploration, explore
 from teamsight.analysis.learners import LEARNERS, REWARDS, Lesson, awareness_for, learn
-from teamsight.analysis.observation import half_width
 from teamsight.analysis.search_space import log10_size
 from teamsight.analysis.study import Run
 from teamsight.policies.a_cmommt import ACmommt
@@ -108,6 +108,11 @@ class Curves:
         told = asdict(self)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in told.items()}
 
+    @cached_property
+    def key(self) -> str:
+        """What the names of its unfinished files begin with, and those of no other curves."""
+        return store.key_of(self.conditions())
+
 
 class Lecture(NamedTuple):
     """One memory under one degree: all learners, all numbers of samples; `degree` empty for those that do not learn."""
@@ -120,7 +125,8 @@ class Lecture(NamedTuple):
     @property
     def file(self) -> Path | None:
         """Where its rows are kept."""
-        return self.folder / f"{self.degree or 'designed'}-{self.memory}.parquet" if self.folder else None
+        name = f"{self.curves.key}-{self.degree or 'designed'}-{self.memory}.parquet"
+        return self.folder / name if self.folder else None
 
 
 def make_curves(
@@ -157,9 +163,7 @@ def make_curves(
     """
     if folder is not None:
         store.prepare_folder(folder)
-    lectures = [
-        Lecture(curves, degree, memory, folder) for memory in range(curves.memories) for degree in ("", *curves.degrees)
-    ]
+    lectures = _lectures(curves, folder)
     costs = [_cost(lecture) for lecture in lectures]
     done, total = 0.0, sum(costs)
     progress(done, total)
@@ -175,44 +179,20 @@ def make_curves(
     return pd.concat(tables, ignore_index=True)
 
 
-def curve_points(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Return the mean of every point with its interval over memories: each memory is one trial, whatever its worlds.
-
-    Returns
-    -------
-    DataFrame
-        learner, degree, pairs, inputs, log10_size, mean, low, high, count (of memories); points without a table are
-        left out.
-    """
-    point = ["learner", "degree", "pairs", "inputs", "log10_size"]
-    trials = (
-        table.dropna(subset="observed_fraction").groupby([*point, "memory"], sort=False)["observed_fraction"].mean()
-    )
-    cells = trials.groupby(point, sort=False).agg(mean="mean", se="sem", count="count").reset_index()
-    wide = half_width(cells["se"].to_numpy(), cells["count"].to_numpy(), level)
-    return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide).drop(columns="se")
+def kept_lectures(curves: Curves, folder: Path) -> tuple[int, int]:
+    """Return how much of the work on learning curves is kept in a folder, and how much there is, in equal portions."""
+    files = [lecture.file for lecture in _lectures(curves, folder)]
+    return sum(file is not None and file.exists() for file in files), len(files)
 
 
-def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Return how much more each learner observes with awareness than without, paired on explorations and worlds.
+def forget_lectures(curves: Curves, folder: Path) -> None:
+    """Delete the unfinished work on learning curves from a folder, and the folder if nothing else is in it."""
+    store.forget(folder, curves.key)
 
-    Returns
-    -------
-    DataFrame
-        learner, degree, pairs, mean, low, high, count (of memories): of the difference to the same learner, from as
-        many pairs, under Θ(0).
-    """
-    point = ["learner", "degree", "pairs"]
-    learned = table[table["pairs"] > 0].dropna(subset="observed_fraction")
-    trials = learned.groupby([*point, "memory"], sort=False)["observed_fraction"].mean().reset_index()
-    without = trials[trials["degree"] == "none"].drop(columns="degree")
-    both = trials[trials["degree"] != "none"].merge(
-        without, on=["learner", "pairs", "memory"], suffixes=("", "_without")
-    )
-    both["difference"] = both["observed_fraction"] - both["observed_fraction_without"]
-    cells = both.groupby(point, sort=False)["difference"].agg(mean="mean", se="sem", count="count").reset_index()
-    wide = half_width(cells["se"].to_numpy(), cells["count"].to_numpy(), level)
-    return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide).drop(columns="se")
+
+def _lectures(curves: Curves, folder: Path | None) -> list[Lecture]:
+    degrees = ("", *curves.degrees)
+    return [Lecture(curves, degree, memory, folder) for memory in range(curves.memories) for degree in degrees]
 
 
 def _cost(lecture: Lecture) -> float:

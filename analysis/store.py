@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import tempfile
@@ -82,6 +83,21 @@ def write_table(path: str | os.PathLike[str], table: pd.DataFrame, metadata: Map
         table.attrs[name] = value
     with complete(path) as draft:
         table.to_parquet(draft, engine="pyarrow", index=False)
+
+
+def key_of(settings: Mapping[str, Any]) -> str:
+    """Return a name for settings, fit for JSON: the files of unfinished work begin with it."""
+    return hashlib.blake2b(json.dumps(settings, sort_keys=True).encode(), digest_size=8).hexdigest()
+
+
+def forget(folder: Path, key: str) -> None:
+    """Delete the files of unfinished work whose names begin with `key`, and the folder if nothing else is in it."""
+    # Drafts are left behind where a process was killed.
+    for pattern in (f"{key}-*", f".{key}-*.part"):
+        for file in folder.glob(pattern):
+            file.unlink(missing_ok=True)
+    with contextlib.suppress(OSError):
+        folder.rmdir()
 
 
 def _unwritable(path: Path, error: OSError) -> UnwritableError:

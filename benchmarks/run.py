@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling memory help learning] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
@@ -25,6 +26,7 @@ from rich.table import Table
 from scaling import measure_scaling
 from speed import measure_speed
 
+PARTS = ("speed", "scaling", "memory", "help", "learning")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -32,7 +34,7 @@ def main() -> int:
     """Run what is asked for; the exit status is 1 when a goal is missed or C and teamsight differ."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--quick", action="store_true", help="fewer rounds, and memory under A-CMOMMT only")
-    parser.add_argument("--only", nargs="+", choices=("speed", "scaling", "memory", "help"), help="these parts only")
+    parser.add_argument("--only", nargs="+", choices=PARTS, help="these parts only")
     parser.add_argument("--out", type=Path, help="write all numbers to this JSON file")
     options = parser.parse_args()
     # A file or a pipe has no width; the table needs this much.
@@ -44,6 +46,7 @@ def main() -> int:
         "scaling": lambda: measure_scaling(c, min(rounds, 7)),
         "memory": lambda: measure_memory(POLICIES[-1:] if options.quick else POLICIES),
         "help": lambda: measure_help(min(rounds, 7)),
+        "learning": lambda: measure_learning(options.quick),
     }
     agrees = check(c, console)
     rows: list[Row] = []

@@ -1,7 +1,7 @@
 """Learning: explore once, say what is wanted in a few lines, and see what the robots then do.
 
-The same pairs serve every learner and every reward. Not every learner makes something of them: here the paper's, `LazyQ`,
-observes no more than robots that walk at random, and `LinearQ` a third more. This is one exploration and one world;
+The same pairs serve every learner and every reward. Not every learner makes something of them: here the paper's, LazyQ,
+observes no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world;
 docs/learning.md tells what to expect over many.
 """
 

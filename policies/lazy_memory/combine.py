@@ -19,10 +19,13 @@ def merged(first: LazyMemory, *others: LazyMemory) -> LazyMemory:
 
     Raises
     ------
-    ValueError
-        If they are of different degrees of awareness, or hold different facts.
+    TypeError, ValueError
+        If one is no memory, or they are of different degrees of awareness, or hold different facts.
     """
     for other in others:
+        if not isinstance(other, type(first)):
+            cure = "them one by one, merge(*memories)" if isinstance(other, list | tuple) else "LazyMemory.load(path)"
+            raise TypeError(f"merge: {other!r} is no LazyMemory; give {cure}")
         _check_alike(first, other)
     parts = [first, *others]
     table = np.empty((len(first.table), sum(len(part) for part in parts)), np.float32)

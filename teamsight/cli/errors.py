@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable, Iterator
+
 
 def lines(error: Exception) -> list[str]:
     """Return the messages of `error`, each on one line.
@@ -20,6 +23,15 @@ def lines(error: Exception) -> list[str]:
         return [_one_line(f"{error.filename or 'a file'}: {error.strerror or error}")]
     told = _one_line(f"{type(error).__name__}: {error}")
     return [f"{told} (a mistake in teamsight: please report it, with what TEAMSIGHT_TRACEBACK=1 shows)"]
+
+
+@contextlib.contextmanager
+def when_stopped(kept: Callable[[], str]) -> Iterator[None]:
+    """Tell what is kept when Ctrl-C comes, after the word "interrupted"."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(kept()) from None
 
 
 def _one_line(text: str) -> str:

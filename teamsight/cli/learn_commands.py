@@ -9,7 +9,7 @@ import click
 from teamsight.cli.options import Commands, text
 
 
-@click.group(cls=Commands)
+@click.group(cls=Commands, short_help="Explore once, and learn from it whatever is asked for.")
 def learn() -> None:
     """Explore once, keep what the robots met, and learn from it whatever is asked for.
 
@@ -20,7 +20,7 @@ def learn() -> None:
     """
 
 
-@learn.command()
+@learn.command(short_help="Let robots explore, and keep what they met.")
 @text("--out", metavar="FILE", required=True, help="Where to write the memory.")
 @text("--robots", default=5, metavar="INTEGER", help="Robots that explore each world.")
 @text("--targets", default=10, metavar="INTEGER", help="Targets in each world.")
@@ -28,7 +28,7 @@ def learn() -> None:
 @text("--steps", default=120, metavar="INTEGER", help="Steps in each world.")
 @text("--runs", default=1, metavar="INTEGER", help="Worlds; each gives robots × steps pairs.")
 @text("--awareness", default="ring", metavar="NAME", help="What situations show: none, ring, pairwise, shared.")
-@text("--delta", default=16, metavar="INTEGER", help="Sectors of the ring.")
+@text("--delta", metavar="INTEGER", help="Sectors of the ring, at most 360.  [default: 16]")
 @text("--policy", default="random-walk", metavar="NAME", help="What the robots do meanwhile.")
 @text("--distance", default="random", metavar="NAME", help="How far random walkers go: a random share, or full.")
 @text("--robot-speed", default=0.1, metavar="NUMBER", help="The farthest that exploring robots go a step.")
@@ -51,12 +51,12 @@ def explore(**given: Any) -> None:
       teamsight learn explore --out pairs.safetensors --seed 1 --append
       teamsight learn explore --out shared.safetensors --awareness shared --runs 16 --robots 8
     """
-    from teamsight.cli import learn as command
+    from teamsight.cli import learn_explore as command
 
-    command.explore(**given)
+    command.execute(**given)
 
 
-@learn.command()
+@learn.command(short_help="Learn from a memory, and tell what robots then observe.")
 @click.argument("memory", metavar="MEMORY")
 @text("--learner", default="lazy", metavar="NAME", help="lazy, pessimistic, sheppard, tabular or linear.")
 @text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
@@ -69,30 +69,34 @@ def explore(**given: Any) -> None:
 @text("--steps", default=600, metavar="INTEGER", help="Steps in each world.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the worlds; none of them was explored, whatever its seed.")
 @text("--workers", default=1, metavar="INTEGER", help="Processes.")
+@text("--sample", metavar="INTEGER", help="Learn from so many of the pairs, drawn by the seed.  [default: all]")
 @text("--save", metavar="FILE", help="Write a row for each policy and world as Parquet.")
+@click.option("--force", is_flag=True, help="Replace what stands there, whatever it is.")
 def evaluate(**given: Any) -> None:
     """Learn from a memory, and tell what robots then observe.
 
     Beside the learner stand, on the same worlds: the collective one, which knows no teammates and learns from the
-    robot's own inputs of the same pairs; A-CMOMMT; and a random walk.
+    robot's own inputs of the same pairs; A-CMOMMT; the policy that ships as learned; and a random walk. Robots are as
+    fast and as far-sighted as they were when they explored.
 
     \b
     Examples:
       teamsight learn evaluate pairs.safetensors
       teamsight learn evaluate pairs.safetensors --learner tabular --reward team --robots 10 --radius 4
+      teamsight learn evaluate many.safetensors --sample 30000
       teamsight learn evaluate pairs.safetensors --k 20 --gamma 0.9 --runs 100 --save runs.parquet
     """
-    from teamsight.cli import learn as command
+    from teamsight.cli import learn_evaluate as command
 
-    command.evaluate(**given)
+    command.execute(**given)
 
 
-@learn.command()
+@learn.command(short_help="Draw learning curves of learners and degrees of awareness.")
 @text("--out", default="results", metavar="FOLDER", help="Where to write.")
 @text("--learners", default="lazy,tabular,linear", metavar="NAMES", help="Which learners, with commas between them.")
 @text("--samples", metavar="NUMBERS", help="Numbers of pairs.  [default: 150,300,… doubled up to 38400]")
-@text("--memories", default=10, metavar="INTEGER", help="Explorations that each curve is the mean of.")
-@text("--worlds", default=4, metavar="INTEGER", help="Worlds on which each is put to the test.")
+@text("--memories", metavar="INTEGER", help="Explorations that each curve is the mean of.  [default: 10]")
+@text("--worlds", metavar="INTEGER", help="Worlds on which each is put to the test.  [default: 4]")
 @text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
 @text("--k", metavar="INTEGER", help="Pairs that match a situation.  [default: the learner's]")
 @text("--gamma", default=0.7, metavar="NUMBER", help="What a step later is worth now, 0 to 1.")
@@ -102,18 +106,21 @@ def evaluate(**given: Any) -> None:
 @text("--steps", default=600, metavar="INTEGER", help="Steps of each test.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of everything.")
 @text("--workers", metavar="INTEGER", help="Processes.  [default: the cores of this machine]")
+@click.option("--quick", is_flag=True, help="Unless given: samples 150,600,2400, memories 3, worlds 2.")
+@click.option("--force", is_flag=True, help="Replace curves of other settings.")
 def figure(**given: Any) -> None:
     """Draw learning curves: each learner under each degree of awareness, from equal numbers of samples.
 
-    Writes learning-curves.png, a table of every test and one of the curves' points. Ctrl-C keeps what is done in
-    FOLDER; the same command goes on from there. Figure 11 of the paper is `teamsight reproduce 11`.
+    Writes learning-curves.png, a table of every test, one of the curves' points and one of what awareness adds. Ctrl-C
+    keeps what is done in FOLDER; the same command goes on from there. All of it takes minutes, with --quick seconds.
+    Figure 11 of the paper is `teamsight reproduce 11`.
 
     \b
     Examples:
       teamsight learn figure
-      teamsight learn figure --samples 150,600,2400 --memories 3 --out quick
+      teamsight learn figure --quick --out quick
       teamsight learn figure --learners lazy,pessimistic,linear --reward team --robots 8
     """
-    from teamsight.cli import learn as command
+    from teamsight.cli import learn_figure as command
 
-    command.figure(**given)
+    command.execute(**given)

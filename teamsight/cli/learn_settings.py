@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationInfo, field_validator
 
 from teamsight import checks
-from teamsight.cli.settings import Settings, real, whole
+from teamsight.cli.settings import RingSettings, Settings, real, whole
 
 
 def _among(field: str, registry: str) -> Any:
@@ -21,6 +21,7 @@ def _among(field: str, registry: str) -> Any:
         found = tuple(
             checks.choice(field.removesuffix("s"), name.strip(), getattr(learners, registry)) for name in names
         )
+        found = tuple(dict.fromkeys(found))
         return found if field.endswith("s") else found[0]
 
     return field_validator(field, mode="before")(check)
@@ -39,7 +40,7 @@ def _share(*fields: str) -> Any:
     return field_validator(*fields, mode="before")(check)
 
 
-class ExploreSettings(Settings):
+class ExploreSettings(RingSettings):
     """Settings of ``teamsight learn explore``."""
 
     out: Path
@@ -48,8 +49,6 @@ class ExploreSettings(Settings):
     radius: float
     steps: int
     runs: int
-    awareness: str
-    delta: int
     policy: str
     distance: str
     robot_speed: float
@@ -59,7 +58,7 @@ class ExploreSettings(Settings):
     append: bool
     force: bool
 
-    _counts = whole("robots", "targets", "steps", "runs", "delta", "workers")
+    _counts = whole("robots", "targets", "steps", "runs", "workers")
     _lengths = real("radius", "robot_speed")
     _seed = whole("seed", least=0)
 
@@ -98,9 +97,11 @@ class EvaluateSettings(Settings):
     steps: int
     seed: int
     workers: int
+    sample: int | None
     save: Path | None
+    force: bool
 
-    _counts = whole("k", "robots", "targets", "runs", "steps", "workers")
+    _counts = whole("k", "sample", "robots", "targets", "runs", "steps", "workers")
     _lengths = real("radius")
     _gamma = _share("gamma")
     _seed = whole("seed", least=0)
@@ -114,8 +115,8 @@ class FigureSettings(Settings):
     out: Path
     learners: tuple[str, ...]
     samples: tuple[int, ...] | None
-    memories: int
-    worlds: int
+    memories: int | None
+    worlds: int | None
     reward: str
     k: int | None
     gamma: float
@@ -125,6 +126,8 @@ class FigureSettings(Settings):
     steps: int
     seed: int
     workers: int | None
+    quick: bool
+    force: bool
 
     _counts = whole("memories", "worlds", "k", "robots", "targets", "steps", "workers")
     _lengths = real("radius")

@@ -116,7 +116,7 @@ def delta(**given: Any) -> None:
 @text(
     "--awareness", default="pairwise", metavar="NAME", help="What is known of teammates: none, ring, pairwise, shared."
 )
-@text("--delta", default=16, metavar="INTEGER", help="Sectors of the ring.")
+@text("--delta", metavar="INTEGER", help="Sectors of the ring.  [default: 16]")
 @text("--awareness-range", default=1.0, metavar="NUMBER", help="How far teammates are perceived, in sensing ranges.")
 @text("--steps", default=600, metavar="INTEGER", help="Steps to run.")
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the world.")
@@ -140,8 +140,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit: 0 when all went well, 2 when the input is wrong, 130 after Ctrl-C."""
     try:
         status = commands.main(args=arguments, prog_name="teamsight", standalone_mode=False)
-    except (click.Abort, KeyboardInterrupt):
-        _leave(["interrupted; every file written so far is complete"], INTERRUPTED)
+    except (click.Abort, KeyboardInterrupt) as stop:
+        # click puts its own error around the one that a command may have said more with.
+        kept = str(stop.__cause__ or stop) or "every file written so far is complete"
+        _leave([f"interrupted; {kept}"], INTERRUPTED)
     except click.ClickException as error:
         context = error.ctx if isinstance(error, click.UsageError) else None
         hint = f"; see {context.command_path} --help" if context else ""

@@ -13,6 +13,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 class Commands(click.Group):
     """A group that suggests the nearest command for one that it does not know."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if not args:
+            # To ask for nothing is to ask what there is, and no mistake.
+            click.echo(ctx.get_help())
+            ctx.exit()
+        return super().parse_args(ctx, args)
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         from teamsight import checks
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli.errors import when_stopped
 from teamsight.cli.settings import LEDGER, ReproduceSettings
 from teamsight.cli.show import show_ledger, watching, wide_console
 
@@ -24,9 +25,19 @@ def execute(**given: Any) -> None:
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
+    phases: set[str] = set()
+
+    def follow(phase: str, done: float, total: float) -> None:
+        phases.add(phase)
+        watch(phase, done, total)
+
     began = time.perf_counter()
-    with watching() as watch, Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew:
-        ledger = reproduce(plan, folder, crew, watch)
+    with (
+        when_stopped(lambda: _kept(phases)),
+        watching() as watch,
+        Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew,
+    ):
+        ledger = reproduce(plan, folder, crew, follow)
     if ledger is not None:
         show_ledger(ledger)
     for line in lines_of(plan, folder):
@@ -49,6 +60,13 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
         if tell is not None:
             found.append(f"figure {name}: {tell(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
     return found
+
+
+def _kept(phases: set[str]) -> str:
+    """Tell what is left behind; simulations are kept nowhere, since all of them take minutes at most."""
+    if "drawing" in phases:
+        return "every file written so far is complete, and the same command makes all of them again"
+    return "nothing was kept: files are written when all is simulated"
 
 
 def plan_of(settings: ReproduceSettings) -> Plan:

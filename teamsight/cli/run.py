@@ -23,7 +23,7 @@ def execute(**given: Any) -> None:
 
     if settings.save:
         store.prepare_folder(settings.save.parent)
-    world = settings.model_dump(exclude={"steps", "seed", "save"})
+    world = settings.model_dump(exclude={"steps", "seed", "save"}, exclude_none=True)
     model = CMOMMT(**world, rng=settings.seed)
     began = time.perf_counter()
     with watching() as watch:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
 from teamsight import checks
 
 LEDGER = "ledger"
+
+# Sectors of a ring: finer than a degree of arc is no use, and costs memory for every pair.
+_MOST_SECTORS = 360
 
 
 def _number_in(value: Any) -> Any:
@@ -30,14 +33,14 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def whole(*fields: str, least: int = 1) -> Any:
-    """Return a validator of whole numbers of at least `least`; None stays None."""
+def whole(*fields: str, least: int = 1, most: int | None = None) -> Any:
+    """Return a validator of whole numbers of at least `least` and at most `most`; None stays None."""
 
     def check(value: Any, info: ValidationInfo) -> int | None:
         if value is None:
             return None
         try:
-            return checks.count(str(info.field_name), _number_in(value), least=least)
+            return checks.count(str(info.field_name), _number_in(value), least=least, most=most)
         except TypeError as error:
             raise ValueError(str(error)) from None
 
@@ -56,6 +59,24 @@ def real(*fields: str, above: float = 0.0, most: float | None = None) -> Any:
             raise ValueError(str(error)) from None
 
     return field_validator(*fields, mode="before")(check)
+
+
+class RingSettings(Settings):
+    """What robots perceive of teammates; `delta` is None where it was not given."""
+
+    awareness: str
+    delta: int | None
+
+    _delta = whole("delta", most=_MOST_SECTORS)
+
+    @model_validator(mode="after")
+    def _ring_alone(self) -> Self:
+        if self.delta is not None and self.awareness != "ring":
+            raise ValueError(
+                f"delta={self.delta}: is for awareness 'ring', and this is {self.awareness!r}; leave it out, or give "
+                "--awareness ring"
+            )
+        return self
 
 
 class ReproduceSettings(Settings):
@@ -89,22 +110,20 @@ class ReproduceSettings(Settings):
         return checks.choice("preset", name, (*PRESETS, DEFAULTS))
 
 
-class RunSettings(Settings):
+class RunSettings(RingSettings):
     """Settings of ``teamsight run``; names are checked by the model."""
 
     robots: int
     targets: int
     radius: float
     policy: str
-    awareness: str
-    delta: int
     awareness_range: float
     steps: int
     seed: int
     preset: str | None
     save: Path | None
 
-    _counts = whole("robots", "targets", "delta", "steps")
+    _counts = whole("robots", "targets", "steps")
     _lengths = real("radius", "awareness_range")
     _seed = whole("seed", least=0)
 

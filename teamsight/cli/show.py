@@ -57,6 +57,23 @@ def watching() -> Iterator[Watch]:
         yield Watch(progress)
 
 
+def plural(count: int, noun: str) -> str:
+    """Return the number and the noun, in the plural unless it is one."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def interval(middle: float, low: float, high: float, how: str) -> str:
+    """Write a mean and its 95 % interval in percent; one run leaves the interval unknown."""
+    if low == float("-inf"):
+        return f"{100 * middle:{how}}"
+    return f"{100 * middle:{how}} ({100 * low:{how}} to {100 * high:{how}})"
+
+
+def say(line: str) -> None:
+    """Print a line as it is, never folded."""
+    wide_console().print(line, highlight=False, soft_wrap=True, markup=False)
+
+
 def show_ledger(ledger: Ledger) -> None:
     """Print the ledger with one column for each setting."""
     console = wide_console()

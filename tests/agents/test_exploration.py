@@ -84,3 +84,16 @@ def test_what_cannot_be_explored_is_refused() -> None:
     parts = [meet(model, model.robots, 2) for model in (small, large)]
     with pytest.raises(ValueError, match=r"18 and 20 components.*RingAwareness"):
         memory_of(parts, small.robots, {})
+
+
+@pytest.mark.parametrize(
+    ("world", "told"),
+    [
+        (CMOMMT, "world=CMOMMT: is a class; give a world, such as CMOMMT"),
+        ("ring", "world='ring': is no world; give one, such as"),
+        (None, "world=None: is no world"),
+    ],
+)
+def test_what_is_no_world_is_told(world: Any, told: str) -> None:
+    with pytest.raises(TypeError, match=told):
+        explore(world, 10)

@@ -67,20 +67,38 @@ def test_what_was_made_before_an_interruption_is_kept(tmp_path: Path, monkeypatc
 
     with pytest.raises(KeyboardInterrupt):
         explore(SMALL, folder=folder, progress=stop)
-    assert sorted(path.name for path in folder.iterdir()) == ["0-2.safetensors", "2-4.safetensors"]
+    names = [f"{SMALL.key}-0-2.safetensors", f"{SMALL.key}-2-4.safetensors"]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert module.kept_pairs(SMALL, folder) == 120
     made: list[int] = []
     meet = module.meet
     monkeypatch.setattr(module, "meet", lambda *given: (made.append(1), meet(*given))[1])
     assert bits(explore(SMALL, folder=folder)) == bits(memory)
     assert len(made) == 3
-    # A part that was altered, and parts of another exploration, are made again.
-    (folder / "0-2.safetensors").write_bytes(b"nonsense")
+    # A part that was altered is made again, and another exploration has parts of its own.
+    (folder / names[0]).write_bytes(b"nonsense")
     assert bits(explore(SMALL, folder=folder)) == bits(memory)
     assert len(made) == 5
     other = replace(SMALL, seed=4)
     assert bits(explore(other, folder=folder)) == bits(explore(other)) != bits(memory)
-    assert module.forget_parts(folder) is None
+    assert module.kept_pairs(SMALL, folder) == module.kept_pairs(other, folder) == 210
+    # Only an exploration's own parts are forgotten, and what a killed process left of them.
+    (folder / f".{SMALL.key}-0-2.safetensors.77.part").touch()
+    module.forget_parts(SMALL, folder)
+    assert module.kept_pairs(other, folder) == 210
+    assert len(list(folder.iterdir())) == 4
+    (folder / "notes.txt").write_text("my own")
+    module.forget_parts(other, folder)
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+    (folder / "notes.txt").unlink()
+    module.forget_parts(other, folder)
     assert not folder.exists()
+
+
+def test_parts_are_kept_from_the_second_on() -> None:
+    # 300,000 pairs of 32 inputs are a part.
+    assert not Exploration(runs=500).is_long
+    assert Exploration(runs=501).is_long
 
 
 def test_the_treatment_does_not_change_the_stage() -> None:

@@ -17,14 +17,17 @@ from teamsight.analysis.evaluation import (
     COLLECTIVE,
     COOPERATIVE,
     DESIGNED,
+    EVOLVED,
     RANDOM,
     Stage,
+    bodies_of,
+    check_team,
     contenders,
     evaluate,
     summary,
 )
 from teamsight.analysis.explore import Exploration
-from teamsight.analysis.learners import LEARNERS, REWARDS, Lesson, awareness_for, learn
+from teamsight.analysis.learners import LEARNERS, REWARDS, Lesson, awareness_for, check_lesson, learn
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.lazy_memory import LazyMemory
 
@@ -73,12 +76,12 @@ def test_a_memory_tells_the_degree_that_shows_its_situations() -> None:
 @pytest.mark.short
 def test_an_evaluation_is_what_each_model_gives_alone() -> None:
     policies = contenders("linear", memory(), Lesson())
-    assert list(policies) == [COOPERATIVE, COLLECTIVE, DESIGNED, RANDOM]
+    assert list(policies) == [COOPERATIVE, COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
     seen: list[float] = []
     with Crew(1) as crew:
         table = evaluate(policies, SMALL, crew, lambda done, total: seen.append(done / total))
     assert seen[-1] == 1
-    assert len(table) == 12
+    assert len(table) == 15
     for _, row in table.iterrows():
         policy, degree = policies[row["policy"]]
         model = CMOMMT(robots=3, targets=5, radius=2.0, policy=policy, awareness=degree, rng=row["seed"])
@@ -88,13 +91,65 @@ def test_an_evaluation_is_what_each_model_gives_alone() -> None:
 
 
 def test_a_memory_without_teammates_has_no_cooperative_learner() -> None:
-    assert list(contenders("tabular", memory("none"), Lesson())) == [COLLECTIVE, DESIGNED, RANDOM]
+    assert list(contenders("tabular", memory("none"), Lesson())) == [COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
 
 
 def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> None:
     policies = contenders("linear", memory("pairwise"), Lesson())
     with Crew(1) as crew, pytest.raises(JobError, match="20 inputs|reads 20"):
         evaluate(policies, SMALL._replace(robots=4), crew)
+
+
+def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
+    with pytest.raises(ValueError, match=r"robots=4: awareness 'pairwise' gives 22 inputs in a team of 4.* has 20, from a team of 3"):
+        check_team(memory("pairwise"), 4)
+    check_team(memory("pairwise"), 3)
+    check_team(memory("ring"), 40)
+    check_team(memory("none"), 40)
+
+
+@pytest.mark.parametrize(
+    ("learners", "reward", "k", "pairs", "told"),
+    [
+        (("sheppard",), "keep", None, None, "reward=keep: sheppard .* give the reward own, or another learner"),
+        (("linear", "sheppard"), "team", None, None, "reward=team: sheppard"),
+        (("sheppard",), "own", 5, None, "k=5: sheppard matches no fixed number"),
+        (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
+        (("lazy",), "own", 129, None, "k=129: must be at most 128"),
+        (("linear", "lazy"), "own", 61, 60, "k=61: the memory has only 60 pairs, and lazy"),
+        (("pessimistic",), "own", None, 29, "k=30: the memory has only 29 pairs, and pessimistic"),
+    ],
+)
+def test_what_a_learner_cannot_learn_is_refused(
+    learners: tuple[str, ...], reward: str, k: int | None, pairs: int | None, told: str
+) -> None:
+    with pytest.raises(ValueError, match=told):
+        check_lesson(learners, reward, k, pairs)
+    check_lesson(tuple(LEARNERS), "own", 20, 20)
+
+
+def test_a_search_tells_how_far_it_is() -> None:
+    seen: list[float] = []
+    contenders("lazy", memory(), Lesson(), lambda done, total: seen.append(done / total))
+    # 60 pairs are one block: first of all 32 inputs, then of 16.
+    assert seen == pytest.approx([2 / 3, 2 / 3, 1, 1])
+
+
+def test_robots_act_with_the_bodies_that_they_explored_with() -> None:
+    model = CMOMMT(robots=3, targets=4, radius=1.5, policy=RandomWalk(), awareness="ring", robot_speed=0.4, rng=2)
+    pairs = explore(model, 10)
+    bodies = bodies_of(pairs)
+    assert bodies == {"robot_speed": 0.4, "target_speed": 0.075, "sensing_range": 1.0, "awareness_range": 1.0}
+    stage = SMALL._replace(bodies=bodies, runs=1)
+    with Crew(1) as crew:
+        row = evaluate({"random": (RandomWalk(), NoAwareness())}, stage, crew).iloc[0]
+    fast = CMOMMT(
+        robots=3, targets=5, radius=2.0, policy=RandomWalk(), awareness="none", robot_speed=0.4, rng=row["seed"]
+    )
+    fast.run(20)
+    assert row["observed_fraction"] == fast.observed_fraction
+    # Of explorations that differ there is no one speed.
+    assert "robot_speed" not in bodies_of(pairs.merge(memory()))
 
 
 def test_the_summary_is_student_by_hand() -> None:

@@ -12,8 +12,9 @@ import pytest
 from teamsight.agents.exploration import explore as explore_one
 from teamsight.analysis import learning_curves as module
 from teamsight.analysis.crew import Crew
+from teamsight.analysis.curve_points import awareness_gains, curve_points
 from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning_curves import Curves, awareness_gains, curve_points, make_curves
+from teamsight.analysis.learning_curves import Curves, make_curves
 from teamsight.analysis.learning_figure import draw
 
 SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0, steps=8, seed=6)
@@ -93,10 +94,16 @@ def test_what_was_made_before_an_interruption_is_kept(
         assert make_curves(SMALL, crew, folder=tmp_path).equals(table)
     assert len(made) + kept >= 9
     assert len(made) < 8
-    # Other curves do not take them for theirs.
+    assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
+    # Other curves do not take them for theirs, and do not touch them.
     with Crew(1) as crew:
         other = make_curves(replace(SMALL, gamma=0.1), crew, folder=tmp_path)
     assert not other["observed_fraction"].equals(table["observed_fraction"])
+    (tmp_path / "notes.txt").write_text("my own")
+    module.forget_lectures(replace(SMALL, gamma=0.1), tmp_path)
+    assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
+    module.forget_lectures(SMALL, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
 def test_memories_share_no_world_and_no_pair() -> None:

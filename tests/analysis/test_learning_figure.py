@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from teamsight.analysis.curve_points import curve_points
 from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning_curves import SAMPLES, Curves, curve_points
+from teamsight.analysis.learning_curves import SAMPLES, Curves
 from teamsight.analysis.learning_figure import LEAST_FOR_INTERVAL, draw_on_canvas
 
 pytestmark = pytest.mark.short

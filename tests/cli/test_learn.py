@@ -121,7 +121,8 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
 
     monkeypatch.setattr(exploring, "_explore_part", interrupted)
     status, _, err = call(capsys, *arguments)
-    assert (status, err.strip()) == (130, "teamsight: interrupted; every file written so far is complete")
+    kept = f"240 of 540 pairs are kept in {parts}; the same command goes on from there"
+    assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
     assert len(list(parts.iterdir())) == 4
     assert not file.exists()
     monkeypatch.setattr(exploring, "_explore_part", explore_part)
@@ -132,6 +133,147 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
     assert not parts.exists()
+    # Where no part is done, nothing stays, and that is what is told.
+    monkeypatch.setattr(exploring, "_explore_part", interrupted)
+    status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
+    assert (status, err.strip()) == (
+        130,
+        "teamsight: interrupted; nothing was kept, since no part of the exploration was done",
+    )
+    assert not parts.exists()
+
+
+def test_a_folder_that_has_the_name_of_the_parts_stays(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, parts = tmp_path / "mine.safetensors", tmp_path / "mine.safetensors.parts"
+    parts.mkdir()
+    (parts / "notes.txt").write_text("thesis")
+    assert call(capsys, "explore", "--out", str(file), *SMALL)[0] == 0
+    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
+    # What an interruption left of another exploration stays too, whatever is explored next.
+    plan = exploring.Exploration(robots=3, targets=5, radius=1.5, steps=20, runs=3, seed=1)
+    exploring.explore(plan, folder=parts)
+    for runs in ("1", "3"):
+        assert call(capsys, "explore", "--out", str(file), *SMALL, "--force", "--runs", runs)[0] == 0
+    assert exploring.kept_pairs(plan, parts) == 180
+    assert len(list(parts.iterdir())) == 4
+    assert (parts / "notes.txt").read_text() == "thesis"
+
+
+def test_memories_that_cannot_be_merged_are_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exploring, "explore", lambda *given, **further: pytest.fail("explored in vain"))
+    pairwise = ["--awareness", "pairwise"]
+    other = small.with_name("other.safetensors")
+    for arguments in (["--out", str(small), "--append"], ["--out", str(other), "--merge", str(small)]):
+        status, _, err = call(capsys, "explore", *arguments, *SMALL, *pairwise)
+        assert (status, err.count("\n")) == (2, 1)
+        assert "RingAwareness(delta=16) with 16 + 16 inputs, and an exploration of PairwiseAwareness() with 16 + 4" in err
+
+
+def test_speeds_are_those_of_the_exploration_and_told(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+    fast, both = small.with_name("fast.safetensors"), small.with_name("both.safetensors")
+    call(capsys, "explore", "--out", str(fast), *SMALL, "--robot-speed", "0.5")
+    tests = ["--runs", "1", "--steps", "3", "--learner", "linear"]
+    assert "; as explored, robot_speed 0.5" in call(capsys, "evaluate", str(fast), *tests)[1]
+    assert "as explored" not in call(capsys, "evaluate", str(small), *tests)[1]
+    _, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(fast))
+    assert "note: robot_speed was not the same in all explorations: 0.5, 0.1" in out
+    assert "(0.5, 0.1); here it is the default" in call(capsys, "evaluate", str(both), *tests)[1]
+
+
+def test_what_stands_at_out_is_named_with_its_cure(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    text = tmp_path / "text.safetensors"
+    text.write_text("no memory at all")
+    status, _, err = call(capsys, "explore", "--out", str(text), *SMALL)
+    assert (status, err.count("\n")) == (2, 1)
+    assert err.endswith("; give --force to replace it, or another file\n")
+    for force in ([], ["--force"]):
+        status, _, err = call(capsys, "explore", "--out", str(tmp_path), *SMALL, *force)
+        assert (status, err.count("\n")) == (2, 1)
+        assert f"out={tmp_path}: is a folder; give a file" in err
+    assert call(capsys, "explore", "--out", str(text), *SMALL, "--force")[0] == 0
+
+
+def test_evaluate_learns_from_a_sample(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+    tests = ["--runs", "1", "--steps", "3"]
+    status, out, _ = call(capsys, "evaluate", str(small), "--sample", "25", *tests)
+    assert (status, out.startswith("lazy on 25 pairs, ")) == (0, True)
+    assert "3 robots, 15 targets, R = 3, 1 world of 3 steps" in out
+    status, _, err = call(capsys, "evaluate", str(small), "--sample", "61", *tests)
+    assert (status, "sample=61: the memory has 60 pairs" in err) == (2, True)
+
+
+def test_a_long_search_is_announced_with_its_cure(
+    capsys: pytest.CaptureFixture[str], small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from teamsight.cli import learn_evaluate
+
+    monkeypatch.setattr(learn_evaluate, "_LONG", 0)
+    _, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3")
+    assert "learning from 60 pairs takes about 0 min" in err
+    assert "--sample 30000 takes seconds" in " ".join(err.split())
+    assert call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3", "--learner", "linear")[2] == ""
+
+
+def test_results_of_other_settings_are_replaced_only_when_told(
+    capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
+) -> None:
+    saved = tmp_path / "runs.parquet"
+    tests = ["evaluate", str(small), "--steps", "3", "--learner", "linear", "--save", str(saved)]
+    for runs, further, expected in (("1", [], 0), ("1", [], 0), ("2", [], 2), ("2", ["--force"], 0)):
+        status, _, err = call(capsys, *tests, "--runs", runs, *further)
+        assert status == expected
+    assert len(pd.read_parquet(saved)) == 10
+    saved.write_text("not a table")
+    status, _, err = call(capsys, *tests, "--runs", "1")
+    assert (status, "holds something else; give --force" in err) == (2, True)
+    curves = ["figure", "--out", str(tmp_path), "--learners", "linear,linear", "--worlds", "1", "--steps", "3", "--workers", "1"]
+    curves += ["--samples", "20", "--robots", "2"]
+    picture = tmp_path / "learning-curves.png"
+    picture.write_text("my own")
+    assert call(capsys, *curves, "--memories", "1")[0] == 2
+    assert picture.read_text() == "my own"
+    picture.unlink()
+    for memories, further, expected in (("1", [], 0), ("1", [], 0), ("2", [], 2), ("2", ["--force"], 0)):
+        assert call(capsys, *curves, "--memories", memories, *further)[0] == expected
+    points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
+    assert points.attrs["curves"]["learners"] == ["linear"]
+
+
+def test_a_quick_figure_is_small_where_nothing_was_given() -> None:
+    from teamsight.cli.learn_figure import curves_of
+    from teamsight.cli.learn_settings import FigureSettings
+
+    given = {"learners": "lazy", "reward": "own", "gamma": "0.7", "robots": "5", "targets": "15", "radius": "3", "steps": "60"}
+    given |= {"out": "x", "seed": "0", "worlds": "7"}
+    left_out = dict.fromkeys(("workers", "samples", "memories", "k"))
+    settings = (FigureSettings(**given, **left_out, force=False, quick=quick) for quick in (True, False))  # type: ignore[arg-type]
+    quick, whole = map(curves_of, settings)
+    assert (quick.samples, quick.memories, quick.worlds) == ((150, 600, 2400), 3, 7)
+    assert (len(whole.samples), whole.memories, whole.worlds) == (9, 10, 7)
+
+
+def test_a_table_that_would_be_too_large_is_refused_with_a_cure_of_the_command_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    shared = tmp_path / "shared.safetensors"
+    call(capsys, "explore", "--out", str(shared), *SMALL, "--robots", "5", "--awareness", "shared")
+    status, _, err = call(capsys, "evaluate", str(shared), "--learner", "tabular", "--runs", "1")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "learner=tabular: a table of 3^" in err
+    assert "give --learner linear or lazy" in err
+    assert "sectors or levels" not in err
+
+
+def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = call(capsys)
+    assert (status, err) == (0, "")
+    assert "  teamsight learn explore --out" in out
+    for told in ("keep what they met.", "tell what robots then observe.", "learners and degrees of awareness."):
+        assert out.count(told) == 1
 
 
 def test_evaluate_tells_the_learner_beside_the_collective_one_and_a_cmommt(
@@ -143,9 +285,10 @@ def test_evaluate_tells_the_learner_beside_the_collective_one_and_a_cmommt(
     assert (status, err) == (0, "")
     table = pd.read_parquet(saved)
     means = table.groupby("policy")["observed_fraction"].mean()
-    for name in ("cooperative", "collective", "A-CMOMMT", "random walk"):
+    for name in ("cooperative", "collective", "A-CMOMMT", "learned", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
-    assert len(table) == 16
+    assert len(table) == 20
+    assert "cooperative less this" in out
     assert (table["robots"] == 3).all()
     assert table.attrs["memory"] == LazyMemory.load(small).digest
     more = 100 * (means["cooperative"] - means["A-CMOMMT"])
@@ -182,6 +325,12 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--learner", "deep", "--gamma", "2"], ["learner='deep': unknown", "gamma=2.0: must be a finite number"]),
         (["evaluate", "x", "--gamma", "much", "--k", "0.5"], ["gamma='much': must be a number", "k=0.5: must be a whole"]),
         (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of pairs; leave it out"]),
+        (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard goes on learning while it acts"]),
+        (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of pairs; leave it out"]),
+        (["figure", "--k", "200"], ["k=200: must be at most 128"]),
+        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: the memory has only 10 pairs"]),
+        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: is for awareness 'ring', and this is 'none'"]),
+        (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],
@@ -206,4 +355,4 @@ def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
     call(capsys, "explore", "--out", str(pairwise), *SMALL, "--awareness", "pairwise")
     status, _, err = call(capsys, "evaluate", str(pairwise), "--robots", "4", "--runs", "2", "--steps", "2")
     assert (status, err.count("\n")) == (2, 1)
-    assert "reads 20 inputs" in err
+    assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, and the memory has 20" in err

@@ -124,3 +124,16 @@ def test_samples_and_facts() -> None:
 def test_tables_that_kernels_would_misread(table: Any) -> None:
     with pytest.raises(ValueError, match=r"it must be dense float32 of shape \(9, pairs\); use LazyMemory.of"):
         LazyMemory(table, 2, 1, ("gained",))
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        ([LazyMemory.of(**GOOD)], "is no LazyMemory; give them one by one, merge(*memories)"),
+        ("x", "merge: 'x' is no LazyMemory; give LazyMemory.load(path)"),
+        (None, "merge: None is no LazyMemory"),
+    ],
+)
+def test_only_memories_merge(other: Any, told: str) -> None:
+    with pytest.raises(TypeError, match=re.escape(told)):
+        LazyMemory.of(**GOOD).merge(other)

@@ -123,7 +123,9 @@ from teamsight.policies import POLICIES
 for arena in (Disc(2.0), Box(3.0, 4.0), Torus(3.0, 4.0)):
     for policy in POLICIES:
         degree = getattr(POLICIES[policy](), "degree", None)
-        for awareness in AWARENESS if degree is None else (degree,):
+        needs = set(getattr(POLICIES[policy](), "needs", ()))
+        fitting = [name for name, kind in AWARENESS.items() if needs <= set(kind.delivers)]
+        for awareness in fitting if degree is None else (degree,):
             world = World(arena, rng=1)
             robots = world.add(Robot, 3, policy=policy, awareness=awareness)
             world.senses(robots, world.add(Target, 3, policy="random-walk"))
@@ -139,8 +141,8 @@ def test_compilation_adds_up_and_never_multiplies(tmp_path: Path) -> None:
     (tmp_path / "count.py").write_text(COUNT)
     counts = [python(tmp_path, "count.py").splitlines() for _ in range(2)]
     number, names = int(counts[0][0]), counts[0][1].split()
-    # 5 policies, 3 arenas, 4 situations, 2 perceptions, and what the loop, the search and the noise take: 60 combinations.
-    assert len(names) == number <= 5 + 3 + 4 + 2 + 8, names
+    # 7 rules, 3 arenas, 4 situations, 2 perceptions, and what the loop, the search and the noise take: 70 combinations.
+    assert len(names) == number <= 7 + 3 + 4 + 2 + 8, names
     assert counts[1] == ["0", ""]
 
 

@@ -1,0 +1,141 @@
+"""``teamsight learn evaluate``: what robots observe that learned from a memory, beside what they are measured by."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from teamsight.cli.errors import when_stopped
+from teamsight.cli.learn_settings import EvaluateSettings
+from teamsight.cli.replacing import check_replaced
+from teamsight.cli.show import Watch, interval, plural, say, watching, wide_console
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from teamsight.analysis.evaluation import Contenders, Stage
+    from teamsight.policies.lazy_memory import LazyMemory
+
+# Longer searches are announced [s].
+_LONG = 30
+
+
+def execute(**given: Any) -> None:
+    """Learn, put to the test, and print what was observed."""
+    settings = EvaluateSettings(**given)
+    from teamsight import __version__
+    from teamsight.analysis import evaluation, store
+    from teamsight.analysis.crew import Crew
+    from teamsight.analysis.execute import IMPORTS
+    from teamsight.analysis.learners import check_lesson
+
+    check_lesson((settings.learner,), settings.reward, settings.k)
+    memory = _memory(settings)
+    check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
+    stage = _stage(settings, memory)
+    about = settings.model_dump(mode="json", exclude={"save", "memory", "workers", "force"})
+    about |= {"robots": stage.robots, "memory": memory.digest, "explored": dict(memory.settings)}
+    if settings.save:
+        store.prepare_folder(settings.save.parent)
+        check_replaced(settings.save, about, settings.force)
+    began = time.perf_counter()
+    with when_stopped(lambda: "nothing was kept"), watching() as watch:
+        policies = _learned(settings, memory, watch)
+        with Crew(settings.workers, IMPORTS, watch.tell) as crew:
+            table = evaluation.evaluate(policies, stage, crew, lambda done, total: watch("simulating", done, total))
+    say(
+        f"{settings.learner} on {plural(len(memory), 'pair')}, reward {settings.reward}, gamma {settings.gamma:g}: "
+        f"{plural(stage.robots, 'robot')}, {plural(stage.targets, 'target')}, R = {stage.radius:g}, "
+        f"{plural(stage.runs, 'world')} of {plural(stage.steps, 'step')}, seed {stage.seed}{_unusual(stage)}"
+    )
+    wide_console().print(_shown(evaluation.summary(table)), highlight=False)
+    say(f"{time.perf_counter() - began:.1f} s")
+    if settings.save:
+        store.write_table(settings.save, table, about | {"version": __version__})
+        say(f"every run in {settings.save}")
+
+
+def _memory(settings: EvaluateSettings) -> LazyMemory:
+    """Return the pairs to learn from: all that the file holds, or as many of them as were asked for."""
+    from teamsight.policies.lazy_memory import LazyMemory
+
+    memory = LazyMemory.load(settings.memory)
+    if settings.sample is None:
+        return memory
+    if settings.sample > len(memory):
+        raise ValueError(
+            f"sample={settings.sample}: the memory has {len(memory)} pairs; ask for fewer, or explore for longer"
+        )
+    return memory.sample(settings.sample, settings.seed)
+
+
+def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
+    """Return the worlds, in which robots are as many, as fast and as far-sighted as they were when they explored."""
+    from teamsight import checks
+    from teamsight.analysis import evaluation
+    from teamsight.analysis.provenance import differing
+
+    explored = memory.settings.get("robots", 5)
+    robots = settings.robots if settings.robots is not None else checks.count("robots", explored)
+    evaluation.check_team(memory, robots)
+    for name, values in differing(memory).items():
+        say(
+            f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
+        )
+    world = evaluation.bodies_of(memory)
+    return evaluation.Stage(
+        robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, world
+    )
+
+
+def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
+    from teamsight.analysis import evaluation
+    from teamsight.analysis.learners import REWARDS, Lesson, search_seconds
+    from teamsight.policies.eager.state_grid import TooManyStatesError
+
+    lesson = Lesson(REWARDS[settings.reward], settings.k, settings.gamma)
+    expected = search_seconds(settings.learner, memory, lesson)
+    if expected > _LONG:
+        watch.tell(
+            f"learning from {len(memory)} pairs takes about {expected / 60:.0f} min, since each is compared with all "
+            "others; --sample 30000 takes seconds, and --gamma 0 none"
+        )
+    watch("learning", 0, 1)
+    try:
+        return evaluation.contenders(
+            settings.learner, memory, lesson, lambda done, total: watch("learning", done, total)
+        )
+    except TooManyStatesError as error:
+        told = str(error).partition(". ")[0]
+        raise ValueError(
+            f"learner={settings.learner}: {told}; give --learner linear or lazy, or explore with a degree of awareness "
+            "that adds fewer inputs"
+        ) from error
+
+
+def _unusual(stage: Stage) -> str:
+    """Tell in what the robots of these worlds differ from those of others, as explored."""
+    from teamsight.agents.cmommt import DEFAULTS
+
+    told = [f"{name} {value:g}" for name, value in stage.bodies.items() if value != DEFAULTS[name]]
+    return f"; as explored, {', '.join(told)}" if told else ""
+
+
+def _shown(summary: pd.DataFrame) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD)
+    first = str(summary["policy"].iloc[0])
+    table.add_column("policy")
+    for name in ("observed targets", f"{first} less this"):
+        table.add_column(name, justify="right")
+    for row in summary.to_dict("records"):
+        more = ""
+        if row["policy"] != first:
+            more = f"{interval(row['more'], row['more_low'], row['more_high'], '+.1f')} points"
+        low, high = max(row["low"], 0.0), min(row["high"], 1.0)
+        alone = row["low"] == float("-inf")
+        observed = interval(row["mean"], row["low"] if alone else low, high, ".1f")
+        table.add_row(str(row["policy"]), f"{observed} %", more)
+    return table
