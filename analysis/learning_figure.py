@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
 from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.figures.style import DEGREE, FAINT, INK, canvas, head, plain, to_png
+from teamsight.analysis.figures.style import DEGREE, FAINT, INK, canvas, plain, to_png
 from teamsight.analysis.learning_curves import Curves
 from teamsight.analysis.search_space import GROWTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 _TITLES = {
     "lazy": "lazy Q-learning",
@@ -21,8 +24,52 @@ _TITLES = {
     "tabular": "a table of states",
     "linear": "a linear approximator",
 }
-_WIDTH, _HEIGHT = 4.6, 3.4
-_LEFT, _BOTTOM, _HEAD = 0.85, 1.0, 1.0
+# Sizes in inches: a panel with what stands around it, and what of it that is to its left, beneath, above and between.
+_WIDTH, _HEIGHT = 4.6, 3.5
+_LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.85, 0.75, 0.45, 0.55
+# One panel alone would leave no room for title and legend.
+_LEAST_WIDTH = 8.0
+# What a letter of the title, one of the subtitle and an entry of the legend take.
+_TITLE_LETTER, _TOLD_LETTER, _ENTRY = 0.13, 0.08, 2.3
+_TITLE_LINE, _TOLD_LINE, _LEGEND_LINE = 0.3, 0.21, 0.27
+#: Of fewer explorations an interval says nothing: with two it is 13 standard errors wide to either side.
+LEAST_FOR_INTERVAL = 3
+_MOST_MARKS = 5
+_TITLE = "Learning under each degree of awareness, from equal numbers of samples"
+
+
+class _Layout(NamedTuple):
+    """Where things stand [inches]."""
+
+    width: float
+    title: list[str]
+    told: list[str]
+    columns: int
+    entries: int
+
+    @property
+    def per_line(self) -> int:
+        """How many entries of the legend stand side by side."""
+        return max(1, min(self.entries, int(self.width // _ENTRY)))
+
+    @property
+    def foot(self) -> float:
+        """Height of the legend and of what stands beneath the lower panels."""
+        return 0.1 + _LEGEND_LINE * math.ceil(self.entries / self.per_line) + _BENEATH
+
+    @property
+    def height(self) -> float:
+        head = 0.2 + _TITLE_LINE * len(self.title) + _TOLD_LINE * len(self.told)
+        return self.foot + 2 * _HEIGHT - _BENEATH + head
+
+    def box(self, row: int, column: int) -> tuple[float, float, float, float]:
+        """Return left, bottom, width and height of a panel, as shares of the drawing."""
+        wide = (self.width - _LEFT) / self.columns
+        bottom = self.foot + (1 - row) * _HEIGHT
+        inner = (wide - _BETWEEN, _HEIGHT - _BENEATH - _ABOVE)
+        return (
+            (_LEFT + column * wide) / self.width, bottom / self.height, inner[0] / self.width, inner[1] / self.height
+        )  # fmt: skip
 
 
 def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
@@ -37,39 +84,69 @@ def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
     curves : Curves
         The settings.
     """
-    columns = len(curves.learners)
-    width, height = columns * _WIDTH + _LEFT, 2 * _HEIGHT + _HEAD + _BOTTOM
-    figure = canvas(width, height)
-    title = "Learning under each degree of awareness, from equal numbers of samples"
-    told = (
-        f"mean and 95 % interval over {curves.memories} explorations, {curves.worlds} worlds each; "
-        f"N = {curves.robots}, R = {curves.radius:g}, {curves.targets} targets, {curves.steps} steps, "
-        f"reward {curves.reward}, γ = {curves.gamma:g}, seed {curves.seed}"
-    )
-    head(figure, title, told)
+    return to_png(draw_on_canvas(points, table, curves), f"{_TITLE}; {_conditions(curves)}")
+
+
+def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> Canvas:
+    """Return the drawing; see `draw`."""
+    width = max(len(curves.learners) * _WIDTH + _LEFT, _LEAST_WIDTH)
+    told = textwrap.wrap(_conditions(curves), int((width - 0.6) / _TOLD_LETTER))
+    title = textwrap.wrap(_TITLE, int((width - 0.6) / _TITLE_LETTER))
+    entries = points.loc[points["pairs"] > 0, "degree"].nunique() + (points["pairs"] == 0).sum()
+    layout = _Layout(width, title, told, len(curves.learners), int(entries))
+    figure = canvas(width, layout.height)
+    _write_head(figure, layout)
     low, high = _limits(points)
+    known = curves.memories >= LEAST_FOR_INTERVAL
     for column, learner in enumerate(curves.learners):
         for row, paint in enumerate((_against_samples, _against_size)):
-            left = (_LEFT + column * _WIDTH) / width
-            bottom = (_BOTTOM + (1 - row) * _HEIGHT) / height
-            axes = figure.add_axes((left, bottom, (_WIDTH - 0.55) / width, (_HEIGHT - 0.85) / height))
+            axes = figure.add_axes(layout.box(row, column))
             plain(axes)
             axes.tick_params(colors=FAINT)
             axes.set_ylim(low, high)
             _references(axes, points)
-            paint(axes, points[points["learner"] == learner])
+            paint(axes, points[points["learner"] == learner], known)
             if column == 0:
                 axes.set_ylabel("observed targets  [%]")
             if row == 0:
                 axes.set_title(_TITLES.get(learner, learner), loc="left", size=11.5, color=INK)
                 _tell_refused(axes, table[table["learner"] == learner])
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    order = sorted(range(len(labels)), key=lambda place: labels[place].endswith(")"), reverse=True)
+    _write_legend(figure, layout)
+    return figure
+
+
+def _conditions(curves: Curves) -> str:
+    interval = "mean and 95 % interval" if curves.memories >= LEAST_FOR_INTERVAL else "mean (too few for an interval)"
+    return (
+        f"{interval} over {_count(curves.memories, 'exploration')}, {_count(curves.worlds, 'world')} each; "
+        f"N = {curves.robots}, R = {curves.radius:g}, {curves.targets} targets, {curves.steps} steps, "
+        f"reward {curves.reward}, γ = {curves.gamma:g}, seed {curves.seed}"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("s" if number != 1 else "")
+
+
+def _write_head(figure: Canvas, layout: _Layout) -> None:
+    left, top = 0.4 / layout.width, layout.height - 0.15
+    look: dict[str, Any] = {"va": "top", "linespacing": 1.2}
+    figure.text(left, top / layout.height, "\n".join(layout.title), size=15, weight="bold", color=INK, **look)
+    top -= _TITLE_LINE * len(layout.title)
+    figure.text(left, top / layout.height, "\n".join(layout.told), size=10, color=FAINT, **look)
+
+
+def _write_legend(figure: Canvas, layout: _Layout) -> None:
+    """Write below all panels what the upper ones show; degrees come before what does not learn."""
+    found: dict[str, Any] = {}
+    for axes in figure.axes[::2]:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    order = sorted(found, key=lambda label: label.endswith(")"), reverse=True)
     figure.legend(
-        [handles[k] for k in order], [labels[k] for k in order],
-        loc="lower center", ncols=len(labels), frameon=False, bbox_to_anchor=(0.5, 0.01),
+        [found[label] for label in order], order,
+        loc="lower center", ncols=layout.per_line, frameon=False, bbox_to_anchor=(0.5, 0.0),
     )  # fmt: skip
-    return to_png(figure, f"{title}; {told}")
 
 
 def _limits(points: pd.DataFrame) -> tuple[float, float]:
@@ -85,44 +162,61 @@ def _references(axes: Axes, points: pd.DataFrame) -> None:
             axes.axhline(100 * of["mean"].iloc[0], color=INK, linewidth=1.2, linestyle=style, label=name)
 
 
-def _against_samples(axes: Axes, points: pd.DataFrame) -> None:
-    """Draw a line with its band for each degree."""
+def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
+    """Draw a line for each degree, with its band where the interval is known."""
     for degree, of in points.groupby("degree", sort=False):
         colour, ordered = DEGREE[str(degree)], of.sort_values("pairs")
         label = f"{GROWTH[str(degree)]}  ({ordered['inputs'].iloc[0]} inputs)"
         axes.plot(ordered["pairs"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
-        axes.fill_between(
-            ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
-        )
+        if known:
+            axes.fill_between(
+                ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
+            )
     axes.set_xscale("log")
-    marks = sorted(points["pairs"].unique())[::2]
+    marks = sorted(points["pairs"].unique())
+    if len(marks) > _MOST_MARKS:
+        # Every second, the most samples among them.
+        marks = marks[::-2][::-1]
     axes.set_xticks(marks, [f"{mark:,}" for mark in marks])
     axes.minorticks_off()
     axes.set_xlabel("samples  [pairs]")
 
 
-def _against_size(axes: Axes, points: pd.DataFrame) -> None:
-    """Draw the fewest, the middle and the most samples, each as a line through the degrees in the order of p^d."""
+def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
+    """Mark what the fewest, the middle and the most samples give under each degree, at its place on the axis of p^d.
+
+    Degrees are things of their own: nothing lies between them, so that no line joins them.
+    """
+    axes.set_xlabel("search space p^d for p = 2  [log10]")
     if not len(points):
+        axes.set_xticks([])
         return
     numbers = sorted(points["pairs"].unique())
     shown = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
-    drawn = []
-    for number, mark, shade in zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False):
-        ordered = points[points["pairs"] == number].sort_values("log10_size")
-        spread = [100 * (ordered["mean"] - ordered["low"]), 100 * (ordered["high"] - ordered["mean"])]
-        line = axes.errorbar(
-            ordered["log10_size"], 100 * ordered["mean"], spread, marker=mark, color=shade, markersize=5,
-            linewidth=1.4, elinewidth=0.8, label=f"{number:,} pairs",
+    sizes = points.groupby("log10_size")["degree"].unique()
+    apart = 0.012 * max(sizes.index.max() - sizes.index.min(), 1.0)
+    for place, (number, mark, shade) in enumerate(zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False)):
+        of = points[points["pairs"] == number]
+        spread = [100 * (of["mean"] - of["low"]), 100 * (of["high"] - of["mean"])]
+        axes.errorbar(
+            of["log10_size"] + (place - (len(shown) - 1) / 2) * apart, 100 * of["mean"], spread if known else None,
+            marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} pairs",
         )  # fmt: skip
-        drawn.append(line)
-    axes.set_xlabel("search space p^d for p = 2  [log10]")
-    axes.legend(handles=drawn, frameon=False, fontsize=8.5, loc="upper right", bbox_to_anchor=(1.0, 0.93))
+    names = [f"{', '.join(GROWTH[str(degree)] for degree in degrees)}\n{size:.1f}" for size, degrees in sizes.items()]
+    axes.set_xticks(sizes.index, names)
+    axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
+    handles = [
+        (handle, text) for handle, text in zip(*axes.get_legend_handles_labels(), strict=True) if "pairs" in text
+    ]
+    axes.legend(
+        [handle for handle, _ in handles], [text for _, text in handles], frameon=False, fontsize=8.5, ncols=3,
+        loc="lower left", bbox_to_anchor=(-0.03, 0.97), handletextpad=0.2, columnspacing=1.0,
+    )  # fmt: skip
 
 
 def _tell_refused(axes: Axes, table: pd.DataFrame) -> None:
-    """Say under which degrees a table would have had too many states."""
+    """Say beside the title under which degrees a table would have had too many states."""
     refused = table[table["observed_fraction"].isna()]["degree"].unique()
     if len(refused):
         told = ", ".join(GROWTH[str(degree)] for degree in refused)
-        axes.text(0.02, 0.86, f"{told}: too many states for a table", transform=axes.transAxes, va="top", size=9)
+        axes.set_title(f"{told}: too many states", loc="right", size=9, color=FAINT)

@@ -1,6 +1,8 @@
 """Learning: explore once, say what is wanted in a few lines, and see what the robots then do.
 
-The same pairs serve every learner and every reward.
+The same pairs serve every learner and every reward. Not every learner makes something of them: here the paper's, LazyQ,
+observes no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world;
+docs/learning.md tells what to expect over many.
 """
 
 from __future__ import annotations
@@ -10,8 +12,7 @@ import numpy.typing as npt
 
 from teamsight import CMOMMT
 from teamsight.agents.exploration import explore
-from teamsight.policies import LazyQ, RandomWalk
-from teamsight.policies.eager import LinearQ
+from teamsight.policies import LazyQ, LinearQ, RandomWalk
 from teamsight.policies.lazy_memory import LazyMemory
 
 

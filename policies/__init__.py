@@ -7,35 +7,23 @@ if __name__ != "teamsight.policies":
         "import teamsight.policies: the folder policies/ is a part of the package teamsight, not a package of its own"
     )
 
-from collections.abc import Callable
-from typing import Any
-
 from teamsight.policies.a_cmommt import ACmommt
 from teamsight.policies.centroid import Centroid
 from teamsight.policies.check import check_policy
 from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.evasive import Evasive
 from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
-from teamsight.policies.lazy_q import LazyQ, lazy_collective, lazy_cooperative
+from teamsight.policies.lazy_q import LazyQ
 from teamsight.policies.learned import Learned
 from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.random_walk import RandomWalk
+from teamsight.policies.registry import POLICIES
 from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
 from teamsight.policies.stationary import Stationary
 
-POLICIES: dict[str, Callable[[], Any]] = {
-    "a-cmommt": ACmommt,
-    "centroid": Centroid,
-    "evasive": Evasive,
-    "lazy-collective": lazy_collective,
-    "lazy-cooperative": lazy_cooperative,
-    "learned": Learned,
-    "random-walk": RandomWalk,
-    "stationary": Stationary,
-}
-
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Learned", "Memory", "Percept",
-    "PerceptOfOne", "PessimisticLazyQ", "Policy", "RandomWalk", "SheppardLazyQ", "Sightings", "Stationary",
-    "check_policy", "turned",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Learned", "LinearQ", "Memory",
+    "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "RandomWalk", "SheppardLazyQ", "Sightings", "Stationary",
+    "TabularQ", "check_policy", "turned",
 ]  # fmt: skip

@@ -68,7 +68,7 @@ class LazyLearner(CompiledPolicy):
         How many components of a situation are compared: the robot's own (collective, under `NoAwareness`), or all of
         them (cooperative, under the degree of awareness of the exploration), which is the default.
     k : int
-        How many pairs match a situation.
+        How many pairs match a situation: 1 to 128, and no more than there are.
     gamma : float
         What a step later is worth now, 0..1.
     sweeps : int

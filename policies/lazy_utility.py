@@ -43,7 +43,7 @@ def utility(
     inputs : int, optional
         How many components of the situations are compared: all, or the robot's own alone.
     k : int
-        How many pairs match a situation.
+        How many pairs match a situation: 1 to 128, and no more than there are.
     gamma : float
         What a step later is worth now, 0..1.
     sweeps : int
@@ -153,7 +153,12 @@ def check_constants(memory: LazyMemory, k: int, gamma: float, sweeps: int) -> No
     TypeError, ValueError
         Naming the value, the limit and the cure.
     """
-    checks.count("k", k, most=MOST_MATCHES)
+    checks.count("k", k)
+    if k > MOST_MATCHES:
+        raise ValueError(
+            f"k={k}: must be at most {MOST_MATCHES}, for which a robot that decides has room, and at most the "
+            f"{len(memory)} pairs of the memory; use a smaller k"
+        )
     checks.number("gamma", gamma, least=0, most=1)
     checks.count("sweeps", sweeps, least=0)
     if len(memory) < k:

@@ -94,6 +94,8 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
     if isinstance(reward, type):
         raise TypeError(f"{name}: is a class; give an object, {reward.__name__}()")
     answer: Any = reward(memory)
+    if answer is None:
+        raise TypeError(f"{name}: returned None; is `return` missing?")
     try:
         if np.iscomplexobj(answer):
             # Half of it would get lost.

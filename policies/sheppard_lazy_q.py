@@ -187,6 +187,8 @@ class SheppardLazyQ(CompiledPolicy):
     draws = 3
 
     def __post_init__(self) -> None:
+        if isinstance(self.inputs, LazyMemory):
+            raise TypeError(f"inputs={self.inputs!r}: is a memory; give it as memory=, SheppardLazyQ(memory=...)")
         checks.count("inputs", self.inputs)
         for name in ("explore", "alpha", "gamma"):
             checks.number(name, getattr(self, name), least=0, most=1)

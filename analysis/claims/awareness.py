@@ -63,9 +63,11 @@ def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
     gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
     ends = [_fades(profile, faded) for profile in (few, many)]
     told = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
+    # No more digits than the gains beside it: 10, 4.1.
+    level = f"{round(faded, 1):g}"
     longer = ends[1] > ends[0]
     return (
-        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {faded:.3g} pp from R = {told[1]} against {told[0]}",
+        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {told[1]} against {told[0]}",
         above(gains[1], gains[0]),
         at_least(float(longer), 1),
     )

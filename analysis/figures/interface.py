@@ -47,6 +47,8 @@ class Figure:
         every run, further ones what was computed of them; each is stored under its key, a suffix of the file's name.
     draw : callable
         Takes the figure's tables and the conditions and returns the drawing.
+    tell : callable, optional
+        Takes the table `cells` and returns in one line what the figure comes to, to be read beside it.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Figure:
     needs: tuple[str, ...]
     tabulate: Callable[[Tables, Conditions], dict[str, pd.DataFrame]]
     draw: Callable[[Tables, Conditions], Canvas]
+    tell: Callable[[pd.DataFrame], str] | None = None
 
 
 class Drawn(NamedTuple):

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import pandas as pd
+
 from teamsight.analysis.figures import arena, delta, repulsion, search_space
-from teamsight.analysis.figures.differences import Contrast, difference_figure
+from teamsight.analysis.figures.differences import Contrast, difference_figure, tell_gain
 from teamsight.analysis.figures.interface import Conditions, Drawn, Figure, Tables
 from teamsight.analysis.figures.levels import neighbours_figure, observed_figure
 from teamsight.analysis.figures.style import to_png
+
+
+def _tell_learned(cells: pd.DataFrame) -> str:
+    """Return what Fig. 11 comes to: the colours do not tell, and the paper's surface is another."""
+    return f"awareness adds to what is learned {tell_gain(cells, 'learned')}; other explorations: docs/lazy-search.md"
+
 
 _FIGURES: tuple[Figure, ...] = (
     search_space.FIGURE,
@@ -49,11 +57,13 @@ _FIGURES: tuple[Figure, ...] = (
                 "lazy-cooperative",
                 "lazy-collective",
                 "learned",
-                "lazily learned from one memory of 600 pairs: targets and teammates less targets alone; another "
-                "memory, another surface (docs/lazy-search.md)",
+                "lazily learned from one memory of 600 pairs: targets and teammates less targets alone; its colours "
+                "have their own scale; another memory, another surface (docs/lazy-search.md)",
             ),
             Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT less centroid"),
         ),
+        own_colours=True,
+        tell=_tell_learned,
     ),
     delta.FIGURE,
 )

@@ -28,6 +28,8 @@ class Look(NamedTuple):
     low: float
     high: float
     around_zero: bool = False
+    #: From where to where the surface's axis goes, when that is not what the colours span.
+    heights: tuple[float, float] | None = None
 
 
 def draw_row(
@@ -56,6 +58,7 @@ def draw_row(
     """
     import matplotlib
     from matplotlib.colors import Normalize
+    from matplotlib.ticker import MaxNLocator
 
     norm = Normalize(look.low, look.high)
     colours = matplotlib.colormaps[DIVERGING if look.around_zero else SEQUENTIAL]
@@ -67,7 +70,7 @@ def draw_row(
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
     _heat_map(flat, grid, look, norm, colours, open_cells)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
-    bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale)
+    bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
     bar.set_label(look.label, size=10)
     bar.outline.set_visible(False)
 
@@ -77,8 +80,7 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     height = grid.to_numpy(float)
     look_of_faces = {"cmap": colours, "norm": norm, "linewidth": 0.35, "edgecolor": "#33333388", "shade": False}
     axes.plot_surface(robots, radius, height, rstride=1, cstride=1, **look_of_faces)
-    # Differences are mostly of one sign: leave out what no cell reaches of the other.
-    axes.set_zlim(min(0.0, 10.0 * np.floor(height.min() / 10 + 0.05)) if look.around_zero else look.low, look.high)
+    axes.set_zlim(*(look.heights or (look.low, look.high)))
     # Seen from few robots in a large arena, where every surface of the paper is low, so that nothing hides behind it.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)

@@ -196,6 +196,10 @@ class LazyMemory:
         ValueError
             If the memory has no such fact.
         """
+        if not self.facts:
+            raise ValueError(
+                f"fact={name!r}: the memory holds none; explore with teamsight, or give LazyMemory.of its facts"
+            )
         place = self.facts.index(checks.choice("fact", name, self.facts))
         fact: Table = self.table[2 * self.inputs + len(ACTION) + place]
         return fact

@@ -10,6 +10,8 @@ from teamsight.cli.settings import LEDGER, ReproduceSettings
 from teamsight.cli.show import show_ledger, watching, wide_console
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from teamsight.analysis.reproduce import Plan
 
 
@@ -38,10 +40,26 @@ def execute(**given: Any) -> None:
         ledger = reproduce(plan, folder, crew, follow)
     if ledger is not None:
         show_ledger(ledger)
+    for line in lines_of(plan, folder):
+        wide_console().print(line, highlight=False, soft_wrap=True)
     made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
     wide_console().print(
         f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s", highlight=False, soft_wrap=True
     )
+
+
+def lines_of(plan: Plan, folder: Path) -> list[str]:
+    """Return a line for each of the figures made that does not speak for itself."""
+    import pandas as pd
+
+    from teamsight.analysis.figures import FIGURES
+
+    found = []
+    for name in plan.figures:
+        tell = FIGURES[name].tell
+        if tell is not None:
+            found.append(f"figure {name}: {tell(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
+    return found
 
 
 def _kept(phases: set[str]) -> str:

@@ -7,6 +7,7 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
 from teamsight.analysis.experiments import DELTAS
@@ -63,6 +64,40 @@ def test_differences_are_paired_and_carry_intervals(name: str, contrasts: int) -
     assert cells["mean"].to_numpy() == pytest.approx(np.where(cells["robots"] == 30, 0.4, 0.0))
     # The noise is common to both, so that nothing of it is left in the difference.
     assert (cells["high"] - cells["low"]).to_numpy() == pytest.approx(0, abs=1e-12)
+
+
+def test_the_learned_gain_is_told_in_one_line() -> None:
+    cells = make(Job("11", tables_for("11"), CONDITIONS)).tables["cells"]
+    tell = FIGURES["11"].tell
+    assert tell is not None
+    learned = cells["variant"] == "learned"
+    # Cells: N = 1, 2, 30, each at R = 1 and 5.
+    for name, values in (("mean", (-2, 1, 4, 0, 3, 9)), ("low", (-3, -1, 1, 0, 0, 8)), ("high", (-1, 3, 7, 0, 6, 10))):
+        cells.loc[learned, name] = np.array(values) / 100
+    assert tell(cells) == (
+        "awareness adds to what is learned +2.5 pp on the mean of 6 cells, at most +9.0 at N = 30, R = 5; "
+        "clearly more in 2, clearly less in 1 (by chance about 0 each); other explorations: docs/lazy-search.md"
+    )
+    assert "one run a cell does not tell" in tell(make(Job("11", tables_for("11", 1), CONDITIONS)).tables["cells"])
+
+
+def test_both_surfaces_of_figure_11_have_one_height_and_their_own_colours() -> None:
+    tables = dict(tables_for("11")) | {"lazy-cooperative": runs(-0.03)}
+    figure = FIGURES["11"].draw(FIGURES["11"].tabulate(tables, CONDITIONS), CONDITIONS)
+    solids = [axes for axes in figure.axes if axes.name == "3d"]
+    assert [axes.get_zlim() for axes in solids] == [(-10, 50)] * 2
+    assert [axes.images[0].norm.vmax for axes in figure.axes if axes.images] == [10, 50]
+
+
+def test_no_text_of_a_figure_leaves_it_or_runs_into_a_heat_map() -> None:
+    for name in ("8", "10", "11"):
+        figure = FIGURES[name].draw(FIGURES[name].tabulate(tables_for(name), CONDITIONS), CONDITIONS)
+        FigureCanvasAgg(figure).draw()
+        flat = [axes.get_window_extent() for axes in figure.axes if axes.images]
+        for text in figure.texts:
+            box = text.get_window_extent()
+            assert box.x1 < figure.bbox.x1
+            assert not any(box.overlaps(other) for other in flat), text.get_text()
 
 
 def test_the_delta_figure_has_both_limits_and_every_delta() -> None:

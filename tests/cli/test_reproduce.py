@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -54,6 +55,12 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     assert f"defaults: {content['holding']['defaults']} of 28 claims hold" in out
     assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 28
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
+
+
+def test_what_figure_11_comes_to_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    short = ("--quick", "--runs", "2", "--steps", "3", "--preset", "defaults")
+    _, out, _ = call(capsys, "reproduce", "11", "--out", str(tmp_path), "--workers", "1", *short)
+    assert re.search(r"^figure 11: awareness adds .* pp on the mean of 49 cells.*clearly less in \d+ \(by chance", out, re.M)
 
 
 def test_results_do_not_depend_on_workers_or_on_what_else_is_made(

@@ -168,6 +168,10 @@ def test_what_cannot_be_learned_from_is_refused() -> None:
     for kind in (LazyQ, PessimisticLazyQ):
         with pytest.raises(ValueError, match="k=10: the memory has only 9 pairs; use a smaller k, or explore longer"):
             kind(memory, k=10)
+        with pytest.raises(
+            ValueError, match="k=1000: must be at most 128, .* at most the 9 pairs of the memory; use a sm"
+        ):
+            kind(memory, k=1000)
         with pytest.raises(ValueError, match="is nan for pair 0 and 9 of 9 in all"):
             kind(memory, lambda memory: np.full(9, np.nan), k=3)
     with pytest.raises(ValueError, match="rotations=100, distances=3: more than 256 actions; use fewer"):

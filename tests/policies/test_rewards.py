@@ -53,7 +53,7 @@ def test_ones_own() -> None:
         (lambda memory: [1, 2], r"returned the shape \(2,\); the memory has 3 pairs, so it must be \(3,\)"),
         (lambda memory: 1.0, r"returned the shape \(\)"),
         (lambda memory: np.zeros((3, 1)), r"returned the shape \(3, 1\)"),
-        (lambda memory: None, r"returned the shape \(\)|returned NoneType"),
+        (lambda memory: None, r"reward <lambda>: returned None; is `return` missing"),
         (lambda memory: ["a", "b", "c"], r"returned list; it must return one number for each pair"),
         (lambda memory: np.full(3, 1j), r"returned ndarray; it must return one number for each pair"),
         (GainReward, r"is a class; give an object, GainReward\(\)"),
@@ -64,6 +64,11 @@ def test_ones_own() -> None:
 def test_what_is_no_reward_is_told(reward: Any, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         rewards_of(memory_of(gained=[0, 1, 0], lost=[0, 0, 1]), reward)
+
+
+def test_a_memory_without_facts_says_so() -> None:
+    with pytest.raises(ValueError, match=r"fact='gained': the memory holds none; explore with teamsight"):
+        rewards_of(LazyMemory.of([[1.0]], [[0.0, 0.0]], [[1.0]], {}, own=1), own_reward)
 
 
 @pytest.mark.parametrize("wrong", [{"scope": "mine"}, {"both": "lose"}])

@@ -165,3 +165,8 @@ def test_percepts_that_do_not_fit_are_refused() -> None:
     percept = sample_percept(2, np.random.default_rng(1), 2)
     with pytest.raises(ValueError, match="SheppardLazyQ: the percept's situations have 2 components; it compares 3"):
         policy.decide(percept, policy.start(2), np.zeros((3, 2)))
+
+
+def test_a_memory_in_the_place_of_the_inputs_is_told_apart() -> None:
+    with pytest.raises(TypeError, match=r"inputs=LazyMemory\(.*: is a memory; give it as memory="):
+        SheppardLazyQ(made_up(1, 5))  # type: ignore[arg-type]

@@ -26,6 +26,15 @@ def test_every_public_name_is_there() -> None:
     assert set(teamsight.__all__) <= set(dir(teamsight))
 
 
+@pytest.mark.short
+def test_policies_have_every_policy_and_nothing_borrowed() -> None:
+    from teamsight import policies
+
+    assert set(policies.__all__) <= set(dir(policies))
+    assert {"LazyQ", "TabularQ", "LinearQ"} <= set(policies.__all__)
+    assert not {"Any", "Callable"} & set(dir(policies))
+
+
 def test_a_wrong_name_is_an_ordinary_error_that_lists_the_right_ones() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'Cmommt'; it has .*CMOMMT"):
         _ = teamsight.Cmommt
