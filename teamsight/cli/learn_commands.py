@@ -112,8 +112,8 @@ def figure(**given: Any) -> None:
     """Draw learning curves: each learner under each degree of awareness, from equal numbers of samples.
 
     Writes learning-curves.png, a table of every test, one of the curves' points and one of what awareness adds. Ctrl-C
-    keeps what is done in FOLDER; the same command goes on from there. All of it takes minutes, with --quick seconds.
-    Figure 11 of the paper is `teamsight reproduce 11`.
+    keeps what is done in FOLDER; the same command goes on from there. All of it takes some eight
+    minutes on two cores, with --quick seconds. Figure 11 of the paper is `teamsight reproduce 11`.
 
     \b
     Examples:

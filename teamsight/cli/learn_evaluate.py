@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -134,8 +135,8 @@ def _shown(summary: pd.DataFrame) -> Any:
         more = ""
         if row["policy"] != first:
             more = f"{interval(row['more'], row['more_low'], row['more_high'], '+.1f')} points"
-        low, high = max(row["low"], 0.0), min(row["high"], 1.0)
-        alone = row["low"] == float("-inf")
-        observed = interval(row["mean"], row["low"] if alone else low, high, ".1f")
+        # A share is never below 0 or above 1, whatever a few runs let one believe; one run tells no interval at all.
+        low = max(row["low"], 0.0) if math.isfinite(row["low"]) else row["low"]
+        observed = interval(row["mean"], low, min(row["high"], 1.0), ".1f")
         table.add_row(str(row["policy"]), f"{observed} %", more)
     return table

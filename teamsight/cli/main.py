@@ -37,8 +37,8 @@ def commands() -> None:
     \b
       teamsight run --robots 10 --radius 5           one world: how much does the team see?
       teamsight delta --robots 30 --radius 5         how many neighbours must a robot be ready for?
-      teamsight reproduce --quick                    the paper's figures on a coarse grid, in seconds
-      teamsight reproduce                            all of them, and which claims hold: about a minute
+      teamsight reproduce --quick                    the paper's figures on a coarse grid, in half a minute
+      teamsight reproduce                            all of them, and which claims hold: about two minutes
       teamsight learn explore --out m.safetensors    let robots act at random, and keep what they met
     """
 

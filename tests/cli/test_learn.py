@@ -218,6 +218,56 @@ def test_a_long_search_is_announced_with_its_cure(
     assert call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3", "--learner", "linear")[2] == ""
 
 
+def test_intervals_stay_within_what_a_share_can_be() -> None:
+    from rich.console import Console
+
+    from teamsight.cli.learn_evaluate import _shown
+
+    rows = [("one", 0.5, -0.2, 1.3, np.nan, np.nan, np.nan), ("two", 0.2, -np.inf, np.inf, 0.3, -np.inf, np.inf)]
+    names = ["policy", "mean", "low", "high", "more", "more_low", "more_high"]
+    console = Console(width=120)
+    with console.capture() as shown:
+        console.print(_shown(pd.DataFrame(rows, columns=names)))
+    text = " ".join(shown.get().split())
+    assert "one 50.0 (0.0 to 100.0) %" in text
+    assert "two 20.0 % +30.0 points" in text
+
+
+def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from teamsight.analysis import learning_curves
+
+    parts = tmp_path / "learning-curves.parts"
+    options = ["--samples", "30", "--memories", "1", "--worlds", "1", "--steps", "3", "--workers", "1", "--robots", "2"]
+    curves = ["figure", "--out", str(tmp_path), "--learners", "linear", *options]
+    learned, made = learning_curves._learned, []
+
+    def interrupted(lecture: learning_curves.Lecture) -> list[dict[str, object]]:
+        if len(made) == limit:
+            raise KeyboardInterrupt
+        made.append(lecture)
+        return learned(lecture)
+
+    def stop(lecture: learning_curves.Lecture) -> list[dict[str, object]]:
+        raise KeyboardInterrupt
+
+    limit = 2
+    with monkeypatch.context() as patch:
+        patch.setattr(learning_curves, "_learned", interrupted)
+        status, _, err = call(capsys, *curves)
+        kept = f"3 of 5 parts are kept in {parts}; the same command goes on from there"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
+        patch.setattr(learning_curves, "_designed", stop)
+        status, _, err = call(capsys, *curves, "--seed", "1")
+        told = "nothing was kept, since no part of the curves was done"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+    assert len(list(parts.iterdir())) == 3
+    (parts / "notes.txt").write_text("thesis")
+    assert call(capsys, *curves)[0] == 0
+    assert [path.name for path in parts.iterdir()] == ["notes.txt"]
+
+
 def test_results_of_other_settings_are_replaced_only_when_told(
     capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
 ) -> None:
