@@ -95,6 +95,7 @@ class Crew:
         jobs: Sequence[T],
         done: Callable[[int], None] = lambda index: None,
         describe: Callable[[T], str] = repr,
+        keep: Callable[[int, R], None] = lambda index, result: None,
     ) -> list[R]:
         """Return ``[function(job) for job in jobs]``.
 
@@ -108,6 +109,8 @@ class Crew:
             Called with the index of each job when it is done.
         describe : callable
             Names a job whose worker died; a job that raises is expected to name itself.
+        keep : callable
+            Called with index and result of each job, before `done`: what shall outlast an interruption is kept here.
 
         Raises
         ------
@@ -121,6 +124,7 @@ class Crew:
             if kind == "failed":
                 raise JobError(value)
             results[index] = value
+            keep(index, value)
             done(index)
         return results
 

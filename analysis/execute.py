@@ -11,6 +11,7 @@ import pandas as pd
 
 from teamsight.analysis.crew import Crew, JobError, tell
 from teamsight.analysis.study import Experiment, Run
+from teamsight.analysis.unfinished import Unfinished
 
 #: What a worker imports before its first run.
 IMPORTS = ("teamsight.agents.cmommt",)
@@ -71,6 +72,7 @@ def make_tables(
     runs: int,
     steps: int,
     progress: Callable[[float, float], None] = lambda done, total: None,
+    unfinished: Unfinished | None = None,
 ) -> list[dict[str, pd.DataFrame]]:
     """Return for each request its tables by name of the experiment; a run that several need is made once.
 
@@ -86,6 +88,8 @@ def make_tables(
         Replicates of each cell, and steps of each run.
     progress : callable
         Called with the work done and the work in all, in arbitrary units, whenever some is done.
+    unfinished : Unfinished, optional
+        Where outcomes are kept meanwhile; runs that are there are not made again.
 
     Returns
     -------
@@ -104,7 +108,7 @@ def make_tables(
         for experiment in request.experiments
         for columns, run in experiment.rows(request.setting, root, runs, steps)
     ]
-    outcomes = run_all(crew, [run for *_, run in planned], progress)
+    outcomes = run_all(crew, [run for *_, run in planned], progress, unfinished)
     rows: list[dict[str, list[dict[str, Any]]]] = [{} for _ in requests]
     for name, number, columns, run in planned:
         rows[number].setdefault(name, []).append(columns | outcomes[run.key]._asdict())
@@ -112,29 +116,37 @@ def make_tables(
 
 
 def run_all(
-    crew: Crew, runs: Iterable[Run], progress: Callable[[float, float], None] = lambda done, total: None
+    crew: Crew,
+    runs: Iterable[Run],
+    progress: Callable[[float, float], None] = lambda done, total: None,
+    unfinished: Unfinished | None = None,
 ) -> dict[tuple[str, ...], Outcome]:
     """Make each distinct run once and return its outcome under its key; see `make_tables`."""
-    distinct = list({run.key: run for run in runs}.values())
-    total = sum(run.cost for run in distinct)
-    progress(0.0, total)
-    crew.map(compile_kinds, [_one_of_each_kind(distinct)])
-    chunks = _chunks(distinct)
-    done = 0.0
+    distinct = {run.key: run for run in runs}
+    outcomes = {key: Outcome(*found) for key, found in unfinished.outcomes(distinct).items()} if unfinished else {}
+    missing = [run for key, run in distinct.items() if key not in outcomes]
+    total = sum(run.cost for run in distinct.values())
+    done = total - sum(run.cost for run in missing)
+    progress(done, total)
+    crew.map(compile_kinds, [_one_of_each_kind(missing)])
+    chunks = _chunks(missing)
+
+    def keep(index: int, found: list[Outcome]) -> None:
+        made = {run.key: outcome for run, outcome in zip(chunks[index], found, strict=True)}
+        if unfinished:
+            unfinished.add(made)
+        outcomes.update(made)
 
     def count(index: int) -> None:
         nonlocal done
         done += sum(run.cost for run in chunks[index])
         progress(done, total)
 
-    outcomes = crew.map(
-        _simulate_chunk, chunks, count, lambda chunk: f"the {len(chunk)} runs from {chunk[0].describe()}"
-    )
-    return {
-        run.key: outcome
-        for chunk, found in zip(chunks, outcomes, strict=True)
-        for run, outcome in zip(chunk, found, strict=True)
-    }
+    def describe(chunk: Sequence[Run]) -> str:
+        return f"the {len(chunk)} runs from {chunk[0].describe()}"
+
+    crew.map(_simulate_chunk, chunks, count, describe, keep)
+    return outcomes
 
 
 def _chunks(runs: Sequence[Run]) -> list[list[Run]]:

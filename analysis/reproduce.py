@@ -17,6 +17,7 @@ from teamsight.analysis.execute import Request, make_tables
 from teamsight.analysis.experiments import chosen
 from teamsight.analysis.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.study import PAPER, Grid
+from teamsight.analysis.unfinished import Unfinished
 
 #: The setting in which nothing is set: every parameter of CMOMMT at its default.
 DEFAULTS = "defaults"
@@ -68,7 +69,7 @@ class Plan:
 def reproduce(
     plan: Plan, folder: Path, crew: Crew, watch: Callable[[str, float, float], None] = lambda phase, done, total: None
 ) -> Ledger | None:
-    """Simulate, draw, judge, and write everything to `folder`.
+    """Simulate, draw, judge, and write everything to `folder`; an interrupted call is gone on with by the next.
 
     Parameters
     ----------
@@ -86,12 +87,22 @@ def reproduce(
     Ledger or None
         None where the plan asks for no ledger.
     """
-    tables = _simulate(plan, crew, watch)
+    unfinished = unfinished_in(folder)
+    tables = _simulate(plan, crew, watch, unfinished)
     _draw(plan, folder, crew, tables, watch)
-    return _judge(plan, folder, tables) if plan.ledger else None
+    ledger = _judge(plan, folder, tables) if plan.ledger else None
+    unfinished.forget()
+    return ledger
 
 
-def _simulate(plan: Plan, crew: Crew, watch: Callable[[str, float, float], None]) -> dict[str, dict[str, pd.DataFrame]]:
+def unfinished_in(folder: Path) -> Unfinished:
+    """Return the runs that an interrupted command left in a folder of results."""
+    return Unfinished(folder / ".unfinished-runs.jsonl")
+
+
+def _simulate(
+    plan: Plan, crew: Crew, watch: Callable[[str, float, float], None], unfinished: Unfinished
+) -> dict[str, dict[str, pd.DataFrame]]:
     claimed = needed() if plan.ledger else set[str]()
     drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
     requests = []
@@ -105,6 +116,7 @@ def _simulate(plan: Plan, crew: Crew, watch: Callable[[str, float, float], None]
         runs=plan.runs,
         steps=plan.steps,
         progress=lambda done, total: watch("simulating", done, total),
+        unfinished=unfinished,
     )
     return dict(zip(plan.settings, made, strict=True))
 

@@ -60,7 +60,7 @@ def reproduce(**given: Any) -> None:
 
     FIGURE is 2 to 11, 'delta' (observed targets against δ), or 'ledger' (the claims alone); without any, all are made.
     Each figure becomes a PNG and a tidy Parquet table with every run's seed. The ledger tells which of the paper's
-    claims hold, by which rule, for the preset and for the default setting.
+    claims hold, by which rule, for the preset and for the default setting. Interrupted, the same command goes on.
 
     \b
     Examples:

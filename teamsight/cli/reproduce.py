@@ -25,19 +25,13 @@ def execute(**given: Any) -> None:
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
-    phases: set[str] = set()
-
-    def follow(phase: str, done: float, total: float) -> None:
-        phases.add(phase)
-        watch(phase, done, total)
-
     began = time.perf_counter()
     with (
-        when_stopped(lambda: _kept(phases)),
+        when_stopped(lambda: _kept(folder)),
         watching() as watch,
         Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew,
     ):
-        ledger = reproduce(plan, folder, crew, follow)
+        ledger = reproduce(plan, folder, crew, watch)
     if ledger is not None:
         show_ledger(ledger)
     for line in lines_of(plan, folder):
@@ -62,11 +56,12 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
     return found
 
 
-def _kept(phases: set[str]) -> str:
-    """Tell what is left behind; simulations are kept nowhere, since all of them take minutes at most."""
-    if "drawing" in phases:
-        return "every file written so far is complete, and the same command makes all of them again"
-    return "nothing was kept: files are written when all is simulated"
+def _kept(folder: Path) -> str:
+    """Tell what is left behind."""
+    from teamsight.analysis.reproduce import unfinished_in
+
+    kept = len(unfinished_in(folder))
+    return f"{kept} runs are kept in {folder}; the same command goes on from there" if kept else "nothing was kept"
 
 
 def plan_of(settings: ReproduceSettings) -> Plan:

@@ -1,0 +1,74 @@
+"""Work that was interrupted goes on where it was, and comes to the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from teamsight.analysis import execute, unfinished
+from teamsight.analysis.crew import Crew
+from teamsight.analysis.execute import Outcome, Request, make_tables
+from teamsight.analysis.study import Experiment, Run
+from teamsight.analysis.unfinished import Unfinished
+
+EXPERIMENT = Experiment("walk", {"policy": "random-walk", "awareness": "none"}, ((3, 1.0), (4, 2.0), (5, 2.0)))
+
+
+def tables(kept: Unfinished | None) -> pd.DataFrame:
+    with Crew(1) as crew:
+        return make_tables(crew, [Request({}, [EXPERIMENT])], root=1, runs=4, steps=10, unfinished=kept)[0]["walk"]
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
+    """Runs in the order in which they are made, each in a chunk of its own."""
+    runs: list[Run] = []
+
+    def simulate(run: Run) -> Outcome:
+        if run.steps > 1:
+            runs.append(run)
+            if len(runs) == 8:
+                raise KeyboardInterrupt
+        return original(run)
+
+    original = execute.simulate
+    monkeypatch.setattr(execute, "simulate", simulate)
+    monkeypatch.setattr(execute, "_CHUNK", 1.0)
+    return runs
+
+
+def test_it_goes_on_where_it_was(tmp_path: Path, made: list[Run]) -> None:
+    path = tmp_path / "kept"
+    with pytest.raises(KeyboardInterrupt):
+        tables(Unfinished(path))
+    assert len(Unfinished(path)) == 7
+    with path.open("a") as file:
+        file.write('\n["half a li')
+    found = tables(Unfinished(path))
+    # The eighth, which was interrupted, is made again.
+    assert len(made) == 7 + 1 + 5
+    pd.testing.assert_frame_equal(found, tables(None))
+    kept = Unfinished(path)
+    assert len(kept) == 12
+    kept.forget()
+    assert not path.exists()
+    kept.forget()
+
+
+def test_what_is_damaged_is_made_again(tmp_path: Path) -> None:
+    path = tmp_path / "kept"
+    expected = tables(Unfinished(path))
+    lines = path.read_text().split("\n")[1:]
+    path.write_text("\n".join([lines[0].replace("0.", "1.", 1), "what?", *lines[2:]]))
+    assert len(Unfinished(path)) == 12 - 2
+    pd.testing.assert_frame_equal(tables(Unfinished(path)), expected)
+
+
+def test_what_other_code_has_left_is_not_believed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = Unfinished(tmp_path / "kept")
+    kept.add({("a",): (0.5, 3)})
+    assert Unfinished(kept.path).outcomes([("a",), ("b",)]) == {("a",): (0.5, 3)}
+    monkeypatch.setattr(unfinished, "_simulation", lambda: "another")
+    assert Unfinished(kept.path).outcomes([("a",)]) == {}
