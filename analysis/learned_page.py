@@ -66,6 +66,7 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         "The gain when a part of the rule is silenced, without any further evolution (root seed "
         f"{evolution.VALIDATE}):",
         _silenced(parts["silenced"]),
+        "A part whose silence changes less than these intervals carries nothing that the runs can tell.",
         "## The settings of A-CMOMMT",
         _screen(parts["screen"]),
     ]
