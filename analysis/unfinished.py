@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
 import json
 import zlib
 from collections.abc import Iterable, Mapping
@@ -16,6 +17,7 @@ Key = tuple[str, ...]
 Numbers = tuple[float, int]
 
 _ROOMS = ("agents", "policies", "world")
+_KINDS = ("*.py", "*.json", "*.safetensors")
 
 
 class Unfinished:
@@ -80,10 +82,18 @@ def _name(key: Key) -> str:
 
 @cache
 def _simulation() -> str:
-    """Return a digest of the code that simulates; by another one, a run could have another outcome."""
-    digest = hashlib.blake2b(teamsight.__version__.encode(), digest_size=16)
-    for room in _ROOMS:
-        module = __import__(f"teamsight.{room}", fromlist=["__path__"])
-        for file in sorted(Path(module.__path__[0]).rglob("*.py")):
-            digest.update(file.read_bytes())
+    """Return a digest of what simulates."""
+    digest = hashlib.blake2b(digest_size=16)
+    for file in sources():
+        digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+def sources() -> list[Path]:
+    """Return the files of code and constants that simulate; with others, a run could have another outcome."""
+    # The leaf modules stand beside the face, whose own __path__ may begin with a whole repository.
+    files = [*Path(str(teamsight.__file__)).parent.glob("*.py")]
+    for room in _ROOMS:
+        folder = Path(importlib.import_module(f"teamsight.{room}").__path__[0])
+        files += [file for kind in _KINDS for file in folder.rglob(kind)]
+    return sorted(files)

@@ -12,7 +12,7 @@ from teamsight import checks
 from teamsight.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Memory, Percept
-from teamsight.policies.lazy_learner import act, check_situation, digest_of, is_situation, refuse
+from teamsight.policies.lazy_learner import LazyLearner, act, check_situation, digest_of, is_situation, refuse
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.lazy_utility import components, degree_of, utility
 from teamsight.policies.rewards import Reward, name_of, own_reward, tabulate
@@ -157,6 +157,8 @@ class SheppardLazyQ(CompiledPolicy):
     ----------
     rewards : ndarray, shape (81,), float64
         By the number of targets gained, then lost.
+    values : ndarray, shape (pairs,), float64, or None
+        The utilities at which the pairs of `memory` begin.
 
     Raises
     ------
@@ -182,6 +184,7 @@ class SheppardLazyQ(CompiledPolicy):
     capacity: int = 600
     memory: LazyMemory | None = None
     rewards: Floats = field(init=False)
+    values: Floats | None = field(init=False, default=None)
 
     kernel = _learn_and_act
     draws = 3
@@ -202,6 +205,10 @@ class SheppardLazyQ(CompiledPolicy):
                     f"capacity={self.capacity}: the memory has {len(self.memory)} pairs; give more room, or a "
                     "memory.sample() of fewer"
                 )
+            # Once, and not for every world that a robot begins in.
+            k = min(LazyLearner.k, len(self.memory))
+            values = utility(self.memory, self.reward, inputs=self.inputs, k=k, gamma=self.gamma)
+            object.__setattr__(self, "values", values)
         object.__setattr__(self, "rewards", tabulate(self.reward, MOST_CHANGE).ravel())
 
     def __repr__(self) -> str:
@@ -229,10 +236,7 @@ class SheppardLazyQ(CompiledPolicy):
             pairs = len(self.memory)
             real[:, :pairs, : self.inputs] = self.memory.situation[:, : self.inputs]
             real[:, :pairs, self.inputs : self.inputs + 2] = self.memory.action
-            k = min(10, pairs)
-            real[:, :pairs, self.inputs + 2] = utility(
-                self.memory, self.reward, inputs=self.inputs, k=k, gamma=self.gamma
-            )
+            real[:, :pairs, self.inputs + 2] = self.values
             whole[:, 0, _STORED] = pairs
         return Memory(real, whole)
 

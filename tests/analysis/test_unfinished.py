@@ -72,3 +72,10 @@ def test_what_other_code_has_left_is_not_believed(tmp_path: Path, monkeypatch: p
     assert Unfinished(kept.path).outcomes([("a",), ("b",)]) == {("a",): (0.5, 3)}
     monkeypatch.setattr(unfinished, "_simulation", lambda: "another")
     assert Unfinished(kept.path).outcomes([("a",)]) == {}
+
+
+def test_all_that_simulates_counts_as_code() -> None:
+    names = {"/".join(file.parts[-2:]) for file in unfinished.sources()}
+    simulating = {"teamsight/kernel.py", "agents/rollout.py", "world/motion.py", "policies/a_cmommt.py"}
+    assert simulating | {"learned/constants.json", "data/lazy-600.safetensors"} <= names
+    assert not any(name.startswith(("tests/", "analysis/", "cli/")) for name in names)
