@@ -18,7 +18,7 @@ class Readings:
     """What of a `World` is read and not changed."""
 
     groups: list[Group]
-    _collector: mesa.DataCollector | None
+    _collector: mesa.DataCollector
     _engine: Engine
     _history: History
 
@@ -28,16 +28,19 @@ class Readings:
 
     @property
     def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector; what is set collects at once, and then after every step."""
-        if self._collector is None:
-            raise AttributeError("this world has no datacollector; set world.datacollector = mesa.DataCollector(…)")
+        """mesa's data collector; what is set collects at once, and then after every step.
+
+        A world begins with one that holds the history, from its first step on; see `HistoryCollector`.
+        """
         return self._collector
 
     @datacollector.setter
     def datacollector(self, collector: mesa.DataCollector) -> None:
-        self._collector = collector
+        if not callable(getattr(collector, "collect", None)):
+            raise TypeError(f"datacollector={collector!r}: must be a mesa.DataCollector")
         self.look()
         collector.collect(self)
+        self._collector = collector
 
     @property
     def observed_fraction(self) -> float:
@@ -99,4 +102,4 @@ class Readings:
             If it was not recorded, or the width of the situation has changed on the way.
         """
         self.look()
-        return joined(group, [log for log in self._engine.logs if log.group is group])
+        return joined(group, [log for log in self._engine.experience.logs if log.group is group])
