@@ -9,36 +9,14 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.place import unwritable
 from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
-    from teamsight.agents.column import Columns
     from teamsight.agents.group import Group
     from teamsight.agents.model import World
 
 Floats = npt.NDArray[np.float64]
-
-
-class Place(np.ndarray[Any, np.dtype[np.float64]]):
-    """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
-
-    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
-        return np.asarray(self) + other
-
-    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
-        return np.asarray(self) - other
-
-
-def _unwritable(row: npt.NDArray[Any]) -> Floats:
-    """Return a row of an array as a `Place`."""
-    place: Floats = row.view(Place)
-    place.flags.writeable = False
-    return place
-
-
-def _columns_of(agent: Body) -> Columns | dict[str, Any]:
-    group = vars(agent).get("group")
-    return {} if group is None else group.columns
 
 
 def _of_group(agent: Body, name: str, value: Any) -> AttributeError:
@@ -67,23 +45,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     def __init__(self, model: World, group: Group, row: int) -> None:
         # Before mesa registers it: an agent whose class then fails is found by its group and taken out again.
-        self.__dict__.update(group=group, _row=row)
+        self.group, self._row = group, row
         super().__init__(model)
-
-    def __getattr__(self, name: str) -> Any:
-        # Python asks here for what it has not found elsewhere.
-        columns = _columns_of(self)
-        if name in columns:
-            element = columns[name][self.row]
-            return _unwritable(element) if isinstance(element, np.ndarray) else element
-        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        columns = _columns_of(self)
-        if columns and name in columns:
-            columns[name][self.row] = value
-        else:
-            super().__setattr__(name, value)
 
     @property
     def row(self) -> int:
@@ -102,7 +65,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def position(self) -> Floats:
         """Where it is, shape (2,) [length]. What is set must lie in the arena."""
-        return _unwritable(self.group.bodies.position[self.row])
+        place: Floats = unwritable(self.group.bodies.position[self.row])
+        return place
 
     @position.setter
     def position(self, value: npt.ArrayLike) -> None:
@@ -122,7 +86,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def heading(self) -> Floats:
         """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
-        return _unwritable(self.group.bodies.heading[self.row])
+        vector: Floats = unwritable(self.group.bodies.heading[self.row])
+        return vector
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:

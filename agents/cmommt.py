@@ -129,8 +129,9 @@ class CMOMMT(World):
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         arena = Disc(limits.length("radius", plan["radius"]))
-        sensing, aware = (limits.check_range(name, plan[name], arena) for name in ("sensing_range", "awareness_range"))
-        robot_speed, _ = (limits.check_speed(name, plan[name], arena) for name in ("robot_speed", "target_speed"))
+        bounds = limits.Limits(arena)
+        sensing, aware = (bounds.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        robot_speed, _ = (bounds.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         super().__init__(arena, rng=rng, seed=seed)
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import mesa
 import numpy as np
@@ -14,7 +15,8 @@ REPORTERS = {
 }
 
 
-class Rows(NamedTuple):
+@dataclass(slots=True)
+class Rows:
     """Rows of a stretch that are still to be collected, and the sums over all rows before them.
 
     Attributes
@@ -81,7 +83,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         """Collect rows of the history, as `collect` would have after each of these steps."""
         last = self._pending[-1] if self._pending else None
         if last is not None and last.stretch is rows.stretch and last.last == rows.first:
-            self._pending[-1] = last._replace(last=rows.last, tick=rows.tick)
+            last.last, last.tick = rows.last, rows.tick
         else:
             self._pending.append(rows)
 

@@ -40,6 +40,11 @@ def _counted_step(model: World, *arguments: Any, **named: Any) -> None:
     except BaseException:
         set_counters(model, steps + model.tick - tick)
         raise
+    end_step(model)
+
+
+def end_step(model: World) -> None:
+    """Let mesa's events happen that are due at the end of the step which was counted last."""
     if has_events(model):
         # As in mesa: what was scheduled during this step, with high priority and for the next, precedes the next.
         model._step_event = _next_event_number(model)

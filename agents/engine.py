@@ -9,13 +9,14 @@ import numpy as np
 from teamsight.agents import membership, present
 from teamsight.agents.decisions import Deliberation
 from teamsight.agents.experience_logs import ExperienceLogs
-from teamsight.agents.failures import check_places, failure, is_watched
+from teamsight.agents.failures import check_places, failure
 from teamsight.agents.fit import check_fit
 from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.views import Trail
 from teamsight.interrupts import deferred
+from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group

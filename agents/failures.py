@@ -7,19 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from teamsight.agents.layout import OUTSIDE
-from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
-
-# Their walls are tested with this package; those of others are watched while a world runs.
-_TRUSTED = (Disc, Box, Torus)
-
-
-def is_watched(arena: Arena) -> bool:
-    """Whether an arena is a user's own, so that a wall which leaks is looked for in every step."""
-    return type(arena) not in _TRUSTED
-
 
 def failure(world: World, status: int, where: int, tick: int) -> ValueError:
     """Return what is to be raised when a step cannot be made.

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.compiled import perceive_entry, situate_entry
 from teamsight.agents.column import Column, Columns
+from teamsight.agents.column_attribute import install, is_free
 from teamsight.agents.layout import GROUP
 from teamsight.agents.perception import Perception, filled
 from teamsight.agents.relation import Relation
@@ -198,7 +199,7 @@ class Group:
             raise TypeError(f"name={name!r}: must be a text, such as 'battery'")
         if name in self.columns:
             raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
-        if any(hasattr(type(agent), name) or name in vars(agent) for agent in self.agents):
+        if not all(is_free(agent, name) for agent in self.agents):
             raise ValueError(f"name={name!r}: the agents of {self.name!r} have this attribute; take another name")
         value = np.asarray(fill)
         if value.dtype.kind in "US":
@@ -206,6 +207,8 @@ class Group:
             value = value.astype(object)
         if value.ndim and len(value) != len(self):
             raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
+        for kind in {type(agent) for agent in self.agents}:
+            install(kind, name)
         return self.columns.create(name, np.array(value if value.ndim else np.full(len(self), value)))
 
     @property

@@ -18,7 +18,6 @@ from teamsight.agents.fit import awareness_of, check_fit, check_needs, policy_of
 from teamsight.agents.group import Group, first_memory
 from teamsight.agents.memory_rows import take_rows
 from teamsight.policies.compiled import CompiledPolicy, check_memory
-from teamsight.world import limits
 from teamsight.world import placement as placements
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import turn_limit as turn_limit_of
@@ -67,8 +66,8 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
 def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodies, tuple[Floats, Floats]]:
     """Return the bodies of a group at the beginning, and their sensing and awareness ranges."""
     ranges = (
-        _ranges("sensing_range", plan.sensing_range, size, world.arena),
-        _ranges("awareness_range", plan.awareness_range, size, world.arena),
+        _column("sensing_range", plan.sensing_range, size, world.limits.range),
+        _column("awareness_range", plan.awareness_range, size, world.limits.range),
     )
     numbers = uniforms(world.key, stream_number(Stream.PLACEMENT, number), 0, np.arange(size), 3)
     angle = 2 * math.pi * numbers[2]
@@ -79,7 +78,7 @@ def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodie
         position=_positions(world.arena, plan.placement, numbers[:2], float(ranges[0].max())),
         heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
         moved=np.zeros((size, 2)),
-        speed=_speeds(plan.speed, size, world.arena),
+        speed=_column("speed", plan.speed, size, world.limits.speed),
         turn_cosine=cosine,
         turn_sine=sine,
         arena_size=np.array(world.arena.size),
@@ -117,14 +116,6 @@ def _column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, fl
 def _shown(value: Any) -> str:
     told = repr(value)
     return told if len(told) <= 80 else f"{told[:77]}..."
-
-
-def _ranges(name: str, value: npt.ArrayLike, size: int, arena: Arena) -> Floats:
-    return _column(name, value, size, lambda name, number: limits.check_range(name, number, arena))
-
-
-def _speeds(value: npt.ArrayLike, size: int, arena: Arena) -> Floats:
-    return _column("speed", value, size, lambda name, number: limits.check_speed(name, number, arena))
 
 
 def _turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
@@ -186,12 +177,12 @@ def populate(world: World, group: Group, agent_class: type[Body]) -> None:
 def adjust(world: World, group: Group, **changes: Any) -> None:
     """Change what a group can do; see `World.adjust`. All is checked before anything changes."""
     given = {name: value for name, value in changes.items() if value is not None}
-    size, arena, bodies = len(group), world.arena, group.bodies
+    size, limits, bodies = len(group), world.limits, group.bodies
     ranges = [
-        _ranges(name, given[name], size, arena) if name in given else before
+        _column(name, given[name], size, limits.range) if name in given else before
         for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
     ]
-    speed = _speeds(given["speed"], size, arena) if "speed" in given else bodies.speed
+    speed = _column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
     turning = bodies.turn_cosine, bodies.turn_sine
     if "turn_limit" in given:
         turning = _turn_columns(given["turn_limit"], size)
@@ -217,13 +208,12 @@ def adjust_one(world: World, agent: Body, name: str, value: float) -> None:
     """Change what one agent can do: its speed, its turning limit, or one of its ranges."""
     group, row, bodies = agent.group, agent.row, agent.group.bodies
     if name == "speed":
-        bodies.speed[row] = _speeds(value, 1, world.arena)[0]
+        bodies.speed[row] = _column("speed", value, 1, world.limits.speed)[0]
     elif name == "turn_limit":
         cosine, sine = _turn_columns(value, 1)
         bodies.turn_cosine[row], bodies.turn_sine[row] = cosine[0], sine[0]
     else:
-        reach = _ranges(name, value, 1, world.arena)[0]
-        group.ranges[name == "awareness_range"][row] = reach
+        group.ranges[name == "awareness_range"][row] = _column(name, value, 1, world.limits.range)[0]
 
 
 def drop(group: Group, agent: Body, leave: Callable[[], None]) -> None:

@@ -24,6 +24,7 @@ from teamsight.agents.stepping import Stepping
 from teamsight.policies.interface import PerceptOfOne
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
+from teamsight.world.limits import Limits
 from teamsight.world.noise import key_of
 
 
@@ -66,7 +67,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
             raise TypeError(f"arena={arena!r}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self._arena = arena
+        self._arena, self.limits = arena, Limits(arena)
         self._seed_used = checks.seed(rng, seed)
         self.tick = 0
         super().__init__(rng=self._seed_used)

@@ -74,12 +74,10 @@ def _decide(world: Any) -> int:
         move = array_at(groups[g].move, 1, MOVE)[0]
         heading = array_at(move.action_heading, (move.size, 2), np.float64)
         distance = array_at(move.action_distance, move.size, np.float64)
-        wrong = 0
         for i in range(move.size):
-            wrong += not is_action(heading[i, 0], heading[i, 1], distance[i])
-        if wrong > 0:
-            world.where = g
-            return BAD_ACTION
+            if not is_action(heading[i, 0], heading[i, 1], distance[i]):
+                world.where = g
+                return BAD_ACTION
     return DONE
 
 
@@ -114,8 +112,7 @@ def _move(world: Any) -> int:
     if world.kept != 0:
         _keep(world, False)
     for g in range(world.group_count):
-        # Only arenas of a user's own are watched; see `World.arena`.
-        if call(groups[g].advance, groups[g].move) != 0 and world.kept != 0:
+        if call(groups[g].advance, groups[g].move) != 0:
             _keep(world, True)
             world.where = g
             return OUTSIDE

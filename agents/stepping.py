@@ -56,14 +56,17 @@ class Stepping(Timeline):
             If `steps` is no whole number of at least 0.
         """
         end = self.tick + checks.count("steps", steps, least=0)
-        self._warn_of_python(end)
+        reason = self._needs_python()
+        if reason and end > self.tick and self.running and reason not in self._warned:
+            self._warned.add(reason)
+            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
         while self.tick < end and self.running:
-            if self._needs_python() or compat.has_events(self._world):
+            if reason or compat.has_events(self._world):
                 # mesa has put its own wrapper, which counts, around the method.
                 mesa_step: Callable[[], None] = self.step
                 mesa_step()
             else:
-                self._run_to_next_event(end)
+                reason = self._run_to_next_event(end)
 
     def run_for(self, duration: int) -> None:
         """Make this many steps: mesa's other name for `run`."""
@@ -77,28 +80,26 @@ class Stepping(Timeline):
     def _world(self) -> World:
         return cast("World", self)
 
-    def _warn_of_python(self, end: int) -> None:
-        reason = self._needs_python()
-        if reason and end > self.tick and self.running and reason not in self._warned:
-            self._warned.add(reason)
-            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
-
-    def _run_to_next_event(self, end: int) -> None:
-        """Let the events happen that are due, and make the steps up to the next one."""
+    def _run_to_next_event(self, end: int) -> str:
+        """Let the events happen that are due, make the steps up to the next one; return why the next need Python."""
+        world, tick = self._world, self.tick
         # mesa counts a step before the events that precede it.
-        compat.count_steps(self._world, 1)
-        tick = self.tick
+        compat.count_steps(world, 1)
         try:
-            if not self._let_events_happen():
-                return
-            # An event may have brought in what needs Python.
-            if self._needs_python():
+            planned = self.clock.ticks_until_event(tick)
+            if planned == 0 and not self._let_events_happen():
+                return ""
+            # An event may have brought in what needs Python, or planned another.
+            reason = self._needs_python() if planned == 0 else ""
+            if reason or compat.has_events(world):
                 self._make_step()
-            else:
-                quiet = max(self.clock.ticks_until_event(tick), 1)
-                self._run_stretch(int(min(end - tick, quiet, self._engine.longest_call)))
+                compat.end_step(world)
+                return reason
+            quiet = max(self.clock.ticks_until_event(tick), 1)
+            self._run_stretch(int(min(end - tick, quiet, self._engine.longest_call)))
+            return ""
         finally:
-            compat.set_counters(self._world, self._world.steps - 1 + self.tick - tick)
+            compat.set_counters(world, world.steps - 1 + self.tick - tick)
 
     def _make_step(self) -> None:
         for group in self.groups:
@@ -144,9 +145,9 @@ class Stepping(Timeline):
         )  # fmt: skip
 
     def _collect(self, before: Rows) -> None:
-        rows = before.stretch.rows
-        if rows > before.last and isinstance(self._collector, HistoryCollector):
-            self._collector.collect_rows(before._replace(last=rows, tick=self.tick))
+        before.last, before.tick = before.stretch.rows, self.tick
+        if before.last > before.first and isinstance(self._collector, HistoryCollector):
+            self._collector.collect_rows(before)
 
     def _needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty when they can."""

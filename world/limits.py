@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from teamsight import checks
 
 if TYPE_CHECKING:
@@ -44,56 +42,59 @@ def length(name: str, value: float) -> float:
     return result
 
 
-def extent(arena: Arena) -> float:
-    """Return the longer side of the box around an arena [length]."""
-    low, high = arena.bounds
-    return float(np.max(np.asarray(high, float) - np.asarray(low, float)))
-
-
-def check_range(name: str, value: float, arena: Arena) -> float:
-    """Return a range that is a length and can be told from the rounding of positions in the arena.
+class Limits:
+    """The limits of ranges and speeds in an arena.
 
     Parameters
     ----------
-    name : str
-        What errors call it.
-    value : float
-        The range [length].
     arena : Arena
-        Where it is used.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no length, too short for the arena, or too long for a torus.
+        Where bodies move.
     """
-    result = length(name, value)
-    limit = FINEST * extent(arena)
-    if result < limit:
-        raise ValueError(f"{name}={result:g}: must be at least {limit:g} in {arena}; take a longer range")
-    arena.check_reach(result)
-    return result
 
+    def __init__(self, arena: Arena) -> None:
+        (left, bottom), (right, top) = arena.bounds
+        self._arena = arena
+        self._extent = float(max(right - left, top - bottom))
 
-def check_speed(name: str, value: float, arena: Arena) -> float:
-    """Return a speed that does not lead around the arena more than `FARTHEST` times in a step.
+    def range(self, name: str, value: float) -> float:
+        """Return a range that is a length and can be told from the rounding of positions in the arena.
 
-    Parameters
-    ----------
-    name : str
-        What errors call it.
-    value : float
-        The farthest that a body can go a step [length].
-    arena : Arena
-        Where it moves.
+        Parameters
+        ----------
+        name : str
+            What errors call it.
+        value : float
+            The range [length].
 
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no finite number of at least 0, or too high for the arena.
-    """
-    result = checks.number(name, value, least=0)
-    limit = FARTHEST * extent(arena)
-    if result > limit:
-        raise ValueError(f"{name}={result:g}: must be at most {limit:g} a step in {arena}; take a lower speed")
-    return result
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no length, too short for the arena, or too long for a torus.
+        """
+        result = length(name, value)
+        limit = FINEST * self._extent
+        if result < limit:
+            raise ValueError(f"{name}={result:g}: must be at least {limit:g} in {self._arena}; take a longer range")
+        self._arena.check_reach(result)
+        return result
+
+    def speed(self, name: str, value: float) -> float:
+        """Return a speed that does not lead through the arena more than `FARTHEST` times in a step.
+
+        Parameters
+        ----------
+        name : str
+            What errors call it.
+        value : float
+            The farthest that a body can go a step [length].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no finite number of at least 0, or too high for the arena.
+        """
+        result = checks.number(name, value, least=0)
+        limit = FARTHEST * self._extent
+        if result > limit:
+            raise ValueError(f"{name}={result:g}: must be at most {limit:g} in {self._arena}; take a lower speed")
+        return result
