@@ -20,6 +20,7 @@ from teamsight.agents.memory_rows import take_rows
 from teamsight.policies.compiled import CompiledPolicy, check_memory
 from teamsight.world import placement as placements
 from teamsight.world.bodies import Bodies
+from teamsight.world.motion import is_watched
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.noise import Stream, stream_number, uniforms
 
@@ -128,8 +129,13 @@ def _turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
 def _positions(arena: Arena, placement: str | npt.ArrayLike, numbers: Floats, radius: float) -> Floats:
     if isinstance(placement, str):
         if checks.choice("placement", placement, ("uniform", "spread")) == "spread":
-            return placements.spread(arena, numbers, radius)
-        return placements.uniform(arena, numbers)
+            places = placements.spread(arena, numbers, radius)
+        else:
+            places = placements.uniform(arena, numbers)
+        if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
+            wrong = tuple(places[int(np.argmin(inside))].tolist())
+            raise ValueError(f"{arena}: its place() leads to {wrong}, outside by contains(); check it with check_arena()")
+        return places
     return checked_positions(arena, placement, (numbers.shape[1], 2))
 
 
