@@ -102,7 +102,8 @@ class Engine:
         if resumed:
             steps = 1
         self._make_room(steps)
-        self._world_record["steps"] = steps
+        # A step whose sightings had no room is completed first.
+        self._world_record["steps"] = steps - self._phase
         self._call(RUN)
         if resumed:
             self._decide_again()
@@ -114,6 +115,9 @@ class Engine:
             self.run(1)
             return
         self._make_room(1)
+        if self._phase:
+            self._call(END_STEP)
+            return
         self._call(BEGIN_STEP)
         deciding = [group for group in world.groups if not group.is_compiled]
         try:
@@ -122,9 +126,13 @@ class Engine:
                 for group, action in zip(deciding, actions, strict=True):
                     group.action.heading[:], group.action.distance[:] = action
                 memories = [group.deliberation.memory() for group in deciding]  # type: ignore[union-attr]
-                self._call(END_STEP)
-                for group, memory in zip(deciding, memories, strict=True):
-                    group.memory = memory
+                tick = world.tick
+                try:
+                    self._call(END_STEP)
+                finally:
+                    if world.tick > tick or self._phase:
+                        for group, memory in zip(deciding, memories, strict=True):
+                            group.memory = memory
         finally:
             for group in deciding:
                 group.deliberation = None

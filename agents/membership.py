@@ -134,7 +134,9 @@ def _positions(arena: Arena, placement: str | npt.ArrayLike, numbers: Floats, ra
             places = placements.uniform(arena, numbers)
         if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
             wrong = tuple(places[int(np.argmin(inside))].tolist())
-            raise ValueError(f"{arena}: its place() leads to {wrong}, outside by contains(); check it with check_arena()")
+            raise ValueError(
+                f"{arena}: its place() leads to {wrong}, outside by contains(); check the arena with check_arena()"
+            )
         return places
     return checked_positions(arena, placement, (numbers.shape[1], 2))
 

@@ -161,10 +161,27 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
     assert world.history.equals(other.history)
 
 
+class Straight:
+    """A NumPy policy that goes to the middle of what it senses and remembers how often it has decided."""
+
+    draws = 0
+
+    def start(self, size: int) -> Any:
+        return np.zeros(size)
+
+    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+        counts = np.diff(percept.targets.start)
+        owner = np.repeat(np.arange(len(counts)), counts)
+        ways = np.stack([np.bincount(owner, percept.targets.offset[:, axis], len(counts)) for axis in (0, 1)], axis=-1)
+        length = np.maximum(np.hypot(*ways.T), 1e-9)[:, None]
+        return Action(ways / length, percept.speed * (1 + 0 * memory)), memory + 1
+
+
+@pytest.mark.parametrize("policy", ["centroid", Straight()], ids=["kernel", "numpy"])
 @pytest.mark.parametrize("awareness", ["pairwise", "shared"])
-def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     settings: dict[str, Any] = {
-        "robots": 60, "targets": 20, "radius": 8.0, "policy": "centroid", "awareness": awareness, "sensing_range": 20.0,
+        "robots": 60, "targets": 20, "radius": 8.0, "policy": policy, "awareness": awareness, "sensing_range": 20.0,
         "awareness_range": 1.5, "robot_speed": 0.4, "target_speed": 0.02, "rng": 3,
     }  # fmt: skip
     other = CMOMMT(**settings)
@@ -191,6 +208,8 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, monkeypatch: p
     assert failures[0] >= 2
     other.run(40)
     assert same(model, other)
+    if not isinstance(policy, str):
+        assert model.robots.memory.tolist() == [40.0] * 60
 
 
 def test_a_run_says_nothing_of_an_exception_that_is_over() -> None:
