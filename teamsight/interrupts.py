@@ -9,6 +9,7 @@ from __future__ import annotations
 
 # The public functions of `signal` convert their arguments to enums first, which takes ten times as long as the call.
 import _signal  # type: ignore[import-not-found, unused-ignore]
+import sys
 import threading
 from _thread import get_ident
 from types import FrameType, TracebackType
@@ -16,8 +17,8 @@ from typing import Any
 
 _SIGINT = int(_signal.SIGINT)
 
-# What the handler last received in the section that is open, if anything.
-_received: tuple[int, FrameType | None] | None = None
+# Whether there was an interrupt in the section that is open.
+_received = False
 
 
 class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
@@ -42,7 +43,7 @@ class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
         before = _signal.getsignal(_SIGINT)
         if before is _record or not callable(before) or get_ident() != threading.main_thread().ident:
             return
-        _received = None
+        _received = False
         try:
             # Python handles signals that are pending before it changes the handler, so none falls in between.
             self._before = _signal.signal(_SIGINT, _record)
@@ -58,10 +59,10 @@ class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
         # A handler that was installed inside the block stays.
         if _signal.getsignal(_SIGINT) is _record:
             _signal.signal(_SIGINT, before)
-        if _received is not None:
-            before(*_received)
+        if _received:
+            before(_SIGINT, sys._getframe())
 
 
 def _record(number: int, frame: FrameType | None) -> None:
     global _received
-    _received = number, frame
+    _received = True
