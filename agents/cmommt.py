@@ -20,7 +20,6 @@ from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.search import RULES
 from teamsight.world.arena import Disc
 from teamsight.world.noise import Stream, stream_number, uniforms
-from teamsight.world.proximity import ProximityGraph
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -160,12 +159,6 @@ class CMOMMT(World):
             return fastest
         numbers = uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, np.arange(count), 4)
         return fastest * numbers[3]
-
-    @property
-    def proximity(self) -> ProximityGraph:
-        """Who of the robots is within whose awareness range now, as flat arrays."""
-        self.look()
-        return self.robots.relations["mates"].graph
 
 
 def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
