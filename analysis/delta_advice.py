@@ -19,6 +19,13 @@ def trials_phrase(report: DeltaReport) -> str:
 
 def advice(report: DeltaReport) -> list[str]:
     """Return what the trials support, and what it takes to support the risk."""
+    most = report.robots - 1
+    if report.delta_low == most > 0:
+        row = report.exceedance.iloc[most - 1]
+        return [
+            f"In {int(row['exceeding']):,} of them some robot had all N − 1 = {most} teammates as neighbours, too "
+            f"often for δ = {most - 1}: δ = {most} is needed, and certain without a trial."
+        ]
     return [
         f"These {trials_phrase(report)} cannot support a risk of {report.risk:g} with {report.confidence:.0%} "
         f"confidence: that takes at least {report.trials_needed:,} independent ones, all within δ.",

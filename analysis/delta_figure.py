@@ -70,7 +70,7 @@ def _draw_choice(axes: Axes, report: DeltaReport, floor: float) -> None:
     if report.supported and not same:
         label = f"δ = {report.delta_safe} with {report.confidence:.0%} confidence"
         axes.axvline(report.delta_safe, color=_GREY, linewidth=1.2, linestyle="-.", label=label)
-    if not report.supported:
+    if not report.supported and report.delta_low < report.robots - 1:
         what = f"{'independent ' * (report.trial != 'run')}{report.trial}s"
         text = f"too few {what} for this risk: {report.trials_needed:,} needed"
         if report.supported_delta < report.robots - 1:

@@ -119,7 +119,7 @@ class DeltaReport:
     @property
     def supported(self) -> bool:
         """Whether there are as many independent trials as the risk needs."""
-        return self.independent >= self.trials_needed
+        return statistics.supports(self.independent, self.risk, self.confidence)
 
     @property
     def supported_risk(self) -> float:
@@ -256,7 +256,7 @@ def build(
     curve = statistics.curve(maxima["max_neighbours"], robots, independent=independent, confidence=confidence)
     foreseen = [np.nan if prediction is None else prediction.exceedance(delta) for delta in curve["delta"]]
     curve = curve.assign(predicted=foreseen)
-    chosen = ring_size(curve, risk, independent >= statistics.trials_needed(risk, confidence))
+    chosen = ring_size(curve, risk, statistics.supports(independent, risk, confidence))
     point = max(1, statistics.smallest_delta(curve, "probability", risk))
     rings = [point, chosen, search_space.DELTA]
     return DeltaReport(

@@ -75,6 +75,21 @@ def supported_risk(trials: float, confidence: float = 0.95) -> float:
     return float(-np.expm1(np.log1p(-confidence) / trials)) if confidence < 1.0 else 1.0
 
 
+def supports(trials: float, risk: float, confidence: float = 0.95) -> bool:
+    """Return whether so many independent trials, all of them within δ, would show that the risk is not exceeded.
+
+    Parameters
+    ----------
+    trials : float
+        Number of independent trials, above 0.
+    risk : float
+        The accepted probability.
+    confidence : float
+        Of the bound.
+    """
+    return supported_risk(trials, confidence) <= risk * (1 + 1e-9)
+
+
 def curve(
     maxima: ArrayLike, team_size: int, *, independent: float | None = None, confidence: float = 0.95
 ) -> pd.DataFrame:

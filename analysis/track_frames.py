@@ -138,7 +138,9 @@ def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | 
     order = np.lexsort((time, run))
     wait = np.diff(time[order])
     new_run = np.diff(run[order]) != 0
-    new = np.concatenate([[True], new_run | (wait > gap * (1 + 1e-9))])
+    # Times since 1970 have their rounding too.
+    most = gap * (1 + 1e-9) + 16 * float(np.spacing(np.abs(time).max()))
+    new = np.concatenate([[True], new_run | (wait > most)])
     first = np.flatnonzero(new)
     start, end = time[order[first]], time[order[np.append(first[1:], len(order)) - 1]]
     if float(np.sum((end - start) / step)) >= _MOST_FRAMES:

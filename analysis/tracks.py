@@ -17,7 +17,7 @@ from teamsight.analysis.occupancy import Bearings
 from teamsight.analysis.track_files import check_tracks, read_tracks
 from teamsight.analysis.track_frames import Block, Grid, blocks, make_grid
 from teamsight.analysis.track_notes import notes
-from teamsight.analysis.track_trials import shorter_window, trials, window_frames
+from teamsight.analysis.track_trials import recordings, shorter_window, trials, window_frames
 from teamsight.world.arena import Disc
 from teamsight.world.proximity import proximity_graph
 
@@ -176,9 +176,10 @@ def delta_from_tracks(
     found = neighbours_over_time(tracks, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress)
     grid = found.grid
     tried = trials(found.over_time, grid, window_frames(grid, window))
-    needed = exceedance.trials_needed(risk, confidence)
-    short = tried.independent < needed
-    shorter = shorter_window(found.over_time, grid, tried.frames, needed) if short else None
+    shorter = None
+    if not exceedance.supports(tried.independent, risk, confidence):
+        needed = exceedance.trials_needed(risk, confidence)
+        shorter = shorter_window(found.over_time, grid, tried.frames, needed)
     return delta_report.build(
         tried.maxima,
         found.bearings,
@@ -210,7 +211,9 @@ def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction 
 
 def _describe(tracks: pd.DataFrame, found: Neighbours) -> str:
     span = float(np.sum((found.grid.length - 1) * found.grid.step))
-    return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}"
+    kind, size = recordings(found.grid)
+    parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
+    return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}{parts}"
 
 
 def _wrapping(arena: Arena | None) -> Arena | None:
