@@ -23,7 +23,6 @@ from teamsight.policies.search import RULES
 from teamsight.world import limits
 from teamsight.world.arena import Disc
 from teamsight.world.noise import Stream, stream_number, uniforms
-from teamsight.world.proximity import ProximityGraph
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -181,12 +180,6 @@ class CMOMMT(World):
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
-
-    @property
-    def proximity(self) -> ProximityGraph:
-        """Who of the robots is within whose awareness range now, as flat arrays."""
-        self.look()
-        return self.robots.relations["mates"].graph
 
 
 def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:

@@ -11,7 +11,9 @@ from teamsight.agents.engine import Engine
 from teamsight.agents.experience import Experience, joined
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
+from teamsight.agents.teammates import Teammates, proximity, teammates
 from teamsight.agents.views import neighbour_graph, trajectory_frame
+from teamsight.world.proximity import ProximityGraph
 
 
 class Readings:
@@ -66,6 +68,17 @@ class Readings:
     def history(self) -> pd.DataFrame:
         """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
         return self._history.frame()
+
+    @property
+    def proximity(self) -> ProximityGraph:
+        """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
+        self.look()
+        return proximity(self.groups)
+
+    @property
+    def teammates(self) -> Teammates:
+        """All agents that are on a team now, in the order of groups; `proximity` counts through them."""
+        return teammates(self.groups)
 
     def neighbour_graph(self) -> nx.Graph:
         """Return the present graph of who is within whose awareness range; directed when ranges differ."""

@@ -86,7 +86,7 @@ def reproduce(**given: Any) -> None:
 @text("--runs", metavar="INTEGER", help="Runs to explore with.  [default: 10 / risk]")
 @text("--steps", metavar="INTEGER", help="Steps of each run.  [default: 600]")
 @text("--seed", metavar="INTEGER", help="Seed of the exploration.  [default: 0]")
-@text("--tracks", metavar="FILE", help="Recorded positions instead: CSV or Parquet with columns time, robot, x, y.")
+@text("--tracks", metavar="FILE", help="Recorded positions: CSV or Parquet; columns time, robot, x, y, optionally run.")
 @text("--window", metavar="NUMBER", help="Length of a stretch of the record for which the risk is stated.")
 @click.option("--sort", is_flag=True, default=None, help="Sort recorded positions whose times go back.")
 @text("--out", metavar="FOLDER", help="Write tables, report and picture there.")
