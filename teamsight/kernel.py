@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import re
 import sys
 import tempfile
 import types as python_types
@@ -26,11 +25,11 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.ccallback import CFunc
-from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 from teamsight.digest import digest
+from teamsight.kernel_errors import COMPILE_ERRORS, explained
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -221,26 +220,13 @@ class Entry:
             compiled._cache = _Cache(self.function)
             try:
                 compiled.compile()
-            except NumbaError as error:
-                raise TypeError(f"{self.function.__qualname__}: {_reason(error)}") from error
+            except COMPILE_ERRORS as error:
+                raise TypeError(explained(self.function, error)) from error
             self._compiled = compiled
         return self._compiled
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))
-
-
-def _reason(error: NumbaError) -> str:
-    """Say in one line why a kernel cannot be compiled; numba's own account stays attached to the error."""
-    told = " ".join(str(error).split())
-    if "NRT required" not in told:
-        return f"its kernel cannot be compiled: {told}"
-    place = re.search(r"During: lowering .*? at (\S+ \(\d+\))", told)
-    where = f"at {place[1]} " if place else ""
-    return (
-        f"{where}its kernel makes or copies an array, which kernels cannot; write numbers one by one, "
-        "such as action.heading[i, 0] = x (docs/policies.md)"
-    )
 
 
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
