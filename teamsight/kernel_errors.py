@@ -85,7 +85,8 @@ def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
     bound, handed = _bound_kernel(entry)
     # A call by the template: what has to be mended is the kernel's own signature.
     if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
-        return f"the kernel {_call(bound)} is called as {bound.__name__}({handed}); take these parameters", _start(bound)
+        what = f"the kernel {_call(bound)} is called as {bound.__name__}({handed}); take these parameters"
+        return what, _start(bound)
     callee = next((function for function in kernels_of(entry) if function.__qualname__ == name), None)
     return f"{_call(callee) if callee else name} is called with other arguments than it takes: {met[1]}", None
 
