@@ -3,7 +3,9 @@
 A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
 signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
 all entries look alike, a loop can call whichever policy, degree of awareness or arena it is handed; so compilation adds
-up over the components and never multiplies. Only this file and `teamsight.kernel_cache` touch numba's inner parts.
+up over the components and never multiplies. Of numba's inner parts, this file uses what is needed to run;
+`teamsight.kernel_cache` what is needed to keep entries, and `kernel_guard`, `kernel_copy` and `kernel_errors` what is
+needed to check and to explain.
 
 Entries are cached on disk under a digest of everything that they are made of; see `teamsight.digest`.
 """
@@ -11,7 +13,6 @@ Entries are cached on disk under a digest of everything that they are made of; s
 from __future__ import annotations
 
 import ctypes
-import re
 import sys
 import types as python_types
 from collections.abc import Callable
@@ -21,12 +22,12 @@ import numba
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.ccallback import CFunc
-from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 from teamsight.interrupts import deferred
 from teamsight.kernel_cache import KernelCache
+from teamsight.kernel_errors import COMPILE_ERRORS, explained
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -223,25 +224,12 @@ class Entry:
         compiled._cache = KernelCache(self.function, str(sorted(_FLAGS.items())), lambda name: announce(name))
         try:
             compiled.compile()
-        except NumbaError as error:
-            raise TypeError(f"{self.function.__qualname__}: {_reason(error)}") from error
+        except COMPILE_ERRORS as error:
+            raise TypeError(explained(self.function, error)) from error
         return compiled
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))
-
-
-def _reason(error: NumbaError) -> str:
-    """Say in one line why a kernel cannot be compiled; numba's own account stays attached to the error."""
-    told = " ".join(str(error).split())
-    if "NRT required" not in told:
-        return f"its kernel cannot be compiled: {told}"
-    place = re.search(r"During: lowering .*? at (\S+ \(\d+\))", told)
-    where = f"at {place[1]} " if place else ""
-    return (
-        f"{where}its kernel makes or copies an array, which kernels cannot; write numbers one by one, "
-        "such as action.heading[i, 0] = x (docs/policies.md)"
-    )
 
 
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
