@@ -38,7 +38,7 @@ class Watch:
 
     def tell(self, line: str) -> None:
         """Show a line."""
-        self._progress.console.print(line, highlight=False)
+        self._progress.console.print(line, highlight=False, markup=False)
 
 
 @contextlib.contextmanager
