@@ -15,7 +15,6 @@ from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.ring import OWN_SECTORS, read_ring, sector_of
 from teamsight.kernel import kernel
 
-
 #: Sectors of a ring at most: a situation of more would fill memory with sectors that see nothing.
 MOST_SECTORS = 10_000
 
@@ -103,11 +102,12 @@ class RingAwareness(Awareness):
     delivers = ("targets", "mates")
 
     def __post_init__(self) -> None:
-        delta = checks.count("delta", self.delta, cure="a ring needs at least 1 sector; for no awareness use NoAwareness()")
+        cure = "a ring needs at least 1 sector; for no awareness use NoAwareness()"
+        delta = checks.count("delta", self.delta, cure=cure)
         if delta > MOST_SECTORS:
             raise ValueError(
-                f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since each robot's situation has an input "
-                "for every sector; 360 are a degree of arc each"
+                f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
+                "sector; 360 are a degree of arc each"
             )
         object.__setattr__(self, "delta", delta)
 

@@ -30,10 +30,14 @@ def lines(error: Exception) -> list[str]:
     return [one_line(f"{told} (a mistake in teamsight: please report it, with what TEAMSIGHT_TRACEBACK=1 shows)")]
 
 
+def printable(text: str) -> str:
+    """Return a text without what a terminal would obey or could not encode; names of files may hold anything."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
 def one_line(text: str) -> str:
     """Return a text on one line that a terminal can show, its middle left out where it is long."""
-    # What a name may hold and a terminal would obey, or not be able to encode.
-    shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
+    shown = printable(" ".join(text.split()))
     return shown if len(shown) <= _MOST else f"{shown[: _MOST - _END - 3]} … {shown[-_END:]}"
 
 
