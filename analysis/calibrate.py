@@ -38,8 +38,8 @@ def main() -> None:
                 bar.console.print(f"{done} of {total} settings judged")
 
         assessed = calibration.search(crew, progress=show)
-    store.write_table(folder / "calibration.parquet", assessed, {"version": __version__})
-    store.write_text(folder / "calibration.md", page(assessed))
+    store.write_table(folder / "calibration.parquet", assessed, {"version": __version__}, force=True)
+    store.write_text(folder / "calibration.md", page(assessed), force=True)
 
 
 def page(assessed: pd.DataFrame) -> str:

@@ -39,7 +39,7 @@ def draw(report: DeltaReport) -> bytes:
     axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
     axes.legend(loc="upper right", fontsize=9, framealpha=0.95)
     image = io.BytesIO()
-    figure.savefig(image, format="png")
+    figure.savefig(image, format="png", metadata={"Software": "teamsight"})
     return image.getvalue()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,8 @@ from teamsight.analysis.occupancy import Bearings
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
+
+_TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,16 +167,27 @@ class DeltaReport:
 
         return draw(self)
 
-    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+    def save(
+        self, folder: str | os.PathLike[str], *, force: bool = False, settings: Mapping[str, Any] | None = None
+    ) -> list[Path]:
         """Write the tables as Parquet, the report as Markdown and the curve as PNG; return the files written.
+
+        Parameters
+        ----------
+        folder : path
+            Where to write; made if need be.
+        force : bool
+            Replace what stands there, whatever it is; otherwise only a report of the same settings.
+        settings : mapping, optional
+            What was asked for, fit for JSON; kept with the tables.
 
         Raises
         ------
-        UnwritableError
-            (a ValueError) if the folder cannot be made or written.
+        ValueError
+            If the folder cannot be made or written, or a file in it must stay.
         """
         place = store.prepare_folder(folder)
-        settings = {
+        about = {
             name: getattr(self, name)
             for name in (
                 "source",
@@ -187,17 +201,17 @@ class DeltaReport:
                 "trial",
             )
         }
-        tables = {
-            name: getattr(self, name) for name in ("exceedance", "maxima", "ring", "merging", "cost", "over_time")
-        }
+        tables = {name: getattr(self, name) for name in _TABLES}
+        about |= {"settings": dict(settings or {})}
+        check_report(place, about if settings is None else {"settings": settings}, force=force)
         files = []
         for name, table in tables.items():
             if table is not None:
                 files.append(place / f"delta_{name}.parquet")
-                store.write_table(files[-1], table, settings)
+                store.write_table(files[-1], table, about, force=force)
         files += [place / "delta_exceedance.png", place / "delta.md"]
-        store.write_bytes(files[-2], self.to_png())
-        store.write_text(files[-1], self.to_markdown())
+        store.write_bytes(files[-2], self.to_png(), force=force)
+        store.write_page(files[-1], self.to_markdown(), force=force)
         return files
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -211,6 +225,31 @@ class DeltaReport:
         text = io.StringIO()
         Console(file=text, width=110, color_system=None).print(self)
         return text.getvalue().rstrip()
+
+
+def check_report(
+    folder: str | os.PathLike[str], about: Mapping[str, Any] | None = None, *, force: bool = False
+) -> None:
+    """Refuse a folder in which another file, or a report that tells other settings, stands where a report goes.
+
+    Parameters
+    ----------
+    folder : path
+        Where a report is to be saved.
+    about : mapping, optional
+        What its tables will tell, fit for JSON; without it any report is replaced.
+    force : bool
+        Replace any regular file.
+
+    Raises
+    ------
+    ValueError
+        If what stands there must stay.
+    """
+    for name in _TABLES:
+        store.check_replaceable(Path(folder) / f"delta_{name}.parquet", about, force=force)
+    for page in ("delta_exceedance.png", "delta.md"):
+        store.check_replaceable(Path(folder) / page, force=force)
 
 
 def ring_size(exceedance: pd.DataFrame, risk: float, supported: bool) -> int:

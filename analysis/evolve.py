@@ -80,7 +80,7 @@ def _train(evolution: Evolution, generations: int, folder: Path, crew: Crew, bar
         | comparison.overall(found)._asdict()
         for name, found in runs.items()
     ]
-    store.write_json(folder / _ROAD, road)
+    store.write_json(folder / _ROAD, road, force=True)
 
 
 def _save(folder: Path, evolution: Evolution, generation: Generation) -> None:
@@ -92,7 +92,7 @@ def _save(folder: Path, evolution: Evolution, generation: Generation) -> None:
         "robot_steps": trials * steps_a_trial(),
         "version": __version__,
     }
-    store.write_json(folder / "constants.json", to_json(generation.mean, about))
+    store.write_json(folder / "constants.json", to_json(generation.mean, about), force=True)
 
 
 def _test(constants: Path | None, trained: Path | None, folder: Path, runs: int, crew: Crew, bar: Progress) -> None:
@@ -121,9 +121,9 @@ def _test(constants: Path | None, trained: Path | None, folder: Path, runs: int,
         ignore_index=True,
     )
     about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
-    store.write_table(folder / "learned.parquet", table, about)
-    store.write_text(folder / "learned.md", page(table, about))
-    store.write_bytes(store.prepare_folder(folder / "images") / "learned.png", picture(table, about))
+    store.write_table(folder / "learned.parquet", table, about, force=True)
+    store.write_text(folder / "learned.md", page(table, about), force=True)
+    store.write_bytes(store.prepare_folder(folder / "images") / "learned.png", picture(table, about), force=True)
 
 
 def _gains(found: dict[str, pd.DataFrame]) -> pd.DataFrame:

@@ -158,7 +158,7 @@ def explore(
     LazyMemory
     """
     plan = Exploration() if exploration is None else exploration
-    parts = _parts(plan, prepare_folder(folder) if folder else None)
+    parts = _parts(plan, prepare_folder(folder, follow=False) if folder else None)
     done = 0
     progress(done, plan.pairs)
 
@@ -204,7 +204,8 @@ def _explore_part(part: Part) -> LazyMemory | None:
     model.close()
     if part.file is None:
         return memory
-    memory.save(part.file)
+    # A part that cannot be read is made again.
+    memory.save(part.file, force=True)
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -162,7 +163,7 @@ def make_curves(
         If something fails; the message tells what.
     """
     if folder is not None:
-        store.prepare_folder(folder)
+        store.prepare_folder(folder, follow=False)
     lectures = _lectures(curves, folder)
     costs = [_cost(lecture) for lecture in lectures]
     done, total = 0.0, sum(costs)
@@ -207,16 +208,18 @@ def _give(lecture: Lecture) -> pd.DataFrame:
     """Return the rows of a lecture, from its file if they were made before."""
     told = lecture.curves.conditions()
     if lecture.file is not None and lecture.file.exists():
-        found = pd.read_parquet(lecture.file)
-        if found.attrs.get("curves") == told:
-            return found
+        # One that is damaged is made again.
+        with contextlib.suppress(OSError, ValueError):
+            found = pd.read_parquet(lecture.file)
+            if found.attrs.get("curves") == told:
+                return found
     try:
         rows = _learned(lecture) if lecture.degree else _designed(lecture)
     except Exception as error:
         raise JobError(f"{error} (in the learning curves, {lecture.degree}, memory {lecture.memory})") from error
     table = pd.DataFrame(rows)
     if lecture.file is not None:
-        store.write_table(lecture.file, table, {"curves": told})
+        store.write_table(lecture.file, table, {"curves": told}, force=True)
     return table
 
 

@@ -66,8 +66,42 @@ class Plan:
         }
 
 
+def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
+    """Refuse a folder in which another file stands where a result goes, or where unfinished runs are kept.
+
+    Results of this program are refreshed, whatever their settings.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to reproduce.
+    folder : Path
+        Where to write.
+    force : bool
+        Replace any regular file by a result.
+
+    Raises
+    ------
+    ValueError
+        If what stands there must stay.
+    """
+    names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", "png")]
+    files = [folder / f"figure-{name}" for name in names]
+    files += [file for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
+    if plan.ledger:
+        files += [folder / f"ledger.{kind}" for kind in ("parquet", "md", "json")]
+    for file in files:
+        store.check_replaceable(file, force=force)
+    unfinished_in(folder).check()
+
+
 def reproduce(
-    plan: Plan, folder: Path, crew: Crew, watch: Callable[[str, float, float], None] = lambda phase, done, total: None
+    plan: Plan,
+    folder: Path,
+    crew: Crew,
+    watch: Callable[[str, float, float], None] = lambda phase, done, total: None,
+    *,
+    force: bool = False,
 ) -> Ledger | None:
     """Simulate, draw, judge, and write everything to `folder`; an interrupted call is gone on with by the next.
 
@@ -81,16 +115,23 @@ def reproduce(
         Who does the work.
     watch : callable
         Called with the phase, the work done and the work in all.
+    force : bool
+        Replace any regular file that stands where a result goes.
 
     Returns
     -------
     Ledger or None
         None where the plan asks for no ledger.
+
+    Raises
+    ------
+    ValueError
+        If what stands where a result goes must stay; see `check_results`, which says so before the work.
     """
     unfinished = unfinished_in(folder)
     tables = _simulate(plan, crew, watch, unfinished)
-    _draw(plan, folder, crew, tables, watch)
-    ledger = _judge(plan, folder, tables) if plan.ledger else None
+    _draw(plan, folder, crew, tables, watch, force)
+    ledger = _judge(plan, folder, tables, force) if plan.ledger else None
     unfinished.forget()
     return ledger
 
@@ -127,6 +168,7 @@ def _draw(
     crew: Crew,
     tables: Mapping[str, Mapping[str, pd.DataFrame]],
     watch: Callable[[str, float, float], None],
+    force: bool,
 ) -> None:
     name, setting = next(iter(plan.settings.items()))
     conditions = Conditions(name, setting, plan.root, plan.runs, plan.steps)
@@ -144,11 +186,11 @@ def _draw(
         about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
         for suffix, table in found.tables.items():
             stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
-            store.write_table(folder / f"{stem}.parquet", table, about)
-        store.write_bytes(folder / f"figure-{found.name}.png", found.png)
+            store.write_table(folder / f"{stem}.parquet", table, about, force=force)
+        store.write_bytes(folder / f"figure-{found.name}.png", found.png, force=force)
 
 
-def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]]) -> Ledger:
+def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
     verdicts: dict[str, dict[str, Verdict]] = {name: judge(tables[name]) for name in plan.settings}
     ledger = Ledger(verdicts, plan.conditions())
     runs = [
@@ -157,7 +199,7 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
         for experiment, found in tables[name].items()
         if experiment in needed(CLAIMS)
     ]
-    store.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions())
-    store.write_text(folder / "ledger.md", ledger.to_markdown())
-    store.write_json(folder / "ledger.json", ledger.to_json())
+    store.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
+    store.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)
+    store.write_json(folder / "ledger.json", {"software": "teamsight", **ledger.to_json()}, force=force)
     return ledger

@@ -33,8 +33,8 @@ def main() -> None:
     with Progress() as bar, Crew(given.workers, IMPORTS, bar.console.print) as crew:
         task = bar.add_task("trying constants and memories", total=lazy_search.trials(lazy_search.Size()))
         found = lazy_search.search(crew, progress=lambda done: bar.update(task, completed=done))
-    store.write_table(folder / "lazy-search.parquet", found, {"version": __version__})
-    store.write_text(folder / "lazy-search.md", page(found))
+    store.write_table(folder / "lazy-search.parquet", found, {"version": __version__}, force=True)
+    store.write_text(folder / "lazy-search.md", page(found), force=True)
 
 
 def page(found: pd.DataFrame) -> str:

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import teamsight
+from teamsight import files
 
 Key = tuple[str, ...]
 Numbers = tuple[float, int]
@@ -42,6 +43,19 @@ class Unfinished:
     def __bool__(self) -> bool:
         return True
 
+    def check(self) -> None:
+        """Refuse a place where something else stands, which would be written into and deleted.
+
+        Raises
+        ------
+        ValueError
+            If it does.
+        """
+        if files.check_place(self.path):
+            with files.open_regular(self.path) as file:
+                if file.read(2) not in (b"", b"\n", b"\n["):
+                    raise ValueError(f"{self.path}: holds something else; move it away, or give another folder")
+
     def outcomes(self, keys: Iterable[Key]) -> dict[Key, Numbers]:
         """Return the outcomes of those runs that are done."""
         return {key: self._found[name] for key in keys if (name := _name(key)) in self._found}
@@ -49,8 +63,7 @@ class Unfinished:
     def add(self, outcomes: Mapping[Key, Numbers]) -> None:
         """Keep some more; an interruption loses at most these."""
         new = {_name(key): numbers for key, numbers in outcomes.items()}
-        with self.path.open("a", encoding="utf-8") as file:
-            file.writelines(_line(name, numbers) for name, numbers in new.items())
+        files.append(self.path, "".join(_line(name, numbers) for name, numbers in new.items()))
         self._found |= new
 
     def forget(self) -> None:
@@ -66,8 +79,8 @@ def _line(name: str, numbers: Numbers) -> str:
 
 def _read(path: Path) -> dict[str, Numbers]:
     found: dict[str, Numbers] = {}
-    with contextlib.suppress(OSError):
-        for line in path.read_bytes().split(b"\n"):
+    with contextlib.suppress(OSError), files.open_regular(path) as file:
+        for line in file.read().split(b"\n"):
             text, _, sum_ = line.partition(b"\t")
             # The last line may have been cut off.
             if sum_ == b"%08x" % zlib.crc32(text):
@@ -92,8 +105,8 @@ def _simulation() -> str:
 def sources() -> list[Path]:
     """Return the files of code and constants that simulate; with others, a run could have another outcome."""
     # The leaf modules stand beside the face, whose own __path__ may begin with a whole repository.
-    files = [*Path(str(teamsight.__file__)).parent.glob("*.py")]
+    found = [*Path(str(teamsight.__file__)).parent.glob("*.py")]
     for room in _ROOMS:
         folder = Path(importlib.import_module(f"teamsight.{room}").__path__[0])
-        files += [file for kind in _KINDS for file in folder.rglob(kind)]
-    return sorted(files)
+        found += [file for kind in _KINDS for file in folder.rglob(kind)]
+    return sorted(found)

@@ -6,12 +6,56 @@ import difflib
 import math
 import secrets
 from collections.abc import Iterable
+from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
+
+#: Lengths and speeds that are not 0: their ratios, squares and sums stay far from the limits of a float.
+SHORTEST, LONGEST = 1e-6, 1e9
+#: Seeds are kept as 64-bit integers.
+MOST_SEED = 2**63 - 1
+
+_MOST_SHOWN = 60
+# Python refuses to write a larger integer in decimal: it takes quadratic time.
+_MOST_BITS = 256
+_ANY_NUMBER: Any = (Real, Decimal)
+
+
+def shown(value: Any, most: int = _MOST_SHOWN) -> str:
+    """Return how an error shows a value: as `repr` does, but on one line of at most `most` characters.
+
+    Parameters
+    ----------
+    value : Any
+        Anything, also a number that Python cannot write, or an object whose `repr` fails.
+    most : int
+        The longest text.
+    """
+    if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > _MOST_BITS:
+        return f"{'-' if value < 0 else ''}(about 10^{int(value.bit_length() * math.log10(2))})"
+    if isinstance(value, str | bytes) and len(value) > most:
+        # Not the text of all of it, which may be gigabytes.
+        return f"{value[: most // 2]!r}… ({len(value)} characters)"
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # whatever the object of a user raises
+        return f"({type(value).__name__})"
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cure: str = "") -> int:
     """Return `value` as an int of at least `least` and at most `most`.
+
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    value : Any
+        A whole number of any type.
+    least, most : int
+        The limits.
+    cure : str
+        What else to do where it is outside.
 
     Raises
     ------
@@ -20,16 +64,25 @@ def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cur
     ValueError
         If it is outside the limits.
     """
-    if isinstance(value, bool) or not isinstance(value, Integral):
-        if isinstance(value, Real) and not isinstance(value, bool) and float(value).is_integer():
-            value = int(float(value))
-        else:
-            raise TypeError(f"{name}={value!r}: must be a whole number of at least {least}")
-    if value < least:
-        raise ValueError(f"{name}={value}: must be at least {least}" + (f"; {cure}" if cure else ""))
-    if most is not None and value > most:
-        raise ValueError(f"{name}={value}: must be at most {most}")
-    return int(value)
+    found = _whole(value)
+    if found is None:
+        raise TypeError(f"{name}={shown(value)}: must be a whole number of at least {least}")
+    if found < least:
+        raise ValueError(f"{name}={shown(found)}: must be at least {least}" + (f"; {cure}" if cure else ""))
+    if most is not None and found > most:
+        raise ValueError(f"{name}={shown(found)}: must be at most {most}" + (f"; {cure}" if cure else ""))
+    return found
+
+
+def _whole(value: Any) -> int | None:
+    """Return a whole number as an int, None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, _ANY_NUMBER):
+        return None
+    try:
+        found = int(value)
+        return found if isinstance(value, Integral) or found == value else None
+    except (ArithmeticError, ValueError):  # NaN and infinity
+        return None
 
 
 def flag(name: str, value: Any) -> bool:
@@ -42,7 +95,7 @@ def flag(name: str, value: Any) -> bool:
     """
     if value is True or value is False:
         return bool(value)
-    raise TypeError(f"{name}={value!r}: must be True or False")
+    raise TypeError(f"{name}={shown(value)}: must be True or False")
 
 
 def number(
@@ -50,16 +103,28 @@ def number(
 ) -> float:
     """Return `value` as a finite float within the limits.
 
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    value : Any
+        A real number of any type.
+    above, least, most : float, optional
+        The limits; what is above 0 may be as small as a float can be, see also `length`.
+
     Raises
     ------
     TypeError
         If `value` is not a real number.
     ValueError
-        If it is NaN, infinite, or outside the limits.
+        If it is NaN, infinite, too large for a float, or outside the limits.
     """
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise TypeError(f"{name}={value!r}: must be a number")
-    result = float(value)
+    if isinstance(value, bool) or not isinstance(value, _ANY_NUMBER):
+        raise TypeError(f"{name}={shown(value)}: must be a number")
+    try:
+        result = float(value)
+    except (ArithmeticError, ValueError):  # larger than any float, or a NaN that signals
+        result = math.nan
     limits = []
     if above is not None:
         limits.append(f"above {above:g}")
@@ -74,12 +139,50 @@ def number(
         or (most is not None and result > most)
     )
     if wrong:
-        raise ValueError(f"{name}={result}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
+        told = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
+        raise ValueError(f"{name}={told}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result
+
+
+def length(name: str, value: Any, *, zero: bool = False) -> float:
+    """Return a length, or the length of a step, as a float between `SHORTEST` and `LONGEST`.
+
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    value : Any
+        A real number of any type.
+    zero : bool
+        Whether it may be 0 too.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a real number.
+    ValueError
+        If it is outside the limits.
+    """
+    found = number(name, value, least=0.0) if zero else number(name, value, above=0.0)
+    if found and not SHORTEST <= found <= LONGEST:
+        raise ValueError(
+            f"{name}={found:g}: must be between {SHORTEST:g} and {LONGEST:g}{', or 0' if zero else ''}; scale all "
+            "lengths and speeds alike"
+        )
+    return found
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     """Return `value` if it is one of `allowed`; otherwise suggest the nearest.
+
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    value : Any
+        What was given.
+    allowed : iterable of str
+        What may be given.
 
     Raises
     ------
@@ -87,15 +190,21 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
         If `value` is not among `allowed`.
     """
     names = sorted(allowed)
-    if value in names:
+    if isinstance(value, str) and value in names:
         return str(value)
-    near = difflib.get_close_matches(str(value).lower(), names, n=1, cutoff=0.4)
+    # What is much longer than a name resembles none, and would take long to compare.
+    near = difflib.get_close_matches(shown(value).strip("'\"").lower(), names, n=1, cutoff=0.4)
     hint = f"did you mean {near[0]!r}? " if near else ""
-    raise ValueError(f"{name}={value!r}: unknown; {hint}known are {', '.join(names)}")
+    raise ValueError(f"{name}={shown(value)}: unknown; {hint}known are {', '.join(names)}")
 
 
 def seed(rng: Any, seed: Any) -> int:
     """Return the seed that is given under one of its two names, or a new one.
+
+    Parameters
+    ----------
+    rng, seed : int or None
+        The two names.
 
     Raises
     ------
@@ -106,10 +215,10 @@ def seed(rng: Any, seed: Any) -> int:
     """
     for name, value in (("rng", rng), ("seed", seed)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, Integral)):
-            raise TypeError(f"{name}={value!r}: must be a whole number of at least 0, or None for a new seed")
+            raise TypeError(f"{name}={shown(value)}: must be a whole number of at least 0, or None for a new seed")
         if value is not None and value < 0:
-            raise ValueError(f"{name}={value}: must be at least 0")
+            raise ValueError(f"{name}={shown(value)}: must be at least 0")
     if rng is not None and seed is not None and rng != seed:
-        raise ValueError(f"rng={rng}, seed={seed}: two names for one seed; give one of them")
+        raise ValueError(f"rng={shown(rng)}, seed={shown(seed)}: two names for one seed; give one of them")
     given = rng if rng is not None else seed
     return secrets.randbits(53) if given is None else int(given)

@@ -15,6 +15,9 @@ from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.ring import OWN_SECTORS, read_ring, sector_of
 from teamsight.kernel import kernel
 
+#: Sectors of a ring at most: a situation of more would fill memory with sectors that see nothing.
+MOST_SECTORS = 10_000
+
 
 @kernel
 def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
@@ -77,12 +80,12 @@ class RingAwareness(Awareness):
     Parameters
     ----------
     delta : int, default 16
-        How many sectors, at least 1: the paper's δ.
+        How many sectors, at least 1 and at most `MOST_SECTORS`: the paper's δ.
 
     Raises
     ------
     ValueError, TypeError
-        If δ is not a whole number of at least 1.
+        If δ is not a whole number within these limits.
 
     Notes
     -----
@@ -100,7 +103,13 @@ class RingAwareness(Awareness):
 
     def __post_init__(self) -> None:
         cure = "a ring needs at least 1 sector; for no awareness use NoAwareness()"
-        object.__setattr__(self, "delta", checks.count("delta", self.delta, cure=cure))
+        delta = checks.count("delta", self.delta, cure=cure)
+        if delta > MOST_SECTORS:
+            raise ValueError(
+                f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
+                "sector; 360 are a degree of arc each"
+            )
+        object.__setattr__(self, "delta", delta)
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:

@@ -7,16 +7,17 @@ of the numbers and one of the other metadata.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
+from teamsight import checks, files
 from teamsight.policies.lazy_memory.order import Table
 
 FORMAT, SCHEMA = "teamsight lazy memory", "1"
@@ -24,13 +25,17 @@ FORMAT, SCHEMA = "teamsight lazy memory", "1"
 _ALIGNMENT = 64
 _MOST_HEADER = 100_000_000
 _TENSOR = "table"
+_CHECKSUM = re.compile("[0-9a-f]{64}")
+_OWN_NAMES = ("format", "schema", "sha256")
 
 
 class MemoryFileError(ValueError):
     """Raised when a file cannot be written, or is not a whole and unaltered memory that this version reads."""
 
 
-def write(path: str | os.PathLike[str], table: Table, sha256: str, about: Mapping[str, Any]) -> None:
+def write(
+    path: str | os.PathLike[str], table: Table, sha256: str, about: Mapping[str, Any], *, force: bool = False
+) -> None:
     """Write a table and what it is about; whatever stood at `path` stays until all is written.
 
     Parameters
@@ -43,26 +48,42 @@ def write(path: str | os.PathLike[str], table: Table, sha256: str, about: Mappin
         Their checksum.
     about : mapping
         Fit for JSON.
+    force : bool
+        Replace any regular file; otherwise only a memory.
 
     Raises
     ------
     MemoryFileError
-        If the file cannot be written.
+        If the file cannot be written, or what stands there must stay.
     """
-    metadata = {name: json.dumps(value, ensure_ascii=False, allow_nan=False) for name, value in about.items()}
+    metadata = {name: _text_of(value) for name, value in about.items()}
     metadata |= {"format": FORMAT, "schema": SCHEMA, "sha256": sha256}
     metadata["sha256_of_metadata"] = _sha256_of(metadata)
     tensor = {"dtype": "F32", "shape": table.shape, "data_offsets": [0, table.nbytes]}
     header = json.dumps({"__metadata__": metadata, _TENSOR: tensor}, ensure_ascii=False).encode()
     header += b" " * (-(8 + len(header)) % _ALIGNMENT)
-    with _whole(Path(path)) as file:
-        file.write(len(header).to_bytes(8, "little") + header)
-        file.flush()
-        table.astype("<f4", copy=False).tofile(file)
+    if len(header) > _MOST_HEADER:
+        raise MemoryFileError(
+            f"{path}: settings of {len(header)} bytes, at most {_MOST_HEADER} are kept; give shorter ones"
+        )
+    try:
+        with files.complete(path, lambda target: _check_replaceable(target, force)) as file:
+            file.write(len(header).to_bytes(8, "little") + header)
+            file.flush()
+            table.astype("<f4", copy=False).tofile(file)
+    except files.UnwritableError as error:
+        raise MemoryFileError(str(error)) from error
 
 
 def read(path: str | os.PathLike[str], *, verify: bool = True) -> tuple[Table, str, dict[str, Any]]:
     """Return the table of a file, mapped into memory and read-only, its checksum, and what it is about.
+
+    Parameters
+    ----------
+    path : path
+        A file that `write` wrote.
+    verify : bool
+        Whether to compare the numbers with their checksum, which reads all of them.
 
     Raises
     ------
@@ -70,7 +91,7 @@ def read(path: str | os.PathLike[str], *, verify: bool = True) -> tuple[Table, s
         If it is not there, or not a whole and unaltered memory that this version reads.
     """
     try:
-        with open(path, "rb") as file:
+        with files.open_regular(path) as file:
             return _read(str(path), file, verify)
     except OSError as error:
         reason = error.strerror or str(error)
@@ -87,8 +108,8 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     metadata, shape = _parse(path, file.read(length))
     if metadata.get("schema") != SCHEMA:
         raise MemoryFileError(
-            f"{path}: has the schema {metadata.get('schema')!r}, this version of teamsight reads {SCHEMA!r}; "
-            "read it with the version that wrote it, or explore again"
+            f"{path}: has the schema {checks.shown(metadata.get('schema'))}, this version of teamsight reads "
+            f"{SCHEMA!r}; read it with the version that wrote it, or explore again"
         )
     missing = size - (8 + length + 4 * shape[0] * shape[1])
     if missing:
@@ -99,20 +120,42 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     stated = metadata.pop("sha256_of_metadata", None)
     if stated != _sha256_of(metadata) or (verify and metadata.get("sha256") != checksum(table)):
         raise MemoryFileError(f"{path}: was altered, since its checksum does not fit; copy it again, or explore again")
-    about = {name: json.loads(text) for name, text in metadata.items() if name not in ("format", "schema", "sha256")}
+    about = {name: _value(path, name, text) for name, text in metadata.items() if name not in _OWN_NAMES}
     return table, metadata["sha256"], about
+
+
+def _value(path: str, name: str, text: str) -> Any:
+    """Return what a text of the metadata says, if it is as `write` writes it: no NaN, no name twice."""
+    try:
+        value = json.loads(text)
+        text.encode()
+        if _text_of(value) == text:
+            return value
+    except (ValueError, RecursionError):
+        pass
+    told = f"its {checks.shown(name)} is {checks.shown(text)}"
+    raise MemoryFileError(f"{path}: does not say what it holds ({told}); write it with save") from None
+
+
+def _text_of(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
 def _parse(path: str, header: bytes) -> tuple[dict[str, str], tuple[int, int]]:
     """Return the metadata and the shape of the table; refuse whatever does not have their form."""
     try:
-        parsed = json.loads(header)
+        parsed = json.loads(header.decode(), object_pairs_hook=_distinct)
         metadata, tensor = parsed.pop("__metadata__"), parsed.pop(_TENSOR)
-        columns, pairs = (int(length) for length in tensor["shape"])
-        whole = [0, 4 * columns * pairs]
-        if parsed or tensor["dtype"] != "F32" or tensor["data_offsets"] != whole or min(columns, pairs) < 1:
+        columns, pairs = tensor["shape"]
+        lengths = [columns, pairs, *tensor["data_offsets"]]
+        if any(type(length) is not int for length in lengths) or min(columns, pairs) < 1:
+            raise ValueError
+        whole = {"dtype": "F32", "shape": [columns, pairs], "data_offsets": [0, 4 * columns * pairs]}
+        if parsed or tensor != whole or (8 + len(header)) % _ALIGNMENT:
             raise ValueError
         if metadata["format"] != FORMAT or not all(isinstance(text, str) for text in metadata.values()):
+            raise ValueError
+        if metadata.get("schema") == SCHEMA and not _CHECKSUM.fullmatch(metadata["sha256"]):
             raise ValueError
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise MemoryFileError(
@@ -130,17 +173,22 @@ def _sha256_of(metadata: Mapping[str, str]) -> str:
     return hashlib.sha256(json.dumps(metadata, sort_keys=True).encode()).hexdigest()
 
 
-@contextlib.contextmanager
-def _whole(target: Path) -> Iterator[BinaryIO]:
-    """Open a file beside `target`, and put it in its place only when all of it is written."""
-    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        with open(draft, "wb") as file:
-            yield file
-        os.replace(draft, target)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise MemoryFileError(f"{target}: cannot be written ({reason}); give a place that can be") from error
-    finally:
-        with contextlib.suppress(OSError):
-            draft.unlink(missing_ok=True)
+def _distinct(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(members)
+    if len(found) < len(members):
+        raise ValueError("a name twice")
+    return found
+
+
+def _check_replaceable(target: Path, force: bool) -> None:
+    """Refuse to write over a file that is no memory, unless forced."""
+    if not files.check_place(target) or force:
+        return
+    with files.open_regular(target) as file:
+        length = int.from_bytes(file.read(8), "little")
+        try:
+            _parse(str(target), file.read(length) if length <= _MOST_HEADER else b"")
+        except MemoryFileError as error:
+            raise MemoryFileError(
+                f"{target}: holds something else; give --force (in Python, force=True) to replace it, or another file"
+            ) from error

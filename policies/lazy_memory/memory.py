@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 from collections.abc import Mapping
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from teamsight import checks
 from teamsight.policies.lazy_memory import batch, combine, file
 from teamsight.policies.lazy_memory.order import Table
-from teamsight.policies.lazy_memory.pairs import ACTION, MOST, table_of, two_dimensional
+from teamsight.policies.lazy_memory.pairs import ACTION, MOST, check_table, table_of, two_dimensional
 
 __all__ = ["ACTION", "LazyMemory", "Table"]
 
@@ -48,6 +49,11 @@ class LazyMemory:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        checks.count("own", self.own)
+        checks.count("added", self.added, least=0)
+        _check_names(self.facts)
+        if not isinstance(self.settings, Mapping):
+            raise TypeError(f"settings={checks.shown(self.settings)}: must be a mapping")
         table = self.table
         columns = 2 * self.inputs + len(ACTION) + len(self.facts)
         if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
@@ -103,36 +109,47 @@ class LazyMemory:
         path : path
             A file that `save` wrote. It must not be written into while the memory is in use; `save` replaces it.
         verify : bool
-            Compare the pairs with their checksum, which reads all of them once; otherwise it is believed, and with it
-            the digest. The rest is always verified.
+            Compare the pairs with their checksum, and check their numbers and their order, which reads all of them;
+            otherwise none is read, and they, their checksum and the digest are taken as they are. Give False only for
+            files that nobody else can write. The rest is always verified.
 
         Raises
         ------
         MemoryFileError
-            If it is not there, cut off, altered, or of another schema.
+            If it is not there, cut off, altered, of another schema, or nothing that `of` and `save` could have made.
         """
         table, sha256, about = file.read(path, verify=verify)
         try:
-            memory = cls(table, about["own"], about["added"], tuple(about["facts"]), about["settings"])
+            own, added, facts, settings = (about.pop(name) for name in ("own", "added", "facts", "settings"))
+            if about or not isinstance(facts, list):
+                raise ValueError(f"also {checks.shown(sorted(about))}" if about else f"facts={checks.shown(facts)}")
+            memory = cls(table, own, added, tuple(facts), settings)
+            if verify:
+                check_table(table, memory.inputs)
         except (KeyError, TypeError, ValueError) as error:
-            raise file.MemoryFileError(f"{path}: does not say what it holds ({error!r}); write it with save") from None
+            told = f"nothing of its {error}" if isinstance(error, KeyError) else str(error)
+            raise file.MemoryFileError(f"{path}: does not say what it holds ({told}); write it with save") from None
         memory.__dict__["sha256"] = sha256
         return memory
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write the memory to one file; whatever stood there stays until all is written.
 
         Parameters
         ----------
         path : path
-            Where to. The file is in the open format safetensors: one tensor, `table`, and metadata in JSON.
+            Where to; another memory is replaced. The file is in the open format safetensors: one tensor, `table`, and
+            metadata in JSON.
+        force : bool
+            Replace any regular file, not only a memory.
 
         Raises
         ------
         MemoryFileError
-            If the file cannot be written.
+            If the file cannot be written, or what stands there is no memory.
         """
-        file.write(path, self.table, self.sha256, {**self._layout, "settings": self.settings})
+        about = {**self._layout, "settings": _json(self.settings)}
+        file.write(path, self.table, self.sha256, about, force=force)
 
     @property
     def _layout(self) -> dict[str, Any]:
@@ -296,6 +313,20 @@ def _json(settings: Mapping[str, Any]) -> dict[str, Any]:
         If it cannot.
     """
     try:
-        return dict(json.loads(json.dumps(dict(settings), allow_nan=False)))
-    except (TypeError, ValueError) as error:
+        text = json.dumps(dict(settings), ensure_ascii=False, allow_nan=False)
+        text.encode()
+        return dict(json.loads(text))
+    except (TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"settings: cannot be kept as JSON ({error}); give numbers, texts and lists") from None
+
+
+def _check_names(facts: tuple[str, ...]) -> None:
+    """Refuse names of facts that are no texts, or not distinct and in alphabetical order."""
+    if not all(isinstance(name, str) for name in facts):
+        raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a text")
+    if any(one >= other for one, other in itertools.pairwise(facts)):
+        raise ValueError(f"facts={checks.shown(facts)}: must be distinct and in alphabetical order")
+    try:
+        "".join(facts).encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"facts={checks.shown(facts)}: must be texts that UTF-8 can hold") from None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.lazy_memory.order import Table, sort_pairs
+from teamsight.policies.lazy_memory.order import Table, is_ordered, sort_pairs
 
 ACTION = ("rotation", "distance")
 
@@ -62,6 +62,36 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
         _check_limits(name, row)
     sort_pairs(table)
     return table
+
+
+def check_table(table: Table, inputs: int) -> None:
+    """Refuse a table that `table_of` could not have made; reads all of it.
+
+    Parameters
+    ----------
+    table : ndarray, shape (columns, pairs), float32
+        The numbers of a file.
+    inputs : int
+        How many components a situation has.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, outside its limits or −0, or the pairs are not in canonical order.
+    """
+    for column, row in enumerate(table):
+        name = ACTION[column - inputs] if 0 <= column - inputs < len(ACTION) else ""
+        low, high = _LIMITS.get(name, (-MOST, MOST))
+        # What is less than both limits and what is NaN comes out wrong, at the speed of memory.
+        least, largest = row.min(), row.max()
+        if not (least >= low and largest <= high):
+            wrong = largest if least >= low else least
+            raise ValueError(f"table[{column}] holds {wrong:g}, allowed are {low:g} to {high:g}")
+        # As an integer, −0 is the least of all numbers.
+        if row.view(np.int32).min() == np.iinfo(np.int32).min:
+            raise ValueError(f"table[{column}] holds -0")
+    if not is_ordered(table):
+        raise ValueError("its pairs are not in the order of their content")
 
 
 def two_dimensional(name: str, value: Any, pairs: int | None = None, columns: int | None = None) -> npt.NDArray[Any]:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
-from teamsight.cli.show import watching, wide_console
+from teamsight.cli.show import say, watching, wide_console
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from teamsight.analysis.delta_report import DeltaReport
 
-_ONLY_TRACKS, _BOTH = {"tracks", "window", "sort"}, {"risk", "awareness_range", "out"}
+_ONLY_TRACKS, _BOTH = {"tracks", "window", "sort"}, {"risk", "awareness_range", "out", "force"}
 
 
 def execute(**given: Any) -> None:
@@ -35,9 +33,9 @@ def _refuse(said: dict[str, Any], names: set[str], reason: str) -> None:
 def _from_simulation(settings: SimulatedDeltaSettings) -> None:
     from teamsight.analysis.delta import choose_delta
 
-    _prepare(settings.out)
+    _prepare(settings)
     # The degree of awareness is geometry: it does not depend on what the robots know; the policy may.
-    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out"}, exclude_none=True)
+    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out", "force"}, exclude_none=True)
     with watching() as watch:
         report = choose_delta(
             world,
@@ -47,13 +45,13 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
             rng=settings.seed,
             progress=lambda done, total: watch("exploring", done, total),
         )
-    _show(report, settings.out)
+    _show(report, settings)
 
 
 def _from_tracks(settings: TracksDeltaSettings) -> None:
     from teamsight.analysis.tracks import delta_from_tracks, read_tracks
 
-    _prepare(settings.out)
+    _prepare(settings)
     with watching() as watch:
         tracks = read_tracks(
             settings.tracks, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
@@ -65,19 +63,26 @@ def _from_tracks(settings: TracksDeltaSettings) -> None:
             window=settings.window,
             progress=lambda done, total: watch("counting", done, total),
         )
-    _show(report, settings.out)
+    _show(report, settings)
 
 
-def _prepare(folder: Path | None) -> None:
-    if folder:
+def _asked(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> dict[str, Any]:
+    """Return what tells a report from others."""
+    return settings.model_dump(mode="json", exclude={"out", "force"}, exclude_none=True)
+
+
+def _prepare(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
+    if settings.out:
+        from teamsight.analysis.delta_report import check_report
         from teamsight.analysis.store import prepare_folder
 
-        prepare_folder(folder)
+        check_report(settings.out, {"settings": _asked(settings)}, force=settings.force)
+        prepare_folder(settings.out)
 
 
-def _show(report: DeltaReport, folder: Path | None) -> None:
+def _show(report: DeltaReport, settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
     console = wide_console()
     console.print(report)
-    if folder:
-        files = report.save(folder)
-        console.print(f"{len(files)} files in {folder}", highlight=False, soft_wrap=True)
+    if settings.out:
+        files = report.save(settings.out, force=settings.force, settings=_asked(settings))
+        say(f"{len(files)} files in {settings.out}")

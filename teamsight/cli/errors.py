@@ -1,9 +1,12 @@
-"""What an error says on the command line: one line for each thing that is wrong."""
+"""What an error says on the command line: one line of bounded length for each thing that is wrong."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
+
+# The end of a line is the cure.
+_MOST, _END = 360, 140
 
 
 def lines(error: Exception) -> list[str]:
@@ -16,13 +19,26 @@ def lines(error: Exception) -> list[str]:
     from teamsight.analysis.crew import JobError
 
     if isinstance(error, ValidationError):
-        return [_one_line(found["msg"].removeprefix("Value error, ")) for found in error.errors()]
+        return [one_line(found["msg"].removeprefix("Value error, ")) for found in error.errors()]
     if isinstance(error, ValueError | TypeError | JobError):
-        return [_one_line(str(error))]
+        return [one_line(str(error))]
     if isinstance(error, OSError):
-        return [_one_line(f"{error.filename or 'a file'}: {error.strerror or error}")]
-    told = _one_line(f"{type(error).__name__}: {error}")
-    return [f"{told} (a mistake in teamsight: please report it, with what TEAMSIGHT_TRACEBACK=1 shows)"]
+        return [one_line(f"{error.filename or 'a file'}: {error.strerror or error}")]
+    if isinstance(error, MemoryError):
+        return [one_line(f"not enough memory ({error or 'none left'}); give fewer robots, targets, steps or runs")]
+    told = f"{type(error).__name__}: {error}"
+    return [one_line(f"{told} (a mistake in teamsight: please report it, with what TEAMSIGHT_TRACEBACK=1 shows)")]
+
+
+def printable(text: str) -> str:
+    """Return a text without what a terminal would obey or could not encode; names of files may hold anything."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def one_line(text: str) -> str:
+    """Return a text on one line that a terminal can show, its middle left out where it is long."""
+    shown = printable(" ".join(text.split()))
+    return shown if len(shown) <= _MOST else f"{shown[: _MOST - _END - 3]} … {shown[-_END:]}"
 
 
 @contextlib.contextmanager
@@ -33,6 +49,3 @@ def when_stopped(kept: Callable[[], str]) -> Iterator[None]:
     except KeyboardInterrupt:
         raise KeyboardInterrupt(kept()) from None
 
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())

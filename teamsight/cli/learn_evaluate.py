@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.learn_settings import EvaluateSettings
-from teamsight.cli.replacing import check_replaced
 from teamsight.cli.show import Watch, interval, plural, say, watching, wide_console
 
 if TYPE_CHECKING:
@@ -37,8 +36,8 @@ def execute(**given: Any) -> None:
     about = settings.model_dump(mode="json", exclude={"save", "memory", "workers", "force"})
     about |= {"robots": stage.robots, "memory": memory.digest, "explored": dict(memory.settings)}
     if settings.save:
+        store.check_replaceable(settings.save, about, force=settings.force)
         store.prepare_folder(settings.save.parent)
-        check_replaced(settings.save, about, settings.force)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"), watching() as watch:
         policies = _learned(settings, memory, watch)
@@ -52,7 +51,7 @@ def execute(**given: Any) -> None:
     wide_console().print(_shown(evaluation.summary(table)), highlight=False)
     say(f"{time.perf_counter() - began:.1f} s")
     if settings.save:
-        store.write_table(settings.save, table, about | {"version": __version__})
+        store.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
         say(f"every run in {settings.save}")
 
 

@@ -19,13 +19,16 @@ def execute(**given: Any) -> None:
     settings = ExploreSettings(**given)
     from teamsight.analysis import provenance
     from teamsight.analysis.explore import forget_parts
-    from teamsight.analysis.store import prepare_folder
+    from teamsight.analysis.store import check_folder, prepare_folder
     from teamsight.policies.lazy_memory import LazyMemory
 
     plan = plan_of(settings)
-    prepare_folder(settings.out.parent)
+    parts = settings.out.with_name(settings.out.name + ".parts")
+    if plan.is_long:
+        check_folder(parts)
     sources = [LazyMemory.load(path) for path in settings.merge]
     held = _held(settings)
+    prepare_folder(settings.out.parent)
     if held is not None:
         wanted = [plan.settings(), *(one for source in sources for one in provenance.explorations_of(source))]
         if all(one in provenance.explorations_of(held) for one in wanted):
@@ -39,12 +42,11 @@ def execute(**given: Any) -> None:
         sources.insert(0, held)
     sources = provenance.distinct(sources)
     provenance.check_alike(plan, sources)
-    parts = settings.out.with_name(settings.out.name + ".parts")
     with when_stopped(lambda: _kept(plan, parts)):
         if not any(plan.settings() in provenance.explorations_of(source) for source in sources):
             sources.append(_explored(plan, settings.workers, parts))
         memory = sources[0].merge(*sources[1:])
-        memory.save(settings.out)
+        memory.save(settings.out, force=settings.force)
     if plan.is_long:
         forget_parts(plan, parts)
     _tell(settings.out, memory)
@@ -86,11 +88,12 @@ def _explorer(settings: ExploreSettings) -> Any:
 
 def _held(settings: ExploreSettings) -> LazyMemory | None:
     """Return the memory that stands where the new one goes, unless it is to be replaced."""
+    from teamsight.files import check_place
     from teamsight.policies.lazy_memory import LazyMemory
 
     if settings.out.is_dir():
         raise ValueError(f"out={settings.out}: is a folder; give a file, such as {settings.out / 'pairs.safetensors'}")
-    if settings.force or not settings.out.exists():
+    if not check_place(settings.out) or settings.force:
         return None
     try:
         return LazyMemory.load(settings.out)

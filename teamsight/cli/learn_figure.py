@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.learn_settings import FigureSettings
-from teamsight.cli.replacing import check_replaced
 from teamsight.cli.show import interval, plural, say, watching
 
 if TYPE_CHECKING:
@@ -39,19 +38,20 @@ def execute(**given: Any) -> None:
     check_lesson(curves.learners, curves.reward, curves.k, min(curves.samples))
     folder = store.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
-    for name in (*_FILES, _PICTURE):
-        # The picture tells no settings; they are those of the tables beside it.
-        told = folder / _FILES[0] if name == _PICTURE and (folder / _FILES[0]).exists() else folder / name
-        check_replaced(told, about, settings.force)
+    for name in _FILES:
+        store.check_replaceable(folder / name, about, force=settings.force)
+    # The picture tells no settings; they are those of the tables beside it.
+    store.check_replaceable(folder / _PICTURE, force=settings.force)
     parts = folder / "learning-curves.parts"
+    store.check_folder(parts)
     began = time.perf_counter()
     with when_stopped(lambda: _kept(curves, parts)):
         with watching() as watch, Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew:
             table = make_curves(curves, crew, folder=parts, progress=lambda done, total: watch("learning", done, total))
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
-            store.write_table(folder / name, found, about | {"version": __version__})
-        store.write_bytes(folder / _PICTURE, draw(points, table, curves))
+            store.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
+        store.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
     forget_lectures(curves, parts)
     _show_gains(gains[gains["pairs"] == max(curves.samples)])
     say(f"learning curves in {folder} after {time.perf_counter() - began:.0f} s")

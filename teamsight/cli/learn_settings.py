@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from pydantic import ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from teamsight import checks
-from teamsight.cli.settings import RingSettings, Settings, real, whole
+from teamsight.cli import limits
+from teamsight.cli.paths import FilePath, FolderPath
+from teamsight.cli.settings import RingSettings, Settings, lengths, number_in, processes, seeds, whole
+
+# Numbers of samples of one figure.
+_MOST_SAMPLES = 100
+# Steps of a world that is explored for learning curves, as in the paper.
+_EXPLORED_STEPS = 120
 
 
 def _among(field: str, registry: str) -> Any:
@@ -34,8 +40,8 @@ def _share(*fields: str) -> Any:
         try:
             return checks.number(str(info.field_name), float(value), least=0, most=1)
         except ValueError as error:
-            told = str(error) if "must be" in str(error) else f"{info.field_name}={value!r}: must be a number"
-            raise ValueError(told) from None
+            told = f"{info.field_name}={checks.shown(value)}: must be a number"
+            raise ValueError(str(error) if "must be" in str(error) else told) from None
 
     return field_validator(*fields, mode="before")(check)
 
@@ -43,7 +49,7 @@ def _share(*fields: str) -> Any:
 class ExploreSettings(RingSettings):
     """Settings of ``teamsight learn explore``."""
 
-    out: Path
+    out: FilePath
     robots: int
     targets: int
     radius: float
@@ -54,13 +60,16 @@ class ExploreSettings(RingSettings):
     robot_speed: float
     seed: int
     workers: int
-    merge: tuple[Path, ...]
+    merge: tuple[FilePath, ...]
     append: bool
     force: bool
 
-    _counts = whole("robots", "targets", "steps", "runs", "workers")
-    _lengths = real("radius", "robot_speed")
-    _seed = whole("seed", least=0)
+    _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _runs = whole("runs", most=limits.MOST_RUNS)
+    _workers = processes("workers")
+    _lengths = lengths("radius", "robot_speed")
+    _seed = seeds("seed")
 
     @field_validator("distance")
     @classmethod
@@ -81,11 +90,19 @@ class ExploreSettings(RingSettings):
 
         return checks.choice("policy", name, POLICIES)
 
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        limits.check_work(self.robots, self.targets, self.steps, self.runs)
+        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, self.awareness == "shared")
+        added = limits.added_inputs(self.awareness, self.delta, self.robots)
+        limits.check_pairs(self.robots, self.steps, self.runs, added)
+        return self
+
 
 class EvaluateSettings(Settings):
     """Settings of ``teamsight learn evaluate``."""
 
-    memory: Path
+    memory: FilePath
     learner: str
     reward: str
     k: int | None
@@ -98,21 +115,32 @@ class EvaluateSettings(Settings):
     seed: int
     workers: int
     sample: int | None
-    save: Path | None
+    save: FilePath | None
     force: bool
 
-    _counts = whole("k", "sample", "robots", "targets", "runs", "steps", "workers")
-    _lengths = real("radius")
+    _counts = whole("k", "sample")
+    _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _runs = whole("runs", most=limits.MOST_RUNS)
+    _workers = processes("workers")
+    _lengths = lengths("radius")
     _gamma = _share("gamma")
-    _seed = whole("seed", least=0)
+    _seed = seeds("seed")
     _learner = _among("learner", "LEARNERS")
     _reward = _among("reward", "REWARDS")
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        robots = self.robots or 1
+        limits.check_work(robots, self.targets, self.steps, self.runs)
+        limits.check_sightings(robots, self.targets, self.radius, 1.0)
+        return self
 
 
 class FigureSettings(Settings):
     """Settings of ``teamsight learn figure``."""
 
-    out: Path
+    out: FolderPath
     learners: tuple[str, ...]
     samples: tuple[int, ...] | None
     memories: int | None
@@ -129,10 +157,14 @@ class FigureSettings(Settings):
     quick: bool
     force: bool
 
-    _counts = whole("memories", "worlds", "k", "robots", "targets", "steps", "workers")
-    _lengths = real("radius")
+    _k = whole("k")
+    _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _runs = whole("memories", "worlds", most=limits.MOST_RUNS)
+    _workers = processes("workers")
+    _lengths = lengths("radius")
     _gamma = _share("gamma")
-    _seed = whole("seed", least=0)
+    _seed = seeds("seed")
     _learners = _among("learners", "LEARNERS")
     _reward = _among("reward", "REWARDS")
 
@@ -141,8 +173,24 @@ class FigureSettings(Settings):
     def _numbers(cls, value: Any) -> Any:
         if value is None:
             return None
-        try:
-            return tuple(sorted({checks.count("samples", int(number)) for number in str(value).split(",")}))
-        except ValueError as error:
-            told = str(error) if "must be" in str(error) else f"samples={value!r}: must be whole numbers, as in 150,600"
-            raise ValueError(told) from None
+        found = set()
+        for text in str(value).split(","):
+            try:
+                found.add(checks.count("samples", number_in(text)))
+            except TypeError:
+                told = f"samples={checks.shown(value)}: must be whole numbers, as in 150,600"
+                raise ValueError(told) from None
+        if len(found) > _MOST_SAMPLES:
+            raise ValueError(f"samples: are {len(found)} numbers, at most {_MOST_SAMPLES}; leave some out")
+        return tuple(sorted(found))
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        memories, worlds, samples = self.memories or 10, self.worlds or 4, self.samples or (38400,)
+        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, shared=True)
+        explored = -(-max(samples) // (self.robots * _EXPLORED_STEPS))
+        limits.check_pairs(self.robots, _EXPLORED_STEPS, explored, limits.added_inputs("shared", None, self.robots))
+        tests = float(memories) * worlds * (4 * len(self.learners) * len(samples) + 2)
+        limits.check_rows(tests, f"memories={memories}, worlds={worlds}, {len(samples)} samples")
+        limits.check_work(self.robots, self.targets, self.steps, int(tests))
+        return self

@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 import click
 
 from teamsight import __version__
+from teamsight.cli.errors import one_line
 from teamsight.cli.learn_commands import learn
 from teamsight.cli.options import Commands, text
 
@@ -55,6 +56,7 @@ commands.add_command(learn)
 @text("--seed", default=2000, metavar="INTEGER", help="Seed of everything.")
 @text("--preset", default="touzet2000", metavar="NAME", help="Setting to draw; 'defaults' draws the default setting.")
 @click.option("--quick", is_flag=True, help="A coarse grid of team sizes and radii.")
+@click.option("--force", is_flag=True, help="Replace files in FOLDER that teamsight did not write.")
 def reproduce(**given: Any) -> None:
     """Draw the paper's figures and check its claims.
 
@@ -90,6 +92,7 @@ def reproduce(**given: Any) -> None:
 @text("--window", metavar="NUMBER", help="Length of a stretch of the record for which the risk is stated.")
 @click.option("--sort", is_flag=True, default=None, help="Sort recorded positions whose times go back.")
 @text("--out", metavar="FOLDER", help="Write tables, report and picture there.")
+@click.option("--force", is_flag=True, default=None, help="Replace what stands there, whatever it is.")
 def delta(**given: Any) -> None:
     """Choose δ: how many neighbours must a robot be ready for?
 
@@ -122,6 +125,7 @@ def delta(**given: Any) -> None:
 @text("--seed", default=0, metavar="INTEGER", help="Seed of the world.")
 @text("--preset", metavar="NAME", help="What calibration found for what the paper leaves open: touzet2000.")
 @text("--save", metavar="FILE", help="Write the history, one row a step, as Parquet.")
+@click.option("--force", is_flag=True, help="Replace what stands there, whatever it is.")
 def run(**given: Any) -> None:
     """Run one world and tell how much its team observes.
 
@@ -163,5 +167,5 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 def _leave(messages: Sequence[str], status: int) -> NoReturn:
     for message in messages:
-        click.echo(f"teamsight: {message}", err=True)
+        click.echo(f"teamsight: {one_line(message)}", err=True)
     sys.exit(status)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.settings import LEDGER, ReproduceSettings
-from teamsight.cli.show import show_ledger, watching, wide_console
+from teamsight.cli.show import say, show_ledger, watching
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,26 +20,25 @@ def execute(**given: Any) -> None:
     settings = ReproduceSettings(**given)
     from teamsight.analysis.crew import Crew, cores
     from teamsight.analysis.execute import IMPORTS
-    from teamsight.analysis.reproduce import reproduce
+    from teamsight.analysis.reproduce import check_results, reproduce
     from teamsight.analysis.store import prepare_folder
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
+    check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
     with (
         when_stopped(lambda: _kept(folder)),
         watching() as watch,
         Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew,
     ):
-        ledger = reproduce(plan, folder, crew, watch)
+        ledger = reproduce(plan, folder, crew, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
     for line in lines_of(plan, folder):
-        wide_console().print(line, highlight=False, soft_wrap=True)
+        say(line)
     made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
-    wide_console().print(
-        f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s", highlight=False, soft_wrap=True
-    )
+    say(f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s")
 
 
 def lines_of(plan: Plan, folder: Path) -> list[str]:

@@ -6,7 +6,7 @@ import time
 from typing import Any
 
 from teamsight.cli.settings import RunSettings
-from teamsight.cli.show import watching, wide_console
+from teamsight.cli.show import say, watching, wide_console
 
 # Stretches in which a long run reports its progress.
 _STRETCHES = 50
@@ -21,10 +21,12 @@ def execute(**given: Any) -> None:
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis import store
 
-    if settings.save:
-        store.prepare_folder(settings.save.parent)
-    world = settings.model_dump(exclude={"steps", "seed", "save"}, exclude_none=True)
+    world = settings.model_dump(exclude={"steps", "seed", "save", "force"}, exclude_none=True)
+    about = world | {"steps": settings.steps, "seed": settings.seed}
     model = CMOMMT(**world, rng=settings.seed)
+    if settings.save:
+        store.check_replaceable(settings.save, about, force=settings.force)
+        store.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with watching() as watch:
         stretch = -(-settings.steps // _STRETCHES)
@@ -39,9 +41,8 @@ def execute(**given: Any) -> None:
     table.add_row("neighbours of a robot, mean", f"{history['mean_neighbours'].mean():.2f}")
     table.add_row("neighbours of a robot, largest", f"{model.max_neighbours}")
     table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
-    console = wide_console()
-    console.print(table, highlight=False)
+    wide_console().print(table, highlight=False)
     if settings.save:
-        about = world | {"steps": settings.steps, "seed": settings.seed, "version": __version__}
-        store.write_table(settings.save, history.reset_index(), about)
-        console.print(f"history in {settings.save}", highlight=False, soft_wrap=True)
+        told = about | {"version": __version__}
+        store.write_table(settings.save, history.reset_index(), told, force=settings.force)
+        say(f"history in {settings.save}")

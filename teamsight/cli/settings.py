@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
 from teamsight import checks
+from teamsight.cli import limits
+from teamsight.cli.paths import FilePath, FolderPath
 
 LEDGER = "ledger"
 
 # Sectors of a ring: finer than a degree of arc is no use, and costs memory for every pair.
 _MOST_SECTORS = 360
+_LONGEST_NUMBER = 500
 
 
-def _number_in(value: Any) -> Any:
+def number_in(value: Any) -> Any:
     """Return the number that a text spells, or the text itself for the check to refuse."""
-    if not isinstance(value, str):
+    # Longer ones are no number of anything, and Python would take long, or refuse, to read them.
+    if not isinstance(value, str) or len(value) > _LONGEST_NUMBER:
         return value
     for kind in (int, float):
         try:
@@ -40,21 +43,45 @@ def whole(*fields: str, least: int = 1, most: int | None = None) -> Any:
         if value is None:
             return None
         try:
-            return checks.count(str(info.field_name), _number_in(value), least=least, most=most)
+            return checks.count(str(info.field_name), number_in(value), least=least, most=most)
         except TypeError as error:
             raise ValueError(str(error)) from None
 
     return field_validator(*fields, mode="before")(check)
 
 
-def real(*fields: str, above: float = 0.0, most: float | None = None) -> Any:
-    """Return a validator of finite numbers above `above`; None stays None."""
+def seeds(*fields: str) -> Any:
+    """Return a validator of seeds."""
+    return whole(*fields, least=0, most=checks.MOST_SEED)
+
+
+def processes(*fields: str) -> Any:
+    """Return a validator of numbers of processes."""
+    return whole(*fields, most=limits.MOST_WORKERS)
+
+
+def lengths(*fields: str) -> Any:
+    """Return a validator of lengths and speeds in the unit of the model; None stays None."""
 
     def check(value: Any, info: ValidationInfo) -> float | None:
         if value is None:
             return None
         try:
-            return checks.number(str(info.field_name), _number_in(value), above=above, most=most)
+            return checks.length(str(info.field_name), number_in(value))
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+    return field_validator(*fields, mode="before")(check)
+
+
+def real(*fields: str, least: float, most: float) -> Any:
+    """Return a validator of finite numbers of at least `least` and at most `most`; None stays None."""
+
+    def check(value: Any, info: ValidationInfo) -> float | None:
+        if value is None:
+            return None
+        try:
+            return checks.number(str(info.field_name), number_in(value), least=least, most=most)
         except TypeError as error:
             raise ValueError(str(error)) from None
 
@@ -73,8 +100,8 @@ class RingSettings(Settings):
     def _ring_alone(self) -> Self:
         if self.delta is not None and self.awareness != "ring":
             raise ValueError(
-                f"delta={self.delta}: is for awareness 'ring', and this is {self.awareness!r}; leave it out, or give "
-                "--awareness ring"
+                f"delta={self.delta}: is for awareness 'ring', and this is {checks.shown(self.awareness)}; leave it "
+                "out, or give --awareness ring"
             )
         return self
 
@@ -83,16 +110,19 @@ class ReproduceSettings(Settings):
     """Settings of ``teamsight reproduce``."""
 
     figures: tuple[str, ...]
-    out: Path
+    out: FolderPath
     runs: int
     steps: int
     workers: int | None
     seed: int
     preset: str
     quick: bool
+    force: bool
 
-    _counts = whole("runs", "steps", "workers")
-    _seed = whole("seed", least=0)
+    _runs = whole("runs", most=limits.MOST_CELL_RUNS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _workers = processes("workers")
+    _seed = seeds("seed")
 
     @field_validator("figures")
     @classmethod
@@ -121,11 +151,20 @@ class RunSettings(RingSettings):
     steps: int
     seed: int
     preset: str | None
-    save: Path | None
+    save: FilePath | None
+    force: bool
 
-    _counts = whole("robots", "targets", "steps")
-    _lengths = real("radius", "awareness_range")
-    _seed = whole("seed", least=0)
+    _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _lengths = lengths("radius", "awareness_range")
+    _seed = seeds("seed")
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        limits.check_work(self.robots, self.targets, self.steps)
+        shared = self.awareness == "shared"
+        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range, shared)
+        return self
 
 
 class SimulatedDeltaSettings(Settings):
@@ -141,26 +180,38 @@ class SimulatedDeltaSettings(Settings):
     runs: int | None = None
     steps: int = 600
     seed: int = 0
-    out: Path | None = None
+    out: FolderPath | None = None
+    force: bool = False
 
-    _counts = whole("robots", "targets", "runs", "steps")
-    _lengths = real("radius", "awareness_range")
-    _risk = real("risk", most=1.0)
-    _seed = whole("seed", least=0)
+    _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
+    _runs = whole("runs", most=limits.MOST_RUNS)
+    _steps = whole("steps", most=limits.MOST_STEPS)
+    _lengths = lengths("radius", "awareness_range")
+    _risk = real("risk", least=limits.LEAST_RISK, most=1.0)
+    _seed = seeds("seed")
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        runs = limits.runs_within(self.risk, self.runs)
+        limits.check_work(self.robots, self.targets, self.steps, runs)
+        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range)
+        return self
 
 
 class TracksDeltaSettings(Settings):
     """Settings of ``teamsight delta`` for recorded positions."""
 
-    tracks: Path
+    tracks: FilePath
     awareness_range: float
     window: float | None = None
     sort: bool = False
     risk: float = 0.01
-    out: Path | None = None
+    out: FolderPath | None = None
+    force: bool = False
 
-    _lengths = real("awareness_range", "window")
-    _risk = real("risk", most=1.0)
+    # In the units of the record, of which anything may be one.
+    _lengths = real("awareness_range", "window", least=1e-15, most=1e18)
+    _risk = real("risk", least=limits.LEAST_RISK, most=1.0)
 
     @model_validator(mode="before")
     @classmethod

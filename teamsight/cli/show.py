@@ -19,6 +19,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from teamsight.cli.errors import printable
+
 if TYPE_CHECKING:
     from teamsight.analysis.claims import Ledger
 
@@ -38,7 +40,7 @@ class Watch:
 
     def tell(self, line: str) -> None:
         """Show a line."""
-        self._progress.console.print(line, highlight=False)
+        self._progress.console.print(line, highlight=False, markup=False)
 
 
 @contextlib.contextmanager
@@ -71,7 +73,7 @@ def interval(middle: float, low: float, high: float, how: str) -> str:
 
 def say(line: str) -> None:
     """Print a line as it is, never folded."""
-    wide_console().print(line, highlight=False, soft_wrap=True, markup=False)
+    wide_console().print(printable(line), highlight=False, soft_wrap=True, markup=False)
 
 
 def show_ledger(ledger: Ledger) -> None:

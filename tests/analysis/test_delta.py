@@ -103,7 +103,8 @@ def test_saved_files_are_what_the_report_holds(report: DeltaReport, tmp_path: Pa
     saved = pd.read_parquet(tmp_path / "new" / "delta_exceedance.parquet")
     pd.testing.assert_frame_equal(saved, report.exceedance)
     assert saved.attrs["risk"] == 0.05
-    assert (tmp_path / "new" / "delta.md").read_text() == report.to_markdown()
+    mark, _, page = (tmp_path / "new" / "delta.md").read_text().partition("\n")
+    assert (mark.startswith("<!-- written by teamsight"), page) == (True, report.to_markdown())
     assert (tmp_path / "new" / "delta_exceedance.png").read_bytes().startswith(b"\x89PNG")
 
 

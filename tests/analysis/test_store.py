@@ -35,7 +35,7 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
 ) -> None:
     def write_half() -> None:
         with store.complete(tmp_path / "result.md") as draft:
-            draft.write_text("half")
+            draft.write(b"half")
             raise trouble
 
     store.write_text(tmp_path / "result.md", "old")

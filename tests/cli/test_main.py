@@ -67,7 +67,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
             ["run", "--radius", "-2", "--awareness-range", "inf"],
             ["radius=-2.0: must be", "awareness_range=inf: must be"],
         ),
-        (["delta", "--risk", "2"], ["risk=2.0: must be a finite number, above 0 and at most 1"]),
+        (["delta", "--risk", "2"], ["risk=2.0: must be a finite number, at least 1e-09 and at most 1"]),
         (["delta", "--window", "5"], ["window=5: is for recorded positions; give --tracks too, or leave it out"]),
         (["delta", "--tracks", "t.csv", "--robots", "5"], ["robots=5: is told by the tracks; leave it out"]),
         (["delta", "--tracks", "t.csv"], ["awareness_range: missing; give --awareness-range"]),

@@ -100,7 +100,7 @@ def wait_for_workers(group: int, workers: int) -> None:
 
 
 def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "teamsight", "reproduce", "--steps", "1000000", "--out", str(tmp_path)]
+    command = [sys.executable, "-m", "teamsight", "reproduce", "--steps", "10000000", "--out", str(tmp_path)]
     with subprocess.Popen(
         [*command, "--preset", "defaults", "--workers", "2"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env=dict(os.environ, PYTHONPATH=str(ROOT)), start_new_session=True, preexec_fn=hear_ctrl_c,
