@@ -74,6 +74,9 @@ def teammates(groups: list[Group]) -> Teammates:
 def proximity(groups: list[Group]) -> ProximityGraph:
     """Return who of `teammates` is within whose awareness range; edges join agents of one team only."""
     teams = on_teams(groups)
+    if len(teams) == 1:
+        graph = teams[0].relations["mates"].graph
+        return ProximityGraph(graph.start.copy(), graph.index.copy(), graph.offset.copy(), graph.distance.copy())
     first, row = {}, 0
     for group in teams:
         first[group.number] = row

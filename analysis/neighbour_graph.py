@@ -182,7 +182,7 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
     Parameters
     ----------
     model : World
-        All agents that are on a team count, whatever their group; agents of different teams are no neighbours.
+        All agents on a team count, whatever their group; those of different teams are no neighbours.
     steps : int
         How far to advance it.
     every : int
@@ -210,10 +210,13 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
 
     def graphs() -> Iterator[tuple[float, ProximityGraph]]:
         yield model.tick, model.proximity
-        end = model.tick + steps
-        while model.tick < end and model.running:
-            model.run(min(every, end - model.tick))
-            yield model.tick, model.proximity
+        seen, end = model.tick, model.tick + steps
+        while seen < end:
+            model.run(min(every, end - seen))
+            if model.tick == seen:  # it has stopped running
+                return
+            seen = model.tick
+            yield seen, model.proximity
 
     return table(graphs(), cliques=cliques)
 
@@ -280,10 +283,8 @@ def over_trajectory(
     if "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
         names = ", ".join(map(str, several))
         cure = f"trajectory[trajectory.group == {several[0]!r}]"
-        raise ValueError(
-            f"the trajectory holds the groups {names}: select one, as in {cure}; drop the column group from the rows "
-            "of groups that are one team"
-        )
+        one_team = "; of groups that are one team, drop the column group"
+        raise ValueError(f"the trajectory holds the groups {names}: select one, as in {cure}{one_team}")
     keys = ["run", "time"] if "run" in trajectory else ["time"]
     frames = [(key, rows[["x", "y"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
     graphs = ((key[-1], proximity_graph(position, None, awareness_range, arena)) for key, position in frames)
