@@ -44,7 +44,7 @@ _ARRAYS = [
     Named("scene.awareness_range", (_ROBOT,)),
     Named("scene.place", (_SIGHTING,)),
     Named("scene.team", (Axis("groups", "find a robot's group by its place"), Axis("columns", "see Scene.team"))),
-    Named("parameters", (Axis("numbers", "add what it needs to `parameters`"),)),
+    Named("parameters", (Axis("parameters", "add what it needs to `parameters`"),)),
     Named("situation", (_ROBOT, Axis("inputs", "width(team_size) says how many there are"))),
 ]  # fmt: skip
 
@@ -110,8 +110,8 @@ def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plai
     if rule not in _ENTRIES:
         # Mistakes are named by the kernel as worlds run it.
         plain.address  # noqa: B018
-        made = machine_code(specialise(template, f"{awareness.name}-guarded", **{f"{name}_kernel": guarded(rule)}))
-        _ENTRIES[rule] = made or plain
+        made = specialise(template, f"{awareness.name}-guarded", **{f"{name}_kernel": guarded(rule)})
+        _ENTRIES[rule] = machine_code(type(awareness).__name__, name, made) or plain
     return _ENTRIES[rule]
 
 

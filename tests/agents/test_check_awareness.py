@@ -241,7 +241,7 @@ WRONG = [
     ({"situate": _not_finite}, r"situate, of robot 0 in a team of 1, writes nan to input 1; readings must be finite"),
     ({"situate": _adds_up}, r"situate, .* writes 1 or 1\.5 to input 0, by what stood there before; write before you read"),
     ({"situate": _too_far_in_the_team}, r".*: situate uses index \d+ of an array of its own, whose number of elements is \d+; stay"),
-    ({"situate": _third_parameter}, r".*: situate uses index 0 of parameters, whose number of numbers is 0; add .*`parameters`"),
+    ({"situate": _third_parameter}, r".*: situate uses index 0 of parameters, whose number of parameters is 0; add .*`parameters`"),
     ({"width": lambda self, n: Width(1, 2)}, r"situate, of robot 0 in a team of 1, leaves input 2 of 3 unwritten; .*mend width\(1\)"),
     ({"width": lambda self, n: Width(1, 0)}, r".*: situate uses index 1 of situation, whose number of inputs is 1; width\(team_size\)"),
     ({"width": lambda self, n: 2}, r"width\(1\)=2: must be Width\(own, added\), whole numbers of at least 0"),
