@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -43,7 +42,7 @@ _ARRAYS = [
     Named("percept.sensing_range", (_ROBOT,)),
     Named("percept.awareness_range", (_ROBOT,)),
     Named("percept.situation", (_ROBOT, Axis("inputs", "declare as many as it needs as `inputs`"))),
-    Named("mind.parameters", (Axis("numbers", "add what it needs to `parameters`"),)),
+    Named("mind.parameters", (Axis("parameters", "add what it needs to `parameters`"),)),
     Named("mind.knowledge", (Axis("rows", _TABLE), Axis("columns", _TABLE))),
     Named("mind.memory.real", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
     Named("mind.memory.whole", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
@@ -108,16 +107,11 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 def _entry(policy: CompiledPolicy) -> Entry | None:
     kernel = type(policy).kernel
     if kernel not in _ENTRIES:
-        # Mistakes are named by the kernel as worlds run it; what is left can only be due to the guard.
+        # Mistakes are named by the kernel as worlds run it.
         policy.entry().address  # noqa: B018
-        name = f"{type(policy).__name__.lower()}-guarded"
-        _ENTRIES[kernel] = machine_code(specialise(_decide, name, decision_kernel=guarded(kernel)))
-        if _ENTRIES[kernel] is None:
-            warnings.warn(
-                f"{type(policy).__name__}: its accesses to memory are not checked, since guarded arrays cannot do what "
-                "its kernel does with arrays; index them one element at a time",
-                stacklevel=2,
-            )
+        name = type(policy).__name__
+        made = specialise(_decide, f"{name.lower()}-guarded", decision_kernel=guarded(kernel))
+        _ENTRIES[kernel] = machine_code(name, "its kernel", made)
     return _ENTRIES[kernel]
 
 

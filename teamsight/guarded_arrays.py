@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -73,10 +74,28 @@ def _account(access: Access, arrays: Sequence[Named]) -> str:
     return f"uses index {access.at} of {named.name}, whose number of {what} is {access.size}; {cure}"
 
 
-def machine_code(entry: Entry) -> Entry | None:
-    """Return an entry once it is compiled, or None where guarded arrays cannot do what the kernel does with its own."""
+def machine_code(owner: str, kernel: str, entry: Entry) -> Entry | None:
+    """Return the entry of a guarded kernel once it is compiled.
+
+    Parameters
+    ----------
+    owner, kernel : str
+        Whose kernel it is and what it is called, for the warning.
+    entry : Entry
+        The entry. That of the kernel itself has been compiled before, so what fails is due to the guard.
+
+    Returns
+    -------
+    Entry or None
+        None, and a warning, where guarded arrays cannot do what the kernel does with its own.
+    """
     try:
         entry.address  # noqa: B018
-    except TypeError:
+    except TypeError as error:
+        warnings.warn(
+            f"{owner}: the accesses of {kernel} to memory are not checked, since guarded arrays cannot do what it does "
+            f"with arrays ({error}); take their elements one by one",
+            stacklevel=2,
+        )
         return None
     return entry

@@ -24,7 +24,7 @@ _DIRECTIONS = 24
 _HALVINGS = 60
 _WALKERS, _WALK = 64, 300
 
-_ARRAYS = [Named("", ()), Named("size", (Axis("numbers", "`size` returns two numbers"),))]
+_ARRAYS = [Named("", ()), Named("size", (Axis("elements", "`size` returns two numbers"),))]
 
 
 def _confine_all(address: int) -> int:
@@ -164,7 +164,8 @@ def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.fl
     if rule not in _ENTRIES:
         # Mistakes are named by the kernel as worlds run it.
         advance_entry(arena).address  # noqa: B018
-        _ENTRIES[rule] = machine_code(specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule)))
+        made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule))
+        _ENTRIES[rule] = machine_code(name, "confine", made)
     entry = _ENTRIES[rule] or specialise(_confine_all, name.lower(), confine=rule)
     size, reached = np.array(arena.size, float), np.full((len(given), 4), np.nan)
     record = np.zeros(1, STEPS)

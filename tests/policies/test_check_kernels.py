@@ -15,6 +15,7 @@ import pytest
 
 import teamsight
 from teamsight.kernel import kernel
+from teamsight.kernel_guard import watched
 from teamsight.policies import (
     ACmommt,
     CompiledPolicy,
@@ -44,7 +45,7 @@ REFUSED = {
     "undeclared_draw": r"index 1 of noise, whose number of draws is 1; declare .* `draws`",
     "noise_of_nobody": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
     "noise_as_a_whole": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
-    "undeclared_parameter": r"index 2 of mind\.parameters, whose number of numbers is 2; add .* `parameters`",
+    "undeclared_parameter": r"index 2 of mind\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
     "sighting_beyond": r"index \d+ of percept\.targets\.offset, whose number of sightings is \d+; .*start\[i \+ 1\]",
@@ -146,3 +147,70 @@ def test_decisions_outside_of_a_check_are_not_tried_twice() -> None:
     with pytest.raises(ValueError, match="draws"):
         check_policy(Hides(0.5))
     assert compiled_policies.before_decision is None
+
+
+def test_a_kernel_that_cannot_be_guarded_is_checked_otherwise_and_said_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(kernel: Any) -> Any:
+        return lambda: None
+
+    @kernel
+    def stays(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+        action.heading[:] = 0.0
+        action.distance[:] = 0.0
+
+    monkeypatch.setattr("teamsight.policies.guarded_decision.guarded", refuse)
+    policy = type("Stays", (CompiledPolicy,), {"kernel": stays, "parameters": ()})()
+    with pytest.warns(UserWarning, match=r"Stays: the accesses of its kernel to memory are not checked.*one by one"):
+        check_policy(policy)
+
+
+MODULE = """
+from teamsight.kernel import kernel
+from teamsight.kernel_guard import watched
+from teamsight.policies import CompiledPolicy, check_policy
+{comment}
+@kernel
+def rule(percept, mind, noise, action):
+    action.distance[percept.heading.shape[0]] = 0.0
+
+class Rule(CompiledPolicy):
+    kernel = rule
+    parameters = ()
+
+try:
+    check_policy(Rule())
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_the_line_is_that_of_the_source_also_after_the_cache(tmp_path: Path) -> None:
+    environment = dict(os.environ, PYTHONPATH=str(ROOT), TEAMSIGHT_CACHE_DIR=str(tmp_path / "cache"))
+    said = []
+    for comment in ("", "", "# one\n# more"):
+        (tmp_path / "rule.py").write_text(MODULE.format(comment=comment))
+        done = subprocess.run(
+            [sys.executable, "rule.py"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300
+        )
+        assert done.returncode == 0, done.stderr
+        said.append((re.findall(r"rule\.py:(\d+): ", done.stdout), "compiling" in done.stderr))
+    # The second process finds what the first has compiled; the third has another, one line below.
+    assert [places for places, _ in said] == [["8"], ["8"], ["9"]]
+    assert [compiled for _, compiled in said] == [True, False, True]
+
+
+def test_exceptions_ignored_elsewhere_are_still_reported() -> None:
+    class Fails:
+        def __del__(self) -> None:
+            raise RuntimeError("in __del__")
+
+    reports: list[Any] = []
+    hook, sys.unraisablehook = sys.unraisablehook, reports.append
+    try:
+        with watched() as watch:
+            Fails()
+        assert sys.unraisablehook == reports.append
+    finally:
+        sys.unraisablehook = hook
+    assert len(reports) == 1
+    assert not watch.raised

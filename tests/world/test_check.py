@@ -17,7 +17,9 @@ from teamsight.world import Arena, Box, Disc, Torus, check_arena
 @pytest.mark.short
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
-    "arena", [Disc(2.0), Box(3.0, 4.0), Torus(3.0, 4.0), Disc(1e-6), Disc(5.43e7), Box(1e5, 1.0), Torus(0.1, 30.0)], ids=str
+    "arena",
+    [Disc(2.0), Box(3.0, 4.0), Torus(3.0, 4.0), Disc(1e-6), Disc(5.43e7), Box(1e5, 1.0), Torus(0.1, 30.0)],
+    ids=str,
 )
 def test_every_arena_that_ships_keeps_the_contract(arena: Arena, seed: int) -> None:
     check_arena(arena, seed=seed)
@@ -167,7 +169,7 @@ WRONG = [
     ({"confine": _shrinks}, r"whose heading is no unit vector; turn it"),
     ({"confine": _lost}, r"confine\(.*\) returns \(nan, nan, .*\), which is not finite; return four finite numbers"),
     ({"confine": _sticks}, r"although no wall is near; add the step to the place and keep the heading"),
-    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of numbers is 2; `size` returns two"),
+    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; `size` returns two"),
     ({"size": lambda self: (1.0, math.nan)}, r"size=\(1\.0, nan\): must be two finite numbers"),
     ({"size": lambda self: 2.0}, r"size=2\.0: must be two numbers, such as"),
     ({"bounds": lambda self: (np.ones(2), -np.ones(2))}, r"bounds=\[1\.0, 1\.0\], \[-1\.0, -1\.0\]: the second, upper right corner must lie beyond"),
@@ -190,7 +192,9 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("members", "message"), WRONG, ids=[f"{n}-{'-'.join(case[0])}" for n, case in enumerate(WRONG)])
+@pytest.mark.parametrize(
+    ("members", "message"), WRONG, ids=[f"{n}-{'-'.join(case[0])}" for n, case in enumerate(WRONG)]
+)
 def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError)) as told:
         check_arena(changed(**members))
@@ -217,7 +221,9 @@ def test_a_place_found_by_the_check_is_one_that_leaks() -> None:
 
 
 def test_a_confine_that_cannot_be_compiled_is_named_with_its_line() -> None:
-    with pytest.raises(TypeError, match=r"test_check\.py:\d+: name 'headng_y' is not defined; did you mean 'heading_y'"):
+    with pytest.raises(
+        TypeError, match=r"test_check\.py:\d+: name 'headng_y' is not defined; did you mean 'heading_y'"
+    ):
         check_arena(changed(confine=_typo))
     with pytest.raises(TypeError, match=r"test_check\.py:\d+: .*") as told:
         check_arena(changed(confine=_three))
