@@ -11,12 +11,22 @@ import importlib
 import multiprocessing
 import os
 import signal
+import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar
+
+from teamsight import cache_folder, checks
+
+# Longest message of an error, in characters; a terminal shows it in two or three lines.
+_LONGEST = 280
+# `multiprocessing.connection.wait` takes no more there.
+_MOST_ON_WINDOWS = 60
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -38,6 +48,29 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+def check_workers(workers: int) -> int:
+    """Return the number of workers if this machine can run as many.
+
+    Raises
+    ------
+    TypeError
+        If it is not a whole number.
+    ValueError
+        If it is less than 1, or more than four for each core; eight are allowed everywhere.
+    """
+    count = checks.count("workers", workers)
+    most = max(4 * cores(), 8)
+    if sys.platform == "win32":
+        most = min(most, _MOST_ON_WINDOWS)
+    if count > most:
+        shown = count if count < 10**12 else "more than 10^12"
+        raise ValueError(
+            f"workers={shown}: must be at most {most} on this machine, and more than its cores make nothing faster; "
+            f"give {cores()}, or leave it out"
+        )
+    return count
+
+
 _tell: Callable[[str], None] = print
 
 
@@ -52,7 +85,7 @@ class Crew:
     Parameters
     ----------
     workers : int
-        Number of processes; 1 works in this process.
+        Number of processes, at most what `check_workers` allows; 1 works in this process.
     imports : sequence of str
         Modules that each worker imports while it waits for its first job.
     told : callable
@@ -62,14 +95,17 @@ class Crew:
     def __init__(
         self, workers: int, imports: Sequence[str] = (), told: Callable[[str], None] = lambda text: None
     ) -> None:
+        check_workers(workers)
         self._told = told
         context = multiprocessing.get_context("spawn")
         self._workers: list[_Worker] = []
+        # Chosen once, so that what is said about it is said once, and all use the same folder.
+        folder = cache_folder.cache_folder() if workers > 1 else None
         # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them.
         with _interrupts_held():
             for _ in range(workers if workers > 1 else 0):
                 here, there = context.Pipe()
-                process = context.Process(target=_serve, args=(there, tuple(imports)), daemon=True)
+                process = context.Process(target=_serve, args=(there, tuple(imports), folder), daemon=True)
                 process.start()
                 there.close()
                 self._workers.append(_Worker(process, here))
@@ -120,9 +156,11 @@ class Crew:
         results: list[Any] = [None] * len(jobs)
         for index, kind, value in self._outcomes(function, jobs):
             if kind == "died":
-                raise JobError(f"a worker ended with exit code {value} in {describe(jobs[index])}")
+                cure = "; if memory ran out, use fewer workers" if value and value < 0 else ""
+                job = _shortened(describe(jobs[index]), _LONGEST - 100)
+                raise JobError(f"a worker ended with exit code {value} in {job}{cure}")
             if kind == "failed":
-                raise JobError(value)
+                raise JobError(_shortened(value, _LONGEST))
             results[index] = value
             keep(index, value)
             done(index)
@@ -163,8 +201,17 @@ def _attempt(function: Callable[[T], R], job: T) -> tuple[str, Any]:
         return "failed", str(error) or type(error).__name__
 
 
-def _serve(pipe: Connection, imports: tuple[str, ...]) -> None:
+def _shortened(text: str, longest: int) -> str:
+    """Return a text on one line; the middle of a long one is left out, as errors begin and end with what matters."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest * 2 // 3]} … {line[-(longest // 3) + 3 :]}"
+
+
+def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if folder:
+        os.environ[cache_folder.VARIABLE] = str(folder)
     for name in imports:
         # One that fails will fail again within a job, where it can be reported.
         with contextlib.suppress(Exception):
@@ -172,6 +219,17 @@ def _serve(pipe: Connection, imports: tuple[str, ...]) -> None:
     with contextlib.suppress(EOFError, OSError), _telling(lambda text: pipe.send(("told", text))):
         while (message := pipe.recv()) is not None:
             pipe.send(_attempt(*message))
+
+
+def _end_with_parent() -> None:
+    """End this process as soon as its parent has ended, whatever it is doing.
+
+    A parent that is killed cannot end its workers, and a worker reads its pipe between two jobs only.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextlib.contextmanager

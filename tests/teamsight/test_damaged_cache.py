@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -166,21 +168,48 @@ def test_an_entry_that_cannot_be_saved_works(lab: Lab, monkeypatch: pytest.Monke
 COMMAND = ["run", "--robots", "2", "--targets", "2", "--radius", "2", "--steps", "3", "--policy", "stationary"]
 
 
+def start(cache: Path) -> subprocess.Popen[str]:
+    """Start a whole command."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "teamsight", *COMMAND],
+        cwd=ROOT, env=dict(os.environ, TEAMSIGHT_CACHE_DIR=str(cache)), text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        # A shell lets jobs in the background ignore Ctrl-C.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+
+
 def run(cache: Path) -> str:
     """Run a whole command; return what it observed."""
-    done = subprocess.run(
-        [sys.executable, "-m", "teamsight", *COMMAND],
-        cwd=ROOT, env=dict(os.environ, TEAMSIGHT_CACHE_DIR=str(cache)), capture_output=True, text=True, timeout=600,
-    )  # fmt: skip
-    assert (done.returncode, "Traceback" in done.stderr) == (0, False), done.stderr
-    return "".join(line for line in done.stdout.splitlines(keepends=True) if not line.startswith("time"))
+    process = start(cache)
+    out, err = process.communicate(timeout=600)
+    assert (process.returncode, "Traceback" in err) == (0, False), err
+    return "".join(line for line in out.splitlines(keepends=True) if not line.startswith("time"))
 
 
-def test_a_whole_command_runs_with_a_cache_in_which_files_are_damaged(tmp_path: Path) -> None:
+def kill(cache: Path, number: signal.Signals) -> None:
+    """Kill a whole command as soon as it has kept another entry, and so compiles the next."""
+    before = len(list(cache.glob("*")))
+    process = start(cache)
+    while process.poll() is None and len(list(cache.glob("*"))) <= before:
+        time.sleep(0.01)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=600)
+    assert (process.returncode, out) == (130 if number == signal.SIGINT else -number, ""), err
+    if number == signal.SIGINT:
+        announcement, farewell = err.split("\n", 1)
+        assert "compiling" in announcement
+        assert farewell.strip().startswith("teamsight: interrupted")
+        assert farewell.strip().count("\n") == 0
+
+
+def test_a_whole_command_goes_on_after_kills_and_with_damaged_files(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
+    for number in (signal.SIGKILL, signal.SIGINT):
+        kill(cache, number)
     right = run(cache)
     noise = random.Random(1)
-    files = sorted(cache.iterdir(), key=lambda file: file.stat().st_size)
+    files = sorted(cache.glob("*.kernel"), key=lambda file: file.stat().st_size)
     assert len(files) > 4
     # The smallest, since compiling all of them again would take as long as the first run.
     for number, file in enumerate(files[:4]):
