@@ -100,7 +100,8 @@ def command_line(noise: random.Random) -> list[str]:
     """Return the arguments of one command; most have a few options, of which most are valid."""
     if noise.random() < 0.03:
         return list(noise.choice(_WRONG))
-    command = noise.choice(list(OPTIONS))
+    # Drawing takes longest.
+    command = noise.choices(list(OPTIONS), [1 if "--learners" in options or "--quick" in BASE[c] else 3 for c, options in OPTIONS.items()])[0]
     line = [*command]
     if command in _ARGUMENTS:
         valid = noise.random() < 0.7

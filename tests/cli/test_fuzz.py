@@ -103,6 +103,8 @@ def test_random_command_lines(
 ) -> None:
     whole, folder = tmp_path / "whole", tmp_path / "work"
     kept = make_files(whole)
+    # Compiled kernels and fonts are where they were.
+    monkeypatch.setenv("XDG_CACHE_HOME", os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache"))
     monkeypatch.setenv("HOME", str(folder / "home"))
     monkeypatch.delenv("TEAMSIGHT_TRACEBACK", raising=False)
     monkeypatch.chdir(tmp_path)
