@@ -123,7 +123,8 @@ def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | 
     Raises
     ------
     ValueError
-        If no robot has two samples in a run, or the record would make more than ten million frames.
+        If no robot has two samples in a run, no two robots have samples in one piece, or the record would make more
+        than ten million frames.
     """
     time = tracks["time"].to_numpy()
     own = np.ones(len(time) - 1, dtype=bool)
@@ -134,32 +135,38 @@ def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | 
     median = float(np.median(interval))
     step = median if step is None else checks.number("step", step, above=0.0)
     gap = max(_BRIDGED * median, step) if max_gap is None else checks.number("max_gap", max_gap, above=0.0)
-    run, robot = _codes(tracks)
-    order = np.lexsort((time, run))
-    wait = np.diff(time[order])
-    new_run = np.diff(run[order]) != 0
-    # Times since 1970 have their rounding too.
-    most = gap * (1 + 1e-9) + 16 * float(np.spacing(np.abs(time).max()))
-    new = np.concatenate([[True], new_run | (wait > most)])
-    first = np.flatnonzero(new)
-    start, end = time[order[first]], time[order[np.append(first[1:], len(order)) - 1]]
-    if float(np.sum((end - start) / step)) >= _MOST_FRAMES:
+    start, end, run, gaps, robots = _pieces(tracks, gap)
+    if robots < 2:
         raise ValueError(
-            f"step={step:g}: the record spans {float(np.sum(end - start)):g}, which makes more than "
-            f"{_MOST_FRAMES:,} frames; give a longer step, or look for wrong times"
+            f"tracks: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs 2 robots "
+            "at one time: give a longer max_gap, or look for robots that are divided by the column run"
         )
+    with np.errstate(over="ignore"):
+        steps, span = (end - start) / step, float(np.sum(end - start))
+    if float(np.sum(steps)) >= _MOST_FRAMES:
+        raise ValueError(
+            f"step={step:g}: the record spans {span:g}, which makes more than {_MOST_FRAMES:,} frames; "
+            "give a longer step, or look for wrong times"
+        )
+    return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots)
+
+
+def _pieces(tracks: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:
+    """Return start, end and run of each piece of a record, the gaps within runs, and the most robots in a piece."""
+    run, robot = _codes(tracks)
+    order = np.lexsort((tracks["time"], run))
+    time, run, robot = tracks["time"].to_numpy()[order], run[order], robot[order]
+    wait = np.diff(time)
+    # Times in seconds since 1970 have been rounded.
+    waits = wait > max_gap * (1 + 1e-9) + 16 * np.spacing(np.abs(time[1:]))
+    runs = np.diff(run) != 0
+    new = np.concatenate([[True], runs | waits])
+    first = np.flatnonzero(new)
     # A robot counts once in each piece in which it has samples.
-    piece = np.cumsum(new) - 1
-    met = np.unique(piece * (int(robot.max()) + 1) + robot[order]) // (int(robot.max()) + 1)
-    return Grid(
-        start=start,
-        length=((end - start) / step + _SAME).astype(np.int64) + 1,
-        run=run[order[first]],
-        gaps=wait[new[1:] & ~new_run],
-        step=step,
-        max_gap=gap,
-        robots=int(np.bincount(met).max()),
-    )
+    names = int(robot.max()) + 1
+    met = np.unique((np.cumsum(new) - 1) * names + robot) // names
+    last = np.append(first[1:], len(time)) - 1
+    return time[first], time[last], run[first], wait[waits & ~runs], int(np.bincount(met).max())
 
 
 def blocks(tracks: pd.DataFrame, grid: Grid, period: tuple[float, float] = (0.0, 0.0)) -> Iterator[Block]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -139,11 +138,22 @@ def test_frames_are_what_a_search_by_hand_finds(
     run, robot, _ = np.mgrid[:runs, :2, :samples]
     flat = {"time": time, "robot": robot, "x": 2 * time + run, "y": np.ones_like(time), "run": run}
     record = tracks.check_tracks(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
+    pieces = _pieces(time, max_gap)
+    if max(len({who for _, who in piece}) for piece in pieces) < 2:
+        with pytest.raises(
+            ValueError, match=r"a single robot in each piece between gaps of more than .* longer max_gap"
+        ):
+            track_frames.make_grid(record, step, max_gap)
+        return
     grid = track_frames.make_grid(record, step, max_gap)
     found = np.concatenate([block.position for block in track_frames.blocks(record, grid)])
     assert found.shape == (grid.frames, 2, 2)
-    assert 1 <= grid.robots <= 2
+    assert grid.robots == 2
     assert sorted(set(grid.run)) == list(range(runs))
+    assert grid.start.tolist() == [piece[0][0] for piece in pieces]
+    for piece, length in zip(pieces, grid.length, strict=True):
+        assert length - 1 == pytest.approx((piece[-1][0] - piece[0][0]) / step, abs=1)
+        assert length - 1 <= (piece[-1][0] - piece[0][0]) / step + 1e-5
     at_frame = grid.time()
     for frame, (at, number) in enumerate(zip(at_frame, np.repeat(grid.run, grid.length), strict=True)):
         own = time[number]
@@ -154,26 +164,20 @@ def test_frames_are_what_a_search_by_hand_finds(
             elif not len(earlier) or not len(later) or later[0] - earlier[-1] > max_gap * 1.001:
                 near = np.abs(own[who] - at).min() <= step * 1e-5
                 assert near or np.isnan(found[frame, who]).all()
-    _check_pieces(time, grid, step, max_gap)
 
 
-def _check_pieces(time: np.ndarray, grid: track_frames.Grid, step: float, max_gap: float) -> None:
-    """Compare the pieces with those found sample by sample, unless rounding decides."""
-    pieces: list[list[float]] = []
-    gaps = []
+def _pieces(time: np.ndarray, max_gap: float) -> list[list[tuple[float, int]]]:
+    """Return the samples (time, robot) of each piece, found one by one; not where rounding decides."""
+    pieces: list[list[tuple[float, int]]] = []
     for run in time:
-        for before, now in pairwise([-np.inf, *np.sort(run, axis=None)]):
-            if abs(now - before - max_gap) < 1e-7:
-                return
-            if now - before > max_gap:
+        samples = sorted((at, who) for who in range(2) for at in run[who].tolist())
+        for number, (at, who) in enumerate(samples):
+            wait = at - samples[number - 1][0] if number else np.inf
+            assume(abs(wait - max_gap) > 1e-7)
+            if wait > max_gap:
                 pieces.append([])
-                gaps += [now - before] if np.isfinite(before) else []
-            pieces[-1].append(now)
-    assert grid.start.tolist() == [piece[0] for piece in pieces]
-    assert grid.gaps == pytest.approx(gaps)
-    for piece, length in zip(pieces, grid.length, strict=True):
-        assert length - 1 <= (piece[-1] - piece[0]) / step + 1e-5
-        assert length >= (piece[-1] - piece[0]) / step - 1e-5
+            pieces[-1].append((at, who))
+    return pieces
 
 
 def test_a_long_gap_is_absence_and_a_short_one_a_line() -> None:
