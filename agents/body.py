@@ -9,6 +9,7 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight import checks
 from teamsight.agents.place import unwritable
 from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
@@ -21,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 def _of_group(agent: Body, name: str, value: Any) -> AttributeError:
     group = agent.group.name
-    shown = value if isinstance(value, str) else f"{value!r}"[:80]
+    shown = value if isinstance(value, str) else checks.shown(value)
     return AttributeError(
         f"{name}={shown}: belongs to the group {group!r}; set group.{name} for all of it, or add a group for this agent"
     )
@@ -93,11 +94,11 @@ class Body(mesa.Agent):  # type: ignore[misc]
     def heading(self, value: npt.ArrayLike) -> None:
         try:
             vector = np.asarray(value, float)
-        except (TypeError, ValueError):
-            raise TypeError(f"heading={value!r}: must be two finite numbers that are not both 0") from None
+        except (TypeError, ValueError, OverflowError):
+            raise TypeError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
-            raise ValueError(f"heading={value!r}: must be two finite numbers that are not both 0")
+            raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
         self.group.bodies.heading[self.row] = vector / length
         self.model.refresh()
 

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from teamsight import checks
+
 Array = npt.NDArray[Any]
 
 
@@ -137,7 +139,7 @@ def _assign(name: str, array: Array, index: Any, value: Any) -> None:
     whole = array.dtype.kind in "iu" and new.dtype.kind in "iu"
     if not whole and array.dtype != object and not np.can_cast(new.dtype, array.dtype, "same_kind"):
         raise TypeError(
-            f"{name}={value!r}: the column holds {array.dtype}, which would not keep this value; "
+            f"{name}={checks.shown(value)}: the column holds {array.dtype}, which would not keep this value; "
             f"make the column with another fill, such as add_column({name!r}, {_fill_for(new)})"
         )
     array[index] = value

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teamsight import checks
 from teamsight.agents import membership, present
 from teamsight.agents.decisions import Deliberation
 from teamsight.agents.experience_logs import ExperienceLogs
@@ -64,7 +65,8 @@ class Engine:
         """Let one group sense another from now on."""
         for group in (observers, observed):
             if group not in self._world.groups:
-                raise ValueError(f"senses({observers!r}, {observed!r}): both groups must have been added to this world")
+                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
+                raise ValueError(f"{shown}: both groups must have been added to this world")
         if (observers, observed) not in self._sensed:
             self._sensed.append((observers, observed))
             self.is_bound = False
@@ -165,7 +167,7 @@ class Engine:
     def record_experience(self, group: Group) -> None:
         """Keep what the robots of a group meet, from now on."""
         if group not in self._world.groups:
-            raise ValueError(f"record_experience({group!r}): the group must have been added to this world")
+            raise ValueError(f"record_experience({checks.shown(group)}): the group must have been added to this world")
         if self.experience.record(group):
             self.is_bound = False
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from teamsight import checks
+
 
 class LiveSetting:
     """A parameter of a model that belongs to one of its groups.
@@ -49,4 +51,4 @@ class FixedSetting:
         return self if model is None else model.settings[self._name]
 
     def __set__(self, model: Any, value: Any) -> None:
-        raise AttributeError(f"{self._name}={str(value)[:80]}: is fixed when the model is built; {self._cure}")
+        raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")

@@ -50,7 +50,7 @@ class Plan(NamedTuple):
 def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) -> Group:
     """Return a new group, its agents still to be made."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
-        raise TypeError(f"agent_class={agent_class!r}: must be Robot, Target or a subclass")
+        raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
     size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
     policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
@@ -101,22 +101,17 @@ def _column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, fl
     try:
         array = np.asarray(value)
     except ValueError:
-        raise TypeError(f"{name}={_shown(value)}: must be a number, or one for each agent") from None
+        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
     if array.dtype.kind not in "iuf":
         # What is no array of numbers may still be one number, such as a fraction or 10**400.
         if not isinstance(value, Real) or isinstance(value, bool):
-            raise TypeError(f"{name}={_shown(value)}: must be a number, or one for each agent")
+            raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
         array = np.asarray(check(name, value))
     if array.shape not in ((), (size,)):
         raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
     for number in np.unique(array) if array.size > 1 else array.ravel():
         check(name, float(number))
     return np.array(np.broadcast_to(array, size), float)
-
-
-def _shown(value: Any) -> str:
-    told = repr(value)
-    return told if len(told) <= 80 else f"{told[:77]}..."
 
 
 def _turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
@@ -151,8 +146,8 @@ def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]
     """
     try:
         position = np.array(value, float)
-    except (TypeError, ValueError):
-        raise TypeError(f"position={value!r}: must be numbers of shape {shape}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"position={checks.shown(value)}: must be numbers of shape {shape}") from None
     if position.shape != shape:
         raise ValueError(f"position: has the shape {position.shape}; it must be {shape}")
     inside = arena.contains(position) & np.isfinite(position).all(axis=-1)

@@ -66,7 +66,8 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
 
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
-            raise TypeError(f"arena={arena!r}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
+            shown = checks.shown(arena)
+            raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
         self._arena, self.limits = arena, Limits(arena)
         self._seed_used = checks.seed(rng, seed)
         self.tick = 0
@@ -197,7 +198,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             As for `add`; then nothing is changed.
         """
         if group not in self.groups:
-            raise ValueError(f"adjust({group!r}): the group must have been added to this world")
+            raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
         membership.adjust(
             self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,

@@ -39,7 +39,7 @@ class Readings:
     @datacollector.setter
     def datacollector(self, collector: mesa.DataCollector) -> None:
         if not callable(getattr(collector, "collect", None)):
-            raise TypeError(f"datacollector={collector!r}: must be a mesa.DataCollector")
+            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
         self.look()
         collector.collect(self)
         self._collector = collector

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight import checks
 from teamsight.policies import compiled
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
@@ -98,7 +99,7 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
             f"{name}: has no {missing!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
         )
     if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
-        raise TypeError(f"{name}.draws={policy.draws!r}: must be a whole number of at least 0")
+        raise TypeError(f"{name}.draws={checks.shown(policy.draws)}: must be a whole number of at least 0")
     for size in sizes:
         with _guarded_decisions():
             _check_steps(name, policy, size, steps)
@@ -182,7 +183,7 @@ def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
         turn, distance = float(turn), float(distance)
     except (TypeError, ValueError):
         raise TypeError(
-            f"{name}: robot {i} got {answer!r}; a rule for one robot returns two numbers, (turn, distance)"
+            f"{name}: robot {i} got {checks.shown(answer)}; a rule for one robot returns two numbers, (turn, distance)"
         ) from None
     if not (math.isfinite(turn) and math.isfinite(distance)):
         raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")

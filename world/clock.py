@@ -40,7 +40,8 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             If `action` cannot be called, or `time` is no number.
         """
         if not callable(action):
-            raise TypeError(f"at({time!r}, {action!r}): the second argument must be callable, such as a function")
+            shown = f"at({checks.shown(time)}, {checks.shown(action)})"
+            raise TypeError(f"{shown}: the second argument must be callable, such as a function")
         moment = checks.number("time", time)
         if moment < self.now:
             raise ValueError(f"time={moment:g}: has passed; it must be at least now, {self.now:g}")
@@ -56,7 +57,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """
         if not hasattr(generator, "throw"):
             raise TypeError(
-                f"process({generator!r}): must be a generator; call the function that yields: process(f(…))"
+                f"process({checks.shown(generator)}): must be a generator; call the function that yields: process(f(…))"
             )
         return simpy.Process(self, generator)
 
