@@ -115,6 +115,29 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
     return _ENTRIES[kernel]
 
 
+def check_declared(policy: CompiledPolicy) -> None:
+    """Refuse parameters and knowledge that are no arrays of numbers of one and of two dimensions.
+
+    Raises
+    ------
+    TypeError
+        Naming the policy and the member.
+    """
+    for member, dimensions in (("parameters", 1), ("knowledge", 2)):
+        value = getattr(policy, member)
+        try:
+            # Knowledge can be large; it is not copied.
+            array = value if isinstance(value, np.ndarray) else np.asarray(value, float)
+        except (TypeError, ValueError):
+            array = np.array("")
+        if array.ndim != dimensions or array.dtype.kind not in "fiub":
+            shown = repr(value) if len(repr(value)) < 80 else type(value).__name__
+            raise TypeError(
+                f"{type(policy).__name__}.{member}={shown}: must be numbers in {dimensions} "
+                f"dimension{'s' * (dimensions > 1)}, such as {(1.0, 2.0) if dimensions == 1 else 'np.zeros((3, 2))'}"
+            )
+
+
 def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> Memory:
     """Run a policy's kernel on guarded arrays; return what the robots remember afterwards.
 
@@ -137,6 +160,7 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
     if entry is None:
         return memory
     name, size = type(policy).__name__, len(percept.heading)
+    check_declared(policy)
     check_memory(policy, memory, size)
     found = []
     # In a world, rows of noise are longer than there are robots. What stands there must not matter.
@@ -144,9 +168,10 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
         long = np.full((len(noise), (size // 8 + 2) * 8), beyond)
         long[:, :size] = noise
         found.append(_run(entry, policy, percept, memory, long))
-    (action, after), (other, _) = found
+    (action, after), (other, otherwise) = found
     _check_written(name, action)
-    if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(action, other, strict=True)):
+    pairs = zip((*action, *after), (*other, *otherwise), strict=True)
+    if any(not np.array_equal(a, b, equal_nan=True) for a, b in pairs):
         raise ValueError(
             f"{name}: its kernel uses noise beyond the {size} robots; rows of noise can be longer: stop at "
             "percept.heading.shape[0]"

@@ -45,6 +45,7 @@ REFUSED = {
     "undeclared_draw": r"index 1 of noise, whose number of draws is 1; declare .* `draws`",
     "noise_of_nobody": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
     "noise_as_a_whole": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
+    "noise_into_memory": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
     "undeclared_parameter": r"index 2 of mind\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
@@ -128,6 +129,24 @@ def test_views_slices_loops_and_reductions_pass() -> None:
 )
 def test_policies_that_go_by_no_name_pass(make: Any) -> None:
     check_policy(make())
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "message"),
+    [
+        ("parameters", 1.0, r"parameters=1\.0: must be numbers in 1 dimension, such as"),
+        ("parameters", ("slow",), r"parameters=\('slow',\): must be numbers in 1 dimension"),
+        ("knowledge", np.zeros(3), r"knowledge=.*: must be numbers in 2 dimensions, such as"),
+        (
+            "kernel",
+            lambda percept, mind, noise, action: None,
+            r"test_check_kernels\.py:\d+: .*decorate it with @kernel",
+        ),
+    ],
+)
+def test_what_a_policy_declares_is_checked(member: str, value: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        check_policy(type("Declares", (Views,), {member: value})())
 
 
 class Hides(RandomWalk):
