@@ -131,7 +131,7 @@ def check_declared(policy: CompiledPolicy) -> None:
         except (TypeError, ValueError):
             array = np.array("")
         if array.ndim != dimensions or array.dtype.kind not in "fiub":
-            shown = repr(value) if len(repr(value)) < 80 else type(value).__name__
+            shown = " ".join(repr(value).split())[:80]
             raise TypeError(
                 f"{type(policy).__name__}.{member}={shown}: must be numbers in {dimensions} "
                 f"dimension{'s' * (dimensions > 1)}, such as {(1.0, 2.0) if dimensions == 1 else 'np.zeros((3, 2))'}"

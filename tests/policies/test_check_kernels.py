@@ -233,3 +233,11 @@ def test_exceptions_ignored_elsewhere_are_still_reported() -> None:
         sys.unraisablehook = hook
     assert len(reports) == 1
     assert not watch.raised
+
+
+def test_a_kernel_without_a_source_file_is_named_by_its_line() -> None:
+    names: dict[str, Any] = {"kernel": kernel}
+    exec("@kernel\ndef made(percept, mind, noise, action):\n    action.distance[-1] = 0.0\n", names)
+    policy = type("Made", (CompiledPolicy,), {"kernel": names["made"], "parameters": ()})()
+    with pytest.raises(ValueError, match=r"Made: <string>:3: its kernel uses index -1 of action\.distance"):
+        check_policy(policy)
