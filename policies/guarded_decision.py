@@ -105,7 +105,9 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 
 
 def _entry(policy: CompiledPolicy) -> Entry | None:
-    kernel = type(policy).kernel
+    kernel = getattr(type(policy), "kernel", None)
+    if kernel is None:
+        raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, mind, noise, action)")
     if kernel not in _ENTRIES:
         # Mistakes are named by the kernel as worlds run it.
         policy.entry().address  # noqa: B018
@@ -138,8 +140,8 @@ def check_declared(policy: CompiledPolicy) -> None:
             )
 
 
-def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> Memory:
-    """Run a policy's kernel on guarded arrays; return what the robots remember afterwards.
+def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> None:
+    """Run a policy's kernel on guarded arrays.
 
     Parameters
     ----------
@@ -158,7 +160,7 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
     """
     entry = _entry(policy)
     if entry is None:
-        return memory
+        return
     name, size = type(policy).__name__, len(percept.heading)
     check_declared(policy)
     check_memory(policy, memory, size)
@@ -176,7 +178,6 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
             f"{name}: its kernel uses noise beyond the {size} robots; rows of noise can be longer: stop at "
             "percept.heading.shape[0]"
         )
-    return after
 
 
 def _check_written(name: str, action: Action) -> None:

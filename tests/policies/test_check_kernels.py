@@ -149,6 +149,11 @@ def test_what_a_policy_declares_is_checked(member: str, value: Any, message: str
         check_policy(type("Declares", (Views,), {member: value})())
 
 
+def test_a_policy_without_a_kernel_is_named() -> None:
+    with pytest.raises(TypeError, match=r"Bare: has no 'kernel'; give kernel\(percept, mind, noise, action\)"):
+        check_policy(type("Bare", (CompiledPolicy,), {"parameters": ()})())
+
+
 class Hides(RandomWalk):
     """Decides in Python, by the kernel of another policy, on noise that it cuts."""
 
