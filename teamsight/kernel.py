@@ -3,8 +3,8 @@
 A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
 signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
 all entries look alike, a loop can call whichever policy, degree of awareness or arena it is handed; so compilation adds
-up over the components and never multiplies. Of numba's inner parts, this file uses what is
-needed to run; `teamsight.kernel_guard`, `kernel_copy` and `kernel_errors` what is needed to check and to explain.
+up over the components and never multiplies. Only this file and its neighbours touch numba's inner parts: `kernel_guard`
+and `kernel_copy`, by which kernels are checked, and `kernel_errors`, which explains what cannot be compiled.
 
 Entries are cached on disk under a digest of everything that they are made of; see `teamsight.digest`.
 """
