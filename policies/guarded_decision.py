@@ -109,11 +109,9 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
     if kernel is None:
         raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, mind, noise, action)")
     if kernel not in _ENTRIES:
-        # Mistakes are named by the kernel as worlds run it.
-        policy.entry().address  # noqa: B018
         name = type(policy).__name__
         made = specialise(_decide, f"{name.lower()}-guarded", decision_kernel=guarded(kernel))
-        _ENTRIES[kernel] = machine_code(name, "its kernel", made)
+        _ENTRIES[kernel] = machine_code(name, "its kernel", made, policy.entry())
     return _ENTRIES[kernel]
 
 
