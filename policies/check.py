@@ -122,11 +122,11 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
     for step in range(steps):
         percept = _percept_at(step, size, rng, policy)
         memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
-    if isinstance(policy, CompiledPolicy) and policy.knowledge.size < _MUCH_KNOWLEDGE:
+    if isinstance(policy, CompiledPolicy) and np.size(policy.knowledge) < _MUCH_KNOWLEDGE:
         memory = policy.start(size)
         for step in range(_MANY_STEPS):
             percept = _percept_at(step, size, rng, policy)
-            memory = try_decision(policy, percept, memory, rng.random((policy.draws, size)))
+            memory = policy.decide(percept, memory, rng.random((policy.draws, size)))[1]
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:

@@ -105,18 +105,41 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 
 
 def _entry(policy: CompiledPolicy) -> Entry | None:
-    kernel = type(policy).kernel
+    kernel = getattr(type(policy), "kernel", None)
+    if kernel is None:
+        raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, mind, noise, action)")
     if kernel not in _ENTRIES:
-        # Mistakes are named by the kernel as worlds run it.
-        policy.entry().address  # noqa: B018
         name = type(policy).__name__
         made = specialise(_decide, f"{name.lower()}-guarded", decision_kernel=guarded(kernel))
-        _ENTRIES[kernel] = machine_code(name, "its kernel", made)
+        _ENTRIES[kernel] = machine_code(name, "its kernel", made, policy.entry())
     return _ENTRIES[kernel]
 
 
-def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> Memory:
-    """Run a policy's kernel on guarded arrays; return what the robots remember afterwards.
+def check_declared(policy: CompiledPolicy) -> None:
+    """Refuse parameters and knowledge that are no arrays of numbers of one and of two dimensions.
+
+    Raises
+    ------
+    TypeError
+        Naming the policy and the member.
+    """
+    for member, dimensions in (("parameters", 1), ("knowledge", 2)):
+        value = getattr(policy, member)
+        try:
+            # Knowledge can be large; it is not copied.
+            array = value if isinstance(value, np.ndarray) else np.asarray(value, float)
+        except (TypeError, ValueError):
+            array = np.array("")
+        if array.ndim != dimensions or array.dtype.kind not in "fiub":
+            shown = " ".join(repr(value).split())[:80]
+            raise TypeError(
+                f"{type(policy).__name__}.{member}={shown}: must be numbers in {dimensions} "
+                f"dimension{'s' * (dimensions > 1)}, such as {(1.0, 2.0) if dimensions == 1 else 'np.zeros((3, 2))'}"
+            )
+
+
+def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> None:
+    """Run a policy's kernel on guarded arrays.
 
     Parameters
     ----------
@@ -135,8 +158,9 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
     """
     entry = _entry(policy)
     if entry is None:
-        return memory
+        return
     name, size = type(policy).__name__, len(percept.heading)
+    check_declared(policy)
     check_memory(policy, memory, size)
     found = []
     # In a world, rows of noise are longer than there are robots. What stands there must not matter.
@@ -144,14 +168,14 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise
         long = np.full((len(noise), (size // 8 + 2) * 8), beyond)
         long[:, :size] = noise
         found.append(_run(entry, policy, percept, memory, long))
-    (action, after), (other, _) = found
+    (action, after), (other, otherwise) = found
     _check_written(name, action)
-    if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(action, other, strict=True)):
+    pairs = zip((*action, *after), (*other, *otherwise), strict=True)
+    if any(not np.array_equal(a, b, equal_nan=True) for a, b in pairs):
         raise ValueError(
             f"{name}: its kernel uses noise beyond the {size} robots; rows of noise can be longer: stop at "
             "percept.heading.shape[0]"
         )
-    return after
 
 
 def _check_written(name: str, action: Action) -> None:

@@ -74,7 +74,7 @@ def _account(access: Access, arrays: Sequence[Named]) -> str:
     return f"uses index {access.at} of {named.name}, whose number of {what} is {access.size}; {cure}"
 
 
-def machine_code(owner: str, kernel: str, entry: Entry) -> Entry | None:
+def machine_code(owner: str, kernel: str, entry: Entry, plain: Entry) -> Entry | None:
     """Return the entry of a guarded kernel once it is compiled.
 
     Parameters
@@ -82,16 +82,25 @@ def machine_code(owner: str, kernel: str, entry: Entry) -> Entry | None:
     owner, kernel : str
         Whose kernel it is and what it is called, for the warning.
     entry : Entry
-        The entry. That of the kernel itself has been compiled before, so what fails is due to the guard.
+        The entry of the guarded kernel.
+    plain : Entry
+        That of the kernel as worlds run it.
 
     Returns
     -------
     Entry or None
         None, and a warning, where guarded arrays cannot do what the kernel does with its own.
+
+    Raises
+    ------
+    TypeError
+        If the kernel cannot be compiled for worlds either.
     """
     try:
         entry.address  # noqa: B018
     except TypeError as error:
+        # A mistake in the kernel is named by what worlds run. If there is none, the guard is to blame.
+        plain.address  # noqa: B018
         warnings.warn(
             f"{owner}: the accesses of {kernel} to memory are not checked, since guarded arrays cannot do what it does "
             f"with arrays ({error}); take their elements one by one",

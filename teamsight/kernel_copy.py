@@ -27,8 +27,10 @@ def guarded(kernel: Any) -> Callable[..., Any]:
     Parameters
     ----------
     kernel : kernel
-        It stays as it is.
+        It stays as it is. What is no kernel is returned, for the compiler to refuse.
     """
+    if not isinstance(kernel, Dispatcher):
+        return cast(Callable[..., Any], kernel)
     return cast(Callable[..., Any], _copy(kernel, {}))
 
 

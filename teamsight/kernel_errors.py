@@ -69,7 +69,7 @@ def _undefined(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
         for function in kernels_of(entry):
             if line := _line_of_global(function, name):
                 known = [*function.__code__.co_varnames, *function.__globals__, *dir(builtins)]
-                return f"name '{name}' is not defined{_near(name, known)}", _shown(function.__code__.co_filename, line)
+                return f"name '{name}' is not defined{_near(name, known)}", shown(function.__code__.co_filename, line)
         return f"name '{name}' is not defined", None
     if met := re.search(r"Variable '(\w+)' is not defined", text):
         return f"variable '{met[1]}' is used before it has a value", None
@@ -147,7 +147,13 @@ def _unification(entry: Callable[..., Any], text: str) -> tuple[str, str | None]
         places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
         file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
         what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
-        return what, _shown(file, int(line)) if file else None
+        return what, shown(file, int(line)) if file else None
+    if met := re.search(r"No conversion from (.*?) to int64 for '\$\w*return_value", text):
+        return f"the kernel returns {_simple(met[1])}; it must return a whole number at its end", None
+    if met := re.search(r"wrong tuple length .*?expected (\d+), got (\d+)", text):
+        return f"{met[2]} values are given where {met[1]} are expected", None
+    if "failed to unpack none" in text:
+        return "nothing is returned where several values are expected", None
     if met := re.search(r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'", text):
         kinds = _simple(met[1])
         return f"'{met[2]}' has different types ({kinds}) on different ways; give it one type", None
@@ -242,7 +248,7 @@ def _place(text: str, entry: Callable[..., Any]) -> str | None:
     for met in _PLACES.finditer(text):
         file, line = met[1] or met[3], int(met[2] or met[4])
         if not _is_inner(file, line, entry):
-            return _shown(file, line)
+            return shown(file, line)
     return None
 
 
@@ -254,7 +260,7 @@ def _place_of_traceback(error: BaseException, entry: Callable[..., Any]) -> str 
             location = getattr(trace.tb_frame.f_locals.get(name), "loc", None)
             file, line = getattr(location, "filename", None), getattr(location, "line", None)
             if isinstance(file, str) and isinstance(line, int) and not _is_inner(file, line, entry):
-                found = _shown(file, line)
+                found = shown(file, line)
                 break
         trace = trace.tb_next
     return found
@@ -276,10 +282,11 @@ def _first_kernel(entry: Callable[..., Any]) -> str:
 
 
 def _start(function: python_types.FunctionType) -> str:
-    return _shown(function.__code__.co_filename, function.__code__.co_firstlineno)
+    return shown(function.__code__.co_filename, function.__code__.co_firstlineno)
 
 
-def _shown(file: str, line: int) -> str:
+def shown(file: str, line: int) -> str:
+    """Return a place in short: relative to the current folder, where the file is below it."""
     if file.startswith("<"):
         return f"{file}:{line}"
     path = os.path.abspath(file)

@@ -30,6 +30,7 @@ from numba.np import arrayobj
 
 from teamsight.digest import digest
 from teamsight.kernel import array_at, below_64, scratch
+from teamsight.kernel_errors import shown
 
 #: Added to the number of an array that a kernel may only read.
 READ_ONLY = 1 << 8
@@ -106,7 +107,7 @@ _accesses: list[Access] = []
 
 
 def _note(array: int, dimensions: int, axis: int, at: int, size: int, line: int, file: bytes) -> None:
-    _accesses.append(Access(array, dimensions, axis, at, size, f"{file.decode()}:{line}"))
+    _accesses.append(Access(array, dimensions, axis, at, size, shown(file.decode(), line)))
 
 
 # Machine code, also that from the cache, calls the function by this name. It needs the reference to live on.

@@ -57,14 +57,21 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     check_confine(arena, places[rng.permutation(len(places))[:1000]], extent, rng)
 
 
+def _flat(value: Any) -> str:
+    """Return what a member answered, in one line of reasonable length."""
+    text = " ".join(repr(value).split())
+    return text if len(text) < 120 else f"{text[:117]}…"
+
+
 def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
     """Return two numbers of at least `least` that a member answered."""
     try:
         numbers = np.array([float(number) for number in value])
     except (TypeError, ValueError):
-        raise TypeError(f"{name}={value!r}: must be two numbers, such as (2.0, 0.0)") from None
+        raise TypeError(f"{name}={_flat(value)}: must be two numbers, such as (2.0, 0.0)") from None
     if numbers.shape != (2,) or not np.isfinite(numbers).all() or (numbers < least).any():
-        raise ValueError(f"{name}={value!r}: must be two finite numbers" + (" of at least 0" if least == 0 else ""))
+        limit = " of at least 0" if least == 0 else ""
+        raise ValueError(f"{name}={_flat(value)}: must be two finite numbers{limit}")
     return numbers
 
 
@@ -72,8 +79,8 @@ def _check_numbers(name: str, arena: Arena) -> None:
     """Check `size`, `bounds`, `period` and `area` as numbers."""
     _pair(f"{name}.size", arena.size, -np.inf)
     bounds = arena.bounds
-    if not isinstance(bounds, Sequence) or len(bounds) != 2:
-        raise TypeError(f"{name}.bounds={bounds!r}: must be two corners, the lower left and the upper right one")
+    if not isinstance(bounds, (Sequence, np.ndarray)) or len(bounds) != 2:
+        raise TypeError(f"{name}.bounds={_flat(bounds)}: must be two corners, the lower left and the upper right one")
     low, high = (_pair(f"{name}.bounds[{i}]", corner, -np.inf) for i, corner in enumerate(bounds))
     if not (low < high).all():
         raise ValueError(
@@ -88,7 +95,7 @@ def _check_numbers(name: str, arena: Arena) -> None:
     try:
         area = float(arena.area)
     except (TypeError, ValueError):
-        raise TypeError(f"{name}.area={arena.area!r}: must be a number") from None
+        raise TypeError(f"{name}.area={_flat(arena.area)}: must be a number") from None
     if not (np.isfinite(area) and area > 0):
         raise ValueError(f"{name}.area={area}: must be a finite number above 0")
 

@@ -162,10 +162,8 @@ def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.fl
     """Return where steps, shape (n, 6), lead, shape (n, 4)."""
     rule, name = type(arena).confine, type(arena).__name__
     if rule not in _ENTRIES:
-        # Mistakes are named by the kernel as worlds run it.
-        advance_entry(arena).address  # noqa: B018
         made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule))
-        _ENTRIES[rule] = machine_code(name, "confine", made)
+        _ENTRIES[rule] = machine_code(name, "confine", made, advance_entry(arena))
     entry = _ENTRIES[rule] or specialise(_confine_all, name.lower(), confine=rule)
     size, reached = np.array(arena.size, float), np.full((len(given), 4), np.nan)
     record = np.zeros(1, STEPS)

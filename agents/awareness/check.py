@@ -82,7 +82,8 @@ def _check_members(name: str, degree: Awareness) -> None:
     try:
         parameters = np.asarray(degree.parameters, float)
     except (TypeError, ValueError):
-        raise TypeError(f"{name}.parameters={degree.parameters!r}: must be an array of floats") from None
+        kind = type(degree.parameters).__name__
+        raise TypeError(f"{name}.parameters: has the type {kind}; it must be an array of floats") from None
     if parameters.ndim != 1 or not np.isfinite(parameters).all():
         raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
     for team_size in (1, 2, 10):

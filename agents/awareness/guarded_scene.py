@@ -108,10 +108,8 @@ def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plai
         return None
     rule = getattr(type(awareness), name)
     if rule not in _ENTRIES:
-        # Mistakes are named by the kernel as worlds run it.
-        plain.address  # noqa: B018
         made = specialise(template, f"{awareness.name}-guarded", **{f"{name}_kernel": guarded(rule)})
-        _ENTRIES[rule] = machine_code(type(awareness).__name__, name, made) or plain
+        _ENTRIES[rule] = machine_code(type(awareness).__name__, name, made, plain) or plain
     return _ENTRIES[rule]
 
 

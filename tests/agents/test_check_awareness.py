@@ -272,6 +272,17 @@ def test_a_kernel_that_cannot_be_compiled_is_named_with_its_line() -> None:
         check_awareness(degree)
 
 
+@kernel
+def _returns_nothing(scene: Any, parameters: Any, mates: Any, reports: Any) -> None:
+    mates.start[:] = 0
+
+
+def test_a_perceive_that_returns_no_number_is_named() -> None:
+    degree = type("Changed", (Nearest,), {"perceive": _returns_nothing})()
+    with pytest.raises(TypeError, match=r"test_check_awareness\.py:\d+: .*returns none; it must return a whole number"):
+        check_awareness(degree)
+
+
 def test_something_else_than_a_degree_is_refused() -> None:
     with pytest.raises(TypeError, match=r"str: must be an object of a subclass of Awareness"):
         check_awareness("ring")  # type: ignore[arg-type]

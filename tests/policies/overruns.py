@@ -96,6 +96,13 @@ def noise_as_a_whole(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 
 
 @kernel
+def noise_into_memory(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    row = noise[0, :]
+    mind.memory.real[0, 0, 0] = row[percept.heading.shape[0]]
+
+
+@kernel
 def undeclared_parameter(percept: Any, mind: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     action.distance[0] = mind.parameters[2]  # undeclared_parameter
@@ -165,8 +172,9 @@ def raises(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 
 KERNELS = [
     slot_100, far_slot_of_a_view, nested, after_a_while, slot_for_each_target, slot_by_identity, negative,
-    undeclared_draw, noise_of_nobody, noise_as_a_whole, undeclared_parameter, robot_of_nobody, robot_left_out,
-    sighting_beyond, writes_percept, writes_parameters, writes_noise, beyond_scratch, behind_its_memory, raises,
+    undeclared_draw, noise_of_nobody, noise_as_a_whole, noise_into_memory,
+    undeclared_parameter, robot_of_nobody, robot_left_out, sighting_beyond,
+    writes_percept, writes_parameters, writes_noise, beyond_scratch, behind_its_memory, raises,
 ]  # fmt: skip
 
 

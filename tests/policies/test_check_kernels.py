@@ -45,6 +45,7 @@ REFUSED = {
     "undeclared_draw": r"index 1 of noise, whose number of draws is 1; declare .* `draws`",
     "noise_of_nobody": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
     "noise_as_a_whole": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
+    "noise_into_memory": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
     "undeclared_parameter": r"index 2 of mind\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
@@ -128,6 +129,29 @@ def test_views_slices_loops_and_reductions_pass() -> None:
 )
 def test_policies_that_go_by_no_name_pass(make: Any) -> None:
     check_policy(make())
+
+
+@pytest.mark.parametrize(
+    ("member", "value", "message"),
+    [
+        ("parameters", 1.0, r"parameters=1\.0: must be numbers in 1 dimension, such as"),
+        ("parameters", ("slow",), r"parameters=\('slow',\): must be numbers in 1 dimension"),
+        ("knowledge", np.zeros(3), r"knowledge=.*: must be numbers in 2 dimensions, such as"),
+        (
+            "kernel",
+            lambda percept, mind, noise, action: None,
+            r"test_check_kernels\.py:\d+: .*decorate it with @kernel",
+        ),
+    ],
+)
+def test_what_a_policy_declares_is_checked(member: str, value: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        check_policy(type("Declares", (Views,), {member: value})())
+
+
+def test_a_policy_without_a_kernel_is_named() -> None:
+    with pytest.raises(TypeError, match=r"Bare: has no 'kernel'; give kernel\(percept, mind, noise, action\)"):
+        check_policy(type("Bare", (CompiledPolicy,), {"parameters": ()})())
 
 
 class Hides(RandomWalk):
@@ -214,3 +238,11 @@ def test_exceptions_ignored_elsewhere_are_still_reported() -> None:
         sys.unraisablehook = hook
     assert len(reports) == 1
     assert not watch.raised
+
+
+def test_a_kernel_without_a_source_file_is_named_by_its_line() -> None:
+    names: dict[str, Any] = {"kernel": kernel}
+    exec("@kernel\ndef made(percept, mind, noise, action):\n    action.distance[-1] = 0.0\n", names)
+    policy = type("Made", (CompiledPolicy,), {"kernel": names["made"], "parameters": ()})()
+    with pytest.raises(ValueError, match=r"Made: <string>:3: its kernel uses index -1 of action\.distance"):
+        check_policy(policy)

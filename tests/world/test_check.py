@@ -225,9 +225,8 @@ def test_a_confine_that_cannot_be_compiled_is_named_with_its_line() -> None:
         TypeError, match=r"test_check\.py:\d+: name 'headng_y' is not defined; did you mean 'heading_y'"
     ):
         check_arena(changed(confine=_typo))
-    with pytest.raises(TypeError, match=r"test_check\.py:\d+: .*") as told:
+    with pytest.raises(TypeError, match=r"test_check\.py:\d+: 3 values are given where 4 are expected"):
         check_arena(changed(confine=_three))
-    assert len(str(told.value)) < 400
 
 
 def test_something_else_than_an_arena_is_refused() -> None:
