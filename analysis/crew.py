@@ -22,6 +22,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, TypeVar
 
 from teamsight import cache_folder, checks
+from teamsight.interrupts import deferred
 
 # Longest message of an error, in characters; a terminal shows it in two or three lines.
 _LONGEST = 280
@@ -45,7 +46,7 @@ def cores() -> int:
     """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return min(os.cpu_count() or 1, _MOST_ON_WINDOWS if sys.platform == "win32" else sys.maxsize)
 
 
 def check_workers(workers: int) -> int:
@@ -101,29 +102,42 @@ class Crew:
         self._workers: list[_Worker] = []
         # Chosen once, so that what is said about it is said once, and all use the same folder.
         folder = cache_folder.cache_folder() if workers > 1 else None
-        # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them.
-        with _interrupts_held():
-            for _ in range(workers if workers > 1 else 0):
-                here, there = context.Pipe()
-                process = context.Process(target=_serve, args=(there, tuple(imports), folder), daemon=True)
-                process.start()
-                there.close()
-                self._workers.append(_Worker(process, here))
+        try:
+            # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them. It may still reach
+            # another thread of this process, which hands it to this one.
+            with deferred(), _interrupts_held():
+                for _ in range(workers if workers > 1 else 0):
+                    here, there = context.Pipe()
+                    process = context.Process(target=_serve, args=(there, tuple(imports), folder), daemon=True)
+                    process.start()
+                    there.close()
+                    self._workers.append(_Worker(process, here))
+        except BaseException:
+            self._kill()
+            raise
 
     def __enter__(self) -> Crew:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
+        if kind is not None:
+            self._kill()
         for worker in self._workers:
-            if kind is None:
-                with contextlib.suppress(OSError):
-                    worker.pipe.send(None)
-            else:
-                worker.process.kill()
+            with contextlib.suppress(OSError):
+                worker.pipe.send(None)
         for worker in self._workers:
             worker.process.join()
             worker.pipe.close()
         self._workers.clear()
+
+    def _kill(self) -> None:
+        with deferred():  # a second Ctrl-C leaves no worker behind
+            for worker in self._workers:
+                worker.process.kill()
+            for worker in self._workers:
+                worker.process.join()
+                worker.pipe.close()
+            self._workers.clear()
 
     def map(
         self,

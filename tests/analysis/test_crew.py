@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,43 @@ def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
         folders = set(crew.map(jobs.cache_folder_of, range(6)))
     assert folders == {str(cache_folder())}
     assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[BaseProcess] = []
+    spawn = workers_module.multiprocessing.get_context("spawn")
+    start_one = spawn.Process.start
+
+    def start(process: BaseProcess) -> None:
+        if len(started) == 2:
+            raise OSError(11, "Resource temporarily unavailable")
+        started.append(process)
+        start_one(process)
+
+    monkeypatch.setattr(spawn.Process, "start", start)
+    with pytest.raises(OSError, match="temporarily unavailable"):
+        Crew(3)
+    assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
+
+
+def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[BaseProcess] = []
+    spawn = workers_module.multiprocessing.get_context("spawn")
+    start_one = spawn.Process.start
+
+    def start(process: BaseProcess) -> None:
+        started.append(process)
+        start_one(process)
+        # As by another thread, whose signals are not held.
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(spawn.Process, "start", start)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            Crew(2)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(started) == 2
+    assert all(process.exitcode == -signal.SIGKILL for process in started)

@@ -57,7 +57,8 @@ def test_while_the_command_line_is_imported() -> None:
 
 
 def test_while_a_command_imports_what_it_needs() -> None:
-    last = int(program("count", -1, *RUN)[2])
+    # The first may have to compile, which imports more and prints so.
+    last = [int(program("count", -1, *RUN)[2].split()[-1]) for _ in range(2)][1]
     for number in range(last // 20, last, last // 10):
         status, out, err = program("interrupt", number, *RUN)
         assert (status, out, err.count("\n")) == (130, "", 1), (number, err)

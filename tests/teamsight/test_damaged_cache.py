@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numba
 import pytest
 
 from teamsight import kernel
@@ -154,6 +155,16 @@ def test_an_intact_file_that_cannot_be_loaded_is_compiled_again(lab: Lab, monkey
         with monkeypatch.context() as patch:
             patch.setattr("pickle.loads", lambda data, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
             lab.check(7, 1, broken.__name__)
+
+
+def test_machine_code_made_with_other_settings_of_numba_is_another_entry(
+    lab: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lab.check(7, 1, "first")
+    with monkeypatch.context() as patch:
+        patch.setattr(numba.config, "BOUNDSCHECK", 1)
+        lab.check(7, 1, "with bounds checks")
+    lab.check(7, 0, "without them again")
 
 
 def test_an_entry_that_cannot_be_saved_works(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
