@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import secrets
+import sys
 from collections.abc import Iterable
 from decimal import Decimal
 from numbers import Integral, Real
@@ -18,6 +19,7 @@ MOST_SEED = 2**63 - 1
 _MOST_SHOWN = 60
 # Python refuses to write a larger integer in decimal: it takes quadratic time.
 _MOST_BITS = 256
+_LARGEST = sys.float_info.max
 _ANY_NUMBER: Any = (Real, Decimal)
 
 
@@ -78,9 +80,14 @@ def _whole(value: Any) -> int | None:
     """Return a whole number as an int, None for anything else."""
     if isinstance(value, bool) or not isinstance(value, _ANY_NUMBER):
         return None
+    if isinstance(value, Integral):
+        return int(value)
     try:
+        # The integer of a Decimal may have a million digits.
+        if not abs(value) <= _LARGEST:
+            return None
         found = int(value)
-        return found if isinstance(value, Integral) or found == value else None
+        return found if found == value else None
     except (ArithmeticError, ValueError):  # NaN and infinity
         return None
 
