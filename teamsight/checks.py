@@ -5,7 +5,6 @@ from __future__ import annotations
 import difflib
 import math
 import secrets
-import sys
 from collections.abc import Iterable
 from decimal import Decimal
 from numbers import Integral, Real
@@ -19,7 +18,6 @@ MOST_SEED = 2**63 - 1
 _MOST_SHOWN = 60
 # Python refuses to write a larger integer in decimal: it takes quadratic time.
 _MOST_BITS = 256
-_LARGEST = sys.float_info.max
 _ANY_NUMBER: Any = (Real, Decimal)
 
 
@@ -84,7 +82,7 @@ def _whole(value: Any) -> int | None:
         return int(value)
     try:
         # The integer of a Decimal may have a million digits.
-        if not abs(value) <= _LARGEST:
+        if not math.isfinite(float(value)):
             return None
         found = int(value)
         return found if found == value else None
