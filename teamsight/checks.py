@@ -64,7 +64,7 @@ def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cur
     ValueError
         If it is outside the limits.
     """
-    found = _whole(value)
+    found = value if type(value) is int else _whole(value)
     if found is None:
         raise TypeError(f"{name}={shown(value)}: must be a whole number of at least {least}")
     if found < least:
