@@ -52,6 +52,7 @@ def test_what_is_too_much_is_refused_with_its_count(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.short
 def test_a_long_error_keeps_its_beginning_and_its_cure() -> None:
     described = "a worker ended with exit code -9 in " + "array([0.1, 0.2]), " * 10_000 + "; the cure"
     for error in (JobError(described), ValueError(described), RuntimeError(described), MemoryError(described)):

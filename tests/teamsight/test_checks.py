@@ -78,6 +78,7 @@ class Unwritable:
         raise RuntimeError
 
 
+@pytest.mark.short
 @pytest.mark.parametrize(
     "value",
     [
