@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from teamsight import checks
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.execute import run_all
@@ -53,9 +54,19 @@ class Stage(NamedTuple):
 
 
 def bodies_of(memory: LazyMemory) -> dict[str, float]:
-    """Return what bodies could do in all explorations of a memory, as `Stage` takes it; ranges are left out."""
+    """Return what bodies could do in all explorations of a memory, as `Stage` takes it; ranges are left out.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is none that a body can have.
+    """
     told = {name: memory.settings.get(name) for name in BODIES}
-    return {name: float(value) for name, value in told.items() if isinstance(value, int | float)}
+    return {
+        name: checks.length(f"memory: {name}", value, zero="speed" in name)
+        for name, value in told.items()
+        if isinstance(value, int | float)
+    }
 
 
 def check_team(memory: LazyMemory, robots: int) -> None:

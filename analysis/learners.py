@@ -197,9 +197,9 @@ def awareness_for(memory: LazyMemory, inputs: int | None = None) -> Awareness:
     if (memory.inputs if inputs is None else inputs) == memory.own:
         return NoAwareness()
     name = memory.settings.get("degree")
-    if name not in AWARENESS:
+    if not isinstance(name, str) or name not in AWARENESS:
         raise ValueError(
-            f"memory: was explored under the degree of awareness {name!r}, which is not one of "
+            f"memory: was explored under the degree of awareness {checks.shown(name)}, which is not one of "
             f"{', '.join(AWARENESS)}; give the policy and its degree to CMOMMT as objects"
         )
     return RingAwareness(memory.added) if name == "ring" else AWARENESS[name]()

@@ -16,8 +16,11 @@ BODIES = ("robot_speed", "target_speed", "sensing_range", "awareness_range")
 
 def explorations_of(memory: LazyMemory) -> list[dict[str, Any]]:
     """Return the settings of each exploration whose pairs a memory holds."""
-    found: list[dict[str, Any]] = memory.settings.get("merged", [dict(memory.settings)])
-    return found
+    found = memory.settings.get("merged")
+    # Settings are whatever a user gave; those of another form tell of one exploration.
+    if isinstance(found, list) and found and all(isinstance(one, dict) for one in found):
+        return found
+    return [dict(memory.settings)]
 
 
 def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:

@@ -64,7 +64,7 @@ def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cur
     ValueError
         If it is outside the limits.
     """
-    found = _whole(value)
+    found = value if type(value) is int else _whole(value)
     if found is None:
         raise TypeError(f"{name}={shown(value)}: must be a whole number of at least {least}")
     if found < least:
@@ -78,9 +78,14 @@ def _whole(value: Any) -> int | None:
     """Return a whole number as an int, None for anything else."""
     if isinstance(value, bool) or not isinstance(value, _ANY_NUMBER):
         return None
+    if isinstance(value, Integral):
+        return int(value)
     try:
+        # The integer of a Decimal may have a million digits.
+        if not math.isfinite(float(value)):
+            return None
         found = int(value)
-        return found if isinstance(value, Integral) or found == value else None
+        return found if found == value else None
     except (ArithmeticError, ValueError):  # NaN and infinity
         return None
 

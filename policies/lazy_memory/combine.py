@@ -40,7 +40,8 @@ def merged_settings(all_settings: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Return what all settings agree in and, under "merged", each of them that is different."""
     each: list[dict[str, Any]] = []
     for settings in all_settings:
-        parts = settings["merged"] if "merged" in settings and "sample" not in settings else [settings]
+        merged = settings.get("merged")
+        parts = merged if isinstance(merged, list) and "sample" not in settings else [settings]
         each += [one for one in parts if one not in each]
     if len(each) == 1:
         return each[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import os
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ import numpy.typing as npt
 
 from teamsight import checks
 from teamsight.policies.lazy_memory import batch, combine, file
+from teamsight.policies.lazy_memory.about import check_about, from_json, json_of
 from teamsight.policies.lazy_memory.order import Table
 from teamsight.policies.lazy_memory.pairs import ACTION, MOST, check_table, table_of, two_dimensional
 
@@ -49,11 +49,7 @@ class LazyMemory:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        checks.count("own", self.own)
-        checks.count("added", self.added, least=0)
-        _check_names(self.facts)
-        if not isinstance(self.settings, Mapping):
-            raise TypeError(f"settings={checks.shown(self.settings)}: must be a mapping")
+        check_about(self.own, self.added, self.facts, self.settings)
         table = self.table
         columns = 2 * self.inputs + len(ACTION) + len(self.facts)
         if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
@@ -98,7 +94,7 @@ class LazyMemory:
         table = table_of(situation, action, next_situation, facts)
         inputs = (len(table) - len(ACTION) - len(facts)) // 2
         own = checks.count("own", own, most=inputs)
-        return cls(table, own, inputs - own, tuple(sorted(facts)), _json(settings or {}))
+        return cls(table, own, inputs - own, tuple(sorted(facts)), json_of(settings or {}))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, verify: bool = True) -> LazyMemory:
@@ -120,10 +116,7 @@ class LazyMemory:
         """
         table, sha256, about = file.read(path, verify=verify)
         try:
-            own, added, facts, settings = (about.pop(name) for name in ("own", "added", "facts", "settings"))
-            if about or not isinstance(facts, list):
-                raise ValueError(f"also {checks.shown(sorted(about))}" if about else f"facts={checks.shown(facts)}")
-            memory = cls(table, own, added, tuple(facts), settings)
+            memory = cls(table, *from_json(about))
             if verify:
                 check_table(table, memory.inputs)
         except (KeyError, TypeError, ValueError) as error:
@@ -148,7 +141,7 @@ class LazyMemory:
         MemoryFileError
             If the file cannot be written, or what stands there is no memory.
         """
-        about = {**self._layout, "settings": _json(self.settings)}
+        about = {**self._layout, "settings": json_of(self.settings)}
         file.write(path, self.table, self.sha256, about, force=force)
 
     @property
@@ -302,31 +295,3 @@ class LazyMemory:
         if not (np.abs(asked) <= MOST).all():
             raise ValueError(f"queries: hold NaN or more than {MOST:g}; a situation's readings are finite")
         return batch.nearest(self.table, asked, count)
-
-
-def _json(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of what JSON can hold.
-
-    Raises
-    ------
-    ValueError
-        If it cannot.
-    """
-    try:
-        text = json.dumps(dict(settings), ensure_ascii=False, allow_nan=False)
-        text.encode()
-        return dict(json.loads(text))
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(f"settings: cannot be kept as JSON ({error}); give numbers, texts and lists") from None
-
-
-def _check_names(facts: tuple[str, ...]) -> None:
-    """Refuse names of facts that are no texts, or not distinct and in alphabetical order."""
-    if not all(isinstance(name, str) for name in facts):
-        raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a text")
-    if any(one >= other for one, other in itertools.pairwise(facts)):
-        raise ValueError(f"facts={checks.shown(facts)}: must be distinct and in alphabetical order")
-    try:
-        "".join(facts).encode()
-    except UnicodeEncodeError:
-        raise ValueError(f"facts={checks.shown(facts)}: must be texts that UTF-8 can hold") from None

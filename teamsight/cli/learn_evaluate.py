@@ -74,9 +74,14 @@ def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     from teamsight import checks
     from teamsight.analysis import evaluation
     from teamsight.analysis.provenance import differing
+    from teamsight.cli import limits
 
     explored = memory.settings.get("robots", 5)
-    robots = settings.robots if settings.robots is not None else checks.count("robots", explored)
+    robots = settings.robots
+    if robots is None:
+        robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
+    limits.check_work(robots, settings.targets, settings.steps, settings.runs)
+    limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
     for name, values in differing(memory).items():
         say(

@@ -15,6 +15,8 @@ from teamsight.cli.settings import RingSettings, Settings, lengths, number_in, p
 _MOST_SAMPLES = 100
 # Steps of a world that is explored for learning curves, as in the paper.
 _EXPLORED_STEPS = 120
+# As many numbers, and as large, as there are where none are given.
+_SAMPLES = (38_400,) * 9
 
 
 def _among(field: str, registry: str) -> Any:
@@ -186,7 +188,7 @@ class FigureSettings(Settings):
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        memories, worlds, samples = self.memories or 10, self.worlds or 4, self.samples or (38400,)
+        memories, worlds, samples = self.memories or 10, self.worlds or 4, self.samples or _SAMPLES
         limits.check_sightings(self.robots, self.targets, self.radius, 1.0, shared=True)
         explored = -(-max(samples) // (self.robots * _EXPLORED_STEPS))
         limits.check_pairs(self.robots, _EXPLORED_STEPS, explored, limits.added_inputs("shared", None, self.robots))

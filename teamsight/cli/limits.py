@@ -21,10 +21,10 @@ LEAST_RISK = 1e-9
 _MOST_AGENT_STEPS = 1e14
 # Neighbours, sensed targets and relayed targets of all robots in one step, which lie in memory together.
 _MOST_SIGHTINGS = 2e8
-# Bytes of the pairs that are explored.
-_MOST_BYTES = 2e10
+# Bytes of the pairs that are explored; to put them in order takes as much again, and more.
+_MOST_BYTES = 5e9
 # Rows that a command writes.
-_MOST_ROWS = 2e7
+_MOST_ROWS = 2e6
 _FACTS, _OWN = 9, 16
 
 

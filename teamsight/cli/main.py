@@ -5,6 +5,7 @@ Nothing slow is imported here: each command imports what it needs when it is cal
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -142,6 +143,9 @@ def run(**given: Any) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit: 0 when all went well, 2 when the input is wrong, 130 after Ctrl-C."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # δ, and names of files, on a terminal or in a pipe that cannot encode them: no reason to lose the results.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         status = commands.main(args=arguments, prog_name="teamsight", standalone_mode=False)
     except (click.Abort, KeyboardInterrupt) as stop:

@@ -242,3 +242,11 @@ def test_degrees_change_what_robots_do() -> None:
         model.run(100)
         ends[name] = model.robots.position.tobytes()
     assert len(set(ends.values())) == 4
+
+
+@pytest.mark.parametrize("delta", [10**9, 10_001, 10**400])
+def test_a_ring_of_more_sectors_than_fit_in_memory_is_refused(delta: int) -> None:
+    for make in (lambda: RingAwareness(delta), lambda: CMOMMT(robots=2, awareness="ring", delta=delta)):
+        with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 are a degree of arc each$"):
+            make()
+    assert RingAwareness(10_000).width(3) == (16, 10_000)

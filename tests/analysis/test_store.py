@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import stat
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -65,3 +67,89 @@ def test_a_read_only_folder_is_told_before_any_work(tmp_path: Path) -> None:
     folder.mkdir(mode=0o500)
     with pytest.raises(store.UnwritableError, match="Permission denied"):
         store.prepare_folder(folder)
+
+
+def full(*given: Any) -> None:
+    raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace", "open"])
+def test_a_full_disk_is_one_line_and_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: str
+) -> None:
+    path = tmp_path / "t.parquet"
+    table = pd.DataFrame({"x": range(10)})
+    store.write_table(path, table, {"seed": 1})
+    before = path.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(os, failing, full)
+        with pytest.raises(store.UnwritableError, match=r"^[^\n]*t.parquet: cannot be written \(No space left on device\); give"):
+            store.write_table(path, table, {"seed": 2})
+    assert (path.read_bytes(), os.listdir(tmp_path)) == (before, [path.name])
+
+
+def test_a_file_that_grows_too_large_is_one_line_and_loses_nothing(tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    store.write_table(tmp_path / "t", pd.DataFrame({"x": [1.0]}), {})
+    before = (tmp_path / "t").read_bytes()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
+    try:
+        with pytest.raises(store.UnwritableError, match="t: cannot be written .File too large."):
+            store.write_table(tmp_path / "t", pd.DataFrame({"x": [n**0.5 for n in range(100_000)]}), {})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert ((tmp_path / "t").read_bytes(), os.listdir(tmp_path)) == (before, ["t"])
+
+
+def test_the_draft_is_made_exclusively_under_a_name_of_its_own(tmp_path: Path) -> None:
+    names = []
+    for _ in range(2):
+        with store.complete(tmp_path / ("x" * 250)) as draft:
+            names += os.listdir(tmp_path)
+            assert not stat.S_IMODE(os.fstat(draft.fileno()).st_mode) & 0o111
+        os.unlink(tmp_path / ("x" * 250))
+    assert len(set(names)) == 2
+    assert os.listdir(tmp_path) == []
+
+
+def test_what_takes_the_place_meanwhile_stays(tmp_path: Path) -> None:
+    path = tmp_path / "t"
+
+    def write() -> None:
+        with store.complete(path, store.check_replaceable) as draft:
+            draft.write(b"mine")
+            path.write_text("theirs")
+
+    with pytest.raises(ValueError, match="t: holds something else; give --force"):
+        write()
+    assert (path.read_text(), os.listdir(tmp_path)) == ("theirs", ["t"])
+
+
+def test_pandas_gets_no_name_that_it_could_read_in_another_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    Path("~").mkdir()
+    for name in ("~/t.parquet", "t.parquet.gz", "memory:x"):
+        store.write_table(name, pd.DataFrame({"x": [1]}), {})
+        with open(name, "rb") as file:
+            assert pd.read_parquet(file)["x"].tolist() == [1]
+    assert not (tmp_path / "home").exists()
+
+
+def test_each_kind_of_result_is_known_again(tmp_path: Path) -> None:
+    for _ in range(2):
+        store.write_table(tmp_path / "t", pd.DataFrame({"x": [1]}), {"seed": 1})
+        store.write_page(tmp_path / "p", "text")
+        store.write_json(tmp_path / "j", {"software": "teamsight"})
+    store.check_replaceable(tmp_path / "t", {"seed": 1})
+    for about in ({"seed": 2}, {"more": 1}):
+        with pytest.raises(ValueError, match=r"t: holds results of other settings; give --force \(in Python, force=True\)"):
+            store.check_replaceable(tmp_path / "t", about)
+    store.check_replaceable(tmp_path / "t", {"seed": 2}, force=True)
+    store.write_bytes(tmp_path / "b", b"anything")
+    with pytest.raises(ValueError, match="b: holds something else"):
+        store.write_bytes(tmp_path / "b", b"more")
+    store.write_bytes(tmp_path / "b", b"more", force=True)

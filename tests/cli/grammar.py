@@ -20,6 +20,7 @@ PATHS = (
     "\x1b[31mr", "-r", "[red]r", "[/]r", "\udcffr", "r\0", "memory.safetensors", "a/../r.parquet", "tracks.csv", "CON", "x|y", "%s%n{0}",
 )  # fmt: skip
 MEMORIES = ("memory.safetensors", "damaged.safetensors", "notes.md", "pipe", "none", "here", "table.parquet", "link", "")
+ODD_MEMORIES = tuple(f"odd-{number}" for number in range(15))
 TRACKS = ("tracks.csv", "[red]tracks.csv", "notes.md", "table.parquet", "none.csv", "here", "empty.csv", "memory.safetensors", "[/]none")
 
 COUNT = (("1", "2", "3", "2.0", "1e0", "+3", " 2 "), HUGE, SMALL, ODD)
@@ -73,7 +74,7 @@ OPTIONS = {
     ("learn", "explore"): {
         "--out": PATH, "--robots": COUNT, "--targets": COUNT, "--radius": LENGTH, "--steps": STEPS, "--runs": COUNT,
         "--awareness": AWARENESS, "--delta": COUNT, "--policy": POLICY, "--distance": _names("random", "full"), "--robot-speed": LENGTH,
-        "--seed": SEED, "--workers": WORKERS, "--merge": (MEMORIES,),
+        "--seed": SEED, "--workers": WORKERS, "--merge": (MEMORIES, ODD_MEMORIES),
     },
     ("learn", "evaluate"): {
         "--learner": LEARNERS, "--reward": REWARD, "--k": COUNT, "--gamma": SHARE, "--robots": COUNT, "--targets": COUNT,
@@ -92,7 +93,7 @@ _WRONG = (
 )  # fmt: skip
 _ARGUMENTS = {
     ("reproduce",): (["2"], ["2"], ["2", "2"], ["0"], ["ledgr"], ["2 "], ["\udcff"], ["z" * 3000], ["2", "12"]),
-    ("learn", "evaluate"): tuple([name] for name in MEMORIES),
+    ("learn", "evaluate"): tuple([name] for name in (*MEMORIES, *ODD_MEMORIES)),
 }
 
 
@@ -120,6 +121,7 @@ def command_line(noise: random.Random) -> list[str]:
         value = noise.choice(options[name][0] if noise.random() < 0.45 else noise.choice(options[name]))
         line += [f"{name}={value}"] if noise.random() < 0.2 else [name, value]
     line += [flag for flag in FLAGS[command] if noise.random() < 0.15]
-    if noise.random() < 0.03:
+    # Without a figure, all of them would be drawn.
+    if noise.random() < 0.03 and command != ("reproduce",):
         line.pop(noise.randrange(len(line)))
     return line

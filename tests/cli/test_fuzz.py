@@ -8,11 +8,13 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from teamsight.agents.noting import FACTS
 from teamsight.cli import main
 from teamsight.policies.lazy_memory import LazyMemory
 
@@ -21,6 +23,12 @@ import grammar
 
 _CASES = int(os.environ.get("TEAMSIGHT_FUZZ", "2000"))
 _PARTS = 4
+#: What may stand in the settings of a memory that a user made.
+ODD_SETTINGS: list[dict[str, Any]] = [
+    {}, {"robots": 10**7}, {"robots": "x"}, {"robots": 1e300}, {"degree": ["ring"]}, {"degree": "ring", "robot_speed": 10**400}, {"awareness": "RingAwareness(delta=1)", "degree": "ring", "merged": 3},
+    {"degree": "ring", "merged": [1]}, {"awareness": "RingAwareness(delta=1)", "merged": [1, {}]}, {"degree": "ring", "merged": [{"robot_speed": True}, {}]}, {"degree": "ring", "robot_speed": 1e155},
+    {"degree": "ring", "robot_speed": -1}, {"degree": "ring", "awareness_range": 1e-320}, {"degree": "pairwise", "awareness": "x" * 5000}, {"degree": "ring"},
+]  # fmt: skip
 # What Python says of a mistake in a program, however it leaves.
 _MISTAKE = re.compile(
     r"Traceback|a mistake in teamsight|object is not|object has no|unexpected keyword|positional argument|unsupported operand"
@@ -48,6 +56,9 @@ def make_files(folder: Path) -> dict[str, bytes]:
     damaged = bytearray((folder / "memory.safetensors").read_bytes())
     damaged[-1] ^= 1
     (folder / "damaged.safetensors").write_bytes(damaged)
+    facts = {name: [1, 0, 0, 1] for name in FACTS}
+    for number, settings in enumerate(ODD_SETTINGS):
+        LazyMemory.of([[0.5] * 17] * 4, [[0, 0]] * 4, [[0.5] * 17] * 4, facts, own=16, settings=settings).save(folder / f"odd-{number}")
     (folder / "link").symlink_to("elsewhere/target")
     (folder / "dangling").symlink_to("elsewhere/new")
     (folder / "folder-link").symlink_to("elsewhere")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,59 @@ def test_directions_are_unit_vectors_at_their_angle(fraction: float) -> None:
     assert x == pytest.approx(math.cos(2 * math.pi * fraction), abs=1e-15)
     assert y == pytest.approx(math.sin(2 * math.pi * fraction), abs=1e-15)
     assert math.hypot(x, y) == pytest.approx(1, abs=4e-16)
+
+
+class Unwritable:
+    def __repr__(self) -> str:
+        raise RuntimeError
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    "value",
+    [
+        10**400, -(10**400), 10**5000, Fraction(10**400), Fraction(1, 3), Decimal("1e999999"), Decimal("NaN"), Decimal("sNaN"), Decimal("-Infinity"),
+        np.float64(1e308), np.longdouble("1e4000"), np.uint64(2**64 - 1), math.inf, math.nan, "9" * 10_000, b"9" * 10_000, 5e-324, "\n", Unwritable(),
+        np.zeros(10_000), [0] * 10_000, {"a": "b" * 10_000}, np.float16("nan"), np.complex128(1), np.datetime64("2000-01-01"),
+    ],
+    ids=lambda value: type(value).__name__,
+)  # fmt: skip
+def test_whatever_is_given_is_refused_on_a_short_line_or_is_right(value: Any) -> None:
+    checked = [
+        lambda: checks.count("n", value, most=10), lambda: checks.count("n", value, least=2), lambda: checks.number("n", value, least=1, most=10),
+        lambda: checks.number("n", value), lambda: checks.length("n", value), lambda: checks.length("n", value, zero=True), lambda: checks.flag("n", value),
+        lambda: checks.choice("n", value, ("a", "b")), lambda: checks.seed(value, None), lambda: checks.seed(1, value),
+    ]  # fmt: skip
+    for number, check in enumerate(checked):
+        try:
+            found = check()
+            assert type(found) in (int, float)
+            assert found == value or math.isclose(found, value)
+        except (TypeError, ValueError) as error:
+            told = str(error)
+            assert ("n=" in told or "rng=" in told or "seed=" in told), (number, told)
+            assert len(told) < 200, (number, told)
+            assert "\n" not in told
+
+
+@pytest.mark.parametrize("value", [Decimal(3), Fraction(3), np.uint8(3), np.float16(3)])
+def test_numbers_of_all_kinds_are_numbers(value: Any) -> None:
+    assert (checks.count("n", value), checks.number("n", value), checks.length("n", value)) == (3, 3.0, 3.0)
+
+
+@pytest.mark.parametrize(("value", "told"), [(1e-7, "n=1e-07"), (5e-324, "n=4.94066e-324"), (1e155, "n=1e+155"), (10**10, "n=1e+10")])
+def test_lengths_are_bounded_and_name_the_limits_and_the_cure(value: float, told: str) -> None:
+    with pytest.raises(ValueError, match="must be between 1e-06 and 1e\\+09; scale all lengths and speeds alike") as caught:
+        checks.length("n", value)
+    assert str(caught.value).startswith(told)
+    with pytest.raises(ValueError, match="1e\\+09, or 0; scale"):
+        checks.length("n", value, zero=True)
+    assert checks.length("n", 0, zero=True) == 0
+    for zero, wrong in ((False, 0), (False, -1), (True, -1)):
+        with pytest.raises(ValueError, match="must be a finite number, (above|at least) 0"):
+            checks.length("n", wrong, zero=zero)
+
+
+def test_a_count_too_large_names_limit_and_cure() -> None:
+    with pytest.raises(ValueError, match=r"^n=\(about 10\^400\): must be at most 9; take another$"):
+        checks.count("n", 10**400, most=9, cure="take another")
