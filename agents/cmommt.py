@@ -20,8 +20,8 @@ from teamsight.agents.target import Target
 from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
 from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.search import RULES
-from teamsight.world import limits
 from teamsight.world.arena import Disc
+from teamsight.world.limits import Limits
 from teamsight.world.noise import Stream, stream_number, uniforms
 
 DEFAULTS: dict[str, Any] = {
@@ -127,8 +127,8 @@ class CMOMMT(World):
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        arena = Disc(limits.length("radius", plan["radius"]))
-        bounds = limits.Limits(arena)
+        arena = Disc(checks.length("radius", plan["radius"]))
+        bounds = Limits(arena)
         sensing, aware = (bounds.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
         robot_speed, _ = (bounds.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         super().__init__(arena, rng=rng, seed=seed)

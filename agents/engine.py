@@ -8,10 +8,10 @@ import numpy as np
 
 from teamsight import checks
 from teamsight.agents import membership, present
+from teamsight.agents.connect import connect
 from teamsight.agents.decisions import Deliberation
 from teamsight.agents.experience_logs import ExperienceLogs
-from teamsight.agents.failures import check_places, failure
-from teamsight.agents.fit import check_fit
+from teamsight.agents.failures import check_places, failure, insatiable
 from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 # About a quarter of a second's work.
 _BODY_STEPS_A_CALL = 4_000_000
+# How often one percept gets the room that it asked for, and a quarter more, before it is taken for one that never ends.
+_MOST_GROWTH = 8
 
 
 class Engine:
@@ -81,7 +83,8 @@ class Engine:
         """Make everything ready for a step: records, buffers and sightings of the present positions."""
         if not self.is_bound:
             with deferred():
-                self._connect()
+                self.relations = connect(self._world, self._sensed)
+                self.stretch = self._world._history.begin(self.relations)
                 self._bind()
                 self.is_bound, self.is_seen = True, False
         if not self.is_seen:
@@ -92,8 +95,11 @@ class Engine:
     def perceive(self, group: Group) -> None:
         """Bring a group's percept up to the present positions."""
         self.prepare()
-        while not group.perception.perceive(group.awareness):
+        for _ in range(_MOST_GROWTH):
+            if group.perception.perceive(group.awareness):
+                return
             self._bind_groups()
+        raise insatiable(group)
 
     def run(self, steps: int) -> None:
         """Make at most `steps` steps in one compiled call; all policies have kernels.
@@ -186,26 +192,6 @@ class Engine:
             return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
         return {"observed": present.observed_share, "mean_neighbours": present.mean_neighbours}[name](self.relations)
 
-    def _connect(self) -> None:
-        """Make the relations: who senses whom, and who is aware of whom."""
-        world = self._world
-        check_places(world)
-        for group in world.groups:
-            check_fit(group, membership.team_of(world.groups, group))
-        self.relations = []
-        for group in world.groups:
-            group.relations = {}
-            sensed = [observed for observers, observed in self._sensed if observers is group]
-            team = membership.team_of(world.groups, group)
-            for kind, observed, reach in (
-                ("targets", sensed, group.sensing_range),
-                ("mates", team, group.awareness_range),
-            ):
-                if observed:
-                    group.relations[kind] = Relation(kind, group, observed, reach, world.arena)
-                    self.relations.append(group.relations[kind])
-        self.stretch = world._history.begin(self.relations)
-
     def _bind(self) -> None:
         """Write all records."""
         world = self._world
@@ -266,15 +252,19 @@ class Engine:
 
         Ctrl-C is raised afterwards, when the world is where its last completed step has left it.
         """
-        record = self._world_record
+        record, grown = self._world_record, ((0, 0, 0), 0)
         with deferred():
             try:
                 while (status := entry(self._address)) != DONE:
-                    where, need = int(record["where"]), int(record["need"])
+                    where, need, tick = (int(record[name]) for name in ("where", "need", "tick"))
                     if status in (BAD_ACTION, OUTSIDE):
                         raise self._fail(status, where)
                     # Noise, percepts and sightings are pure: what was interrupted is begun again.
                     self._grow(status, where, need)
+                    place = status, where, tick
+                    grown = place, grown[1] + 1 if grown[0] == place else 1
+                    if grown[1] > _MOST_GROWTH:
+                        raise insatiable(self._world.groups[where])
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:

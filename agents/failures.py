@@ -10,6 +10,7 @@ from teamsight.agents.layout import OUTSIDE
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
+    from teamsight.agents.group import Group
     from teamsight.agents.model import World
 
 def failure(world: World, status: int, where: int, tick: int) -> ValueError:
@@ -33,6 +34,14 @@ def failure(world: World, status: int, where: int, tick: int) -> ValueError:
         f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading no "
         "unit vector; check the policy with check_policy(), and a degree of awareness of your own for readings that "
         "are NaN. To go on, give the group another policy, restore() a state or reset()"
+    )
+
+
+def insatiable(group: Group) -> ValueError:
+    """Return what is to be raised when a degree of awareness asks for more room whatever it is given."""
+    return ValueError(
+        f"awareness={group.awareness!r}: its perceive asks for more room each time, for {group.name}; check it with "
+        "check_awareness()"
     )
 
 

@@ -56,8 +56,17 @@ def seeds(*fields: str) -> Any:
 
 
 def processes(*fields: str) -> Any:
-    """Return a validator of numbers of processes."""
-    return whole(*fields, most=limits.MOST_WORKERS)
+    """Return a validator of numbers of worker processes; None stays None."""
+
+    def check(value: Any) -> int | None:
+        from teamsight.analysis.crew import check_workers
+
+        try:
+            return None if value is None else check_workers(number_in(value))
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+    return field_validator(*fields, mode="before")(check)
 
 
 def lengths(*fields: str) -> Any:

@@ -138,7 +138,7 @@ def test_settings_of_the_model_take_effect() -> None:
     [
         ("radius", 3.0, r"radius=3\.0: is fixed when the model is built; build another"),
         ("delta", 8, r"delta=8: is fixed .*RingAwareness\(8\)"),
-        ("search", "stay", r"search=stay: is fixed .*model\.policy = ACmommt\(search='wander'\)"),
+        ("search", "stay", r"search='stay': is fixed .*model\.policy = ACmommt\(search='wander'\)"),
         ("robots", 20, "robots|setter"), ("targets", 20, "targets|setter"), ("arena", Disc(3.0), "arena|setter"),
         ("seed_used", 3, "seed_used|setter"), ("policy", "centriod", "did you mean 'centroid'"),
     ],

@@ -21,6 +21,7 @@ from teamsight.agents.awareness import (
     RingAwareness,
     SharedAwareness,
 )
+from teamsight.kernel import kernel
 from teamsight.policies import Stationary
 from teamsight.policies.interface import Action
 
@@ -250,3 +251,23 @@ def test_a_ring_of_more_sectors_than_fit_in_memory_is_refused(delta: int) -> Non
         with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 are a degree of arc each$"):
             make()
     assert RingAwareness(10_000).width(3) == (16, 10_000)
+
+
+@kernel
+def _one_more(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+    return reports.distance.shape[0] + 1
+
+
+class OneMore(NoAwareness):
+    """Asks for one more than there is, always."""
+
+    perceive = _one_more
+
+
+@pytest.mark.parametrize("road", ["run", "step", "percept"])
+def test_a_degree_that_never_has_enough_room_is_named(road: str) -> None:
+    world = World(Disc(3.0), rng=1)
+    robots = world.add(Robot, 3, policy="random-walk", awareness=OneMore())
+    with pytest.raises(ValueError, match=r"awareness=.*its perceive asks for more room each time.*check_awareness\(\)"):
+        world.run(5) if road == "run" else world.step() if road == "step" else robots[0].percept
+    assert world.tick == 0
