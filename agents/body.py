@@ -9,6 +9,8 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight import checks
+from teamsight.agents.place import unwritable
 from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
@@ -18,21 +20,19 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
-class Place(np.ndarray[Any, np.dtype[np.float64]]):
-    """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
-
-    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
-        return np.asarray(self) + other
-
-    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
-        return np.asarray(self) - other
+def _of_group(agent: Body, name: str, value: Any) -> AttributeError:
+    group = agent.group.name
+    shown = value if isinstance(value, str) else checks.shown(value)
+    return AttributeError(
+        f"{name}={shown}: belongs to the group {group!r}; set group.{name} for all of it, or add a group for this agent"
+    )
 
 
 class Body(mesa.Agent):  # type: ignore[misc]
     """An agent with a body in the world. Groups make their agents; scripts read and move them.
 
-    A subclass that has an ``__init__`` of its own takes ``(self, model, group, row)`` and hands them to
-    ``super().__init__``.
+    Its group's columns are attributes too; see `Group.add_column`. A subclass that has an ``__init__`` of its own takes
+    ``(self, model, group, row)`` and hands them to ``super().__init__``.
 
     Attributes
     ----------
@@ -45,8 +45,9 @@ class Body(mesa.Agent):  # type: ignore[misc]
     model: World
 
     def __init__(self, model: World, group: Group, row: int) -> None:
-        super().__init__(model)
+        # Before mesa registers it: an agent whose class then fails is found by its group and taken out again.
         self.group, self._row = group, row
+        super().__init__(model)
 
     @property
     def row(self) -> int:
@@ -65,7 +66,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def position(self) -> Floats:
         """Where it is, shape (2,) [length]. What is set must lie in the arena."""
-        place: Floats = self.group.position[self.row].view(Place)
+        place: Floats = unwritable(self.group.bodies.position[self.row])
         return place
 
     @position.setter
@@ -73,22 +74,87 @@ class Body(mesa.Agent):  # type: ignore[misc]
         self.model.place(self, value)
 
     @property
+    def pos(self) -> Floats | None:
+        """mesa's name for `position`; None once the agent has left."""
+        return None if self._row < 0 else self.position
+
+    @pos.setter
+    def pos(self, value: npt.ArrayLike | None) -> None:
+        # mesa sets None where its own spaces do not hold an agent.
+        if value is not None:
+            self.position = value
+
+    @property
     def heading(self) -> Floats:
         """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
-        vector: Floats = self.group.heading[self.row].view(Place)
+        vector: Floats = unwritable(self.group.bodies.heading[self.row])
         return vector
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:
         try:
             vector = np.asarray(value, float)
-        except (TypeError, ValueError):
-            raise TypeError(f"heading={value!r}: must be two finite numbers that are not both 0") from None
+        except (TypeError, ValueError, OverflowError):
+            raise TypeError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
-            raise ValueError(f"heading={value!r}: must be two finite numbers that are not both 0")
+            raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
         self.group.bodies.heading[self.row] = vector / length
         self.model.refresh()
+
+    @property
+    def speed(self) -> float:
+        """The farthest that it can go a step [length]."""
+        return float(self.group.bodies.speed[self.row])
+
+    @speed.setter
+    def speed(self, value: float) -> None:
+        self.model.adjust_one(self, "speed", value)
+
+    @property
+    def turn_limit(self) -> float:
+        """The farthest that it can turn a step [rad]."""
+        return float(self.group.turn_limit[self.row])
+
+    @turn_limit.setter
+    def turn_limit(self, value: float) -> None:
+        self.model.adjust_one(self, "turn_limit", value)
+
+    @property
+    def sensing_range(self) -> float:
+        """How far it senses targets [length]."""
+        return float(self.group.ranges[0][self.row])
+
+    @sensing_range.setter
+    def sensing_range(self, value: float) -> None:
+        self.model.adjust_one(self, "sensing_range", value)
+
+    @property
+    def awareness_range(self) -> float:
+        """How far it senses teammates [length]."""
+        return float(self.group.ranges[1][self.row])
+
+    @awareness_range.setter
+    def awareness_range(self, value: float) -> None:
+        self.model.adjust_one(self, "awareness_range", value)
+
+    @property
+    def policy(self) -> Any:
+        """The policy of its group. One agent cannot have another: put it into a group of its own."""
+        return self.group.policy
+
+    @policy.setter
+    def policy(self, value: Any) -> None:
+        raise _of_group(self, "policy", value)
+
+    @property
+    def awareness(self) -> Any:
+        """The degree of awareness of its group."""
+        return self.group.awareness
+
+    @awareness.setter
+    def awareness(self, value: Any) -> None:
+        raise _of_group(self, "awareness", value)
 
     @property
     def percept(self) -> PerceptOfOne:
@@ -102,22 +168,18 @@ class Body(mesa.Agent):  # type: ignore[misc]
         Parameters
         ----------
         percept : PerceptOfOne
-            What it knows.
+            What it knows. A subclass may hand on a changed one, as in
+            ``super().decide(percept._replace(speed=0.1), rng)``: the policy decides on what it is given.
         rng : numpy.random.Generator
             Its own random numbers for this tick.
         """
-        action = self.model.policy_decision(self.group)
-        x, y = action.heading[self.row]
-        ahead, left = percept.heading
-        turn = math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
-        return turn, float(action.distance[self.row])
+        return self.model.policy_decision(self, percept, rng)
 
     def remove(self) -> None:
-        """Leave the world; to do so twice is to do so once."""
+        """Remove the agent from the world. Idempotent."""
         if self._row < 0:
             return
-        super().remove()
-        self.model.forget(self.group, self)
+        self.model.forget(self, super().remove)
         self._row = -1
 
     def _within(self, kind: str) -> list[Any]:

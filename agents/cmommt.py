@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight import checks
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
-from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.fit import awareness_of, policy_of
+from teamsight.agents.group import Group
+from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.membership import MOST_AGENTS
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
@@ -18,9 +20,9 @@ from teamsight.agents.target import Target
 from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
 from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.search import RULES
+from teamsight.world import limits
 from teamsight.world.arena import Disc
 from teamsight.world.noise import Stream, stream_number, uniforms
-from teamsight.world.proximity import ProximityGraph
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -125,47 +127,59 @@ class CMOMMT(World):
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        sensing = checks.number("sensing_range", plan["sensing_range"], above=0)
-        aware = checks.number("awareness_range", plan["awareness_range"], above=0)
-        robot_speed = checks.number("robot_speed", plan["robot_speed"], least=0)
-        checks.number("target_speed", plan["target_speed"], least=0)
-        super().__init__(Disc(checks.number("radius", plan["radius"], above=0)), rng=rng, seed=seed)
-        self.robots = self.add(
+        arena = Disc(limits.length("radius", plan["radius"]))
+        bounds = limits.Limits(arena)
+        sensing, aware = (bounds.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        robot_speed, _ = (bounds.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+        super().__init__(arena, rng=rng, seed=seed)
+        self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,
             speed=robot_speed, placement="spread" if isinstance(rules[0], Stationary) else "uniform",
         )  # fmt: skip
-        self.targets = self.add(
-            Target, count[1], policy=rules[1], speed=self._target_speeds(count[1]), sensing_range=sensing
-        )
+        self._targets = self.add(
+            Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
+            sensing_range=sensing,
+        )  # fmt: skip
         self.senses(self.robots, self.targets)
         if isinstance(rules[1], Evasive):
             self.senses(self.targets, self.robots)
-        self.look()
-        self.datacollector = HistoryCollector()
+        self._begin_to_collect()
+
+    @property
+    def robots(self) -> Group:
+        """The robots."""
+        return self._robots
+
+    @property
+    def targets(self) -> Group:
+        """The targets."""
+        return self._targets
+
+    policy = LiveSetting("robots", "policy")
+    awareness = LiveSetting("robots", "awareness")
+    sensing_range = LiveSetting("robots", "sensing_range")
+    awareness_range = LiveSetting("robots", "awareness_range")
+    robot_speed = LiveSetting("robots", "speed")
+    target_speed = LiveSetting("targets", "speed")
+    target_policy = LiveSetting("targets", "policy")
+    radius = FixedSetting("build another")
+    delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)")
+    uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
+    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search='wander')")
+    search_when = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search_when='no-force')")
+    weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
-        self.targets.bodies.speed[:] = self._target_speeds(len(self.targets))
-        if isinstance(self.datacollector, HistoryCollector):
-            self.datacollector = HistoryCollector()
-        else:
-            theirs = self.datacollector
-            names = ("model_reporters", "agent_reporters", "agenttype_reporters")
-            self.datacollector = type(theirs)(**{name: getattr(theirs, name) for name in names})
+        self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+        self._begin_to_collect()
 
-    def _target_speeds(self, count: int) -> Any:
+    def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:
         fastest = self.settings["target_speed"]
         if not self.settings["uniform_target_speed"]:
             return fastest
-        numbers = uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, np.arange(count), 4)
-        return fastest * numbers[3]
-
-    @property
-    def proximity(self) -> ProximityGraph:
-        """Who of the robots is within whose awareness range now, as flat arrays."""
-        self.look()
-        return self.robots.relations["mates"].graph
+        return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
 
 
 def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:

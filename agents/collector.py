@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import mesa
 import numpy as np
 
-from teamsight.agents.history import Stretch
+from teamsight.agents.history import Stretch, Totals, shares
 
 REPORTERS = {
     name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours", "seed_used")
 }
 
 
-class Rows(NamedTuple):
+@dataclass(slots=True)
+class Rows:
     """Rows of a stretch that are still to be collected, and the sums over all rows before them.
 
     Attributes
@@ -27,8 +29,8 @@ class Rows(NamedTuple):
         The step of the last.
     observed, largest : int
         The targets observed in earlier rows of the stretch, and the largest degree so far.
-    share, rows : float, int
-        Of earlier stretches the sum of the shares observed and the number of rows.
+    earlier : Totals
+        What was observed in earlier stretches.
     """
 
     stretch: Stretch
@@ -37,8 +39,7 @@ class Rows(NamedTuple):
     tick: int
     observed: int
     largest: int
-    share: float
-    rows: int
+    earlier: Totals
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
@@ -65,6 +66,11 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars = value
 
     @property
+    def has_begun(self) -> bool:
+        """Whether anything was collected."""
+        return bool(self._pending or self._model_vars["observed"])
+
+    @property
     def _collection_steps(self) -> list[float]:
         """The steps that mesa 3.5 asks for; mesa 3.3 has no such list and does not read it."""
         return self._steps if self.model_vars else []
@@ -75,17 +81,22 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     def collect_rows(self, rows: Rows) -> None:
         """Collect rows of the history, as `collect` would have after each of these steps."""
-        self._pending.append(rows)
+        last = self._pending[-1] if self._pending else None
+        if last is not None and last.stretch is rows.stretch and last.last == rows.first:
+            last.last, last.tick = rows.last, rows.tick
+        else:
+            self._pending.append(rows)
 
     def _fill(self, new: Rows) -> None:
         columns = new.stretch.columns(new.first, new.last)
         count = new.last - new.first
-        if new.stretch.targets:
-            observed = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
-            rows = new.rows + new.first + np.arange(1, count + 1)
-            mean = (new.share + observed / new.stretch.targets) / rows
-        else:
-            mean = np.full(count, new.share / new.rows if new.rows else np.nan)
+        observed: dict[int, Any] = dict(new.earlier.observed)
+        rows: Any = new.earlier.rows
+        if targets := new.stretch.targets:
+            so_far = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
+            observed[targets] = observed.get(targets, 0) + so_far
+            rows = rows + new.first + np.arange(1, count + 1)
+        mean = np.broadcast_to(shares(observed) / rows if targets or rows else np.nan, count)
         self._model_vars["observed"].extend(columns["observed"].tolist())
         self._model_vars["observed_fraction"].extend(mean.tolist())
         self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())

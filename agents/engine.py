@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
-from teamsight.agents import decisions, membership
-from teamsight.agents.experience import ExperienceLog
+from teamsight import checks
+from teamsight.agents import membership, present
+from teamsight.agents.decisions import Deliberation
+from teamsight.agents.experience_logs import ExperienceLogs
+from teamsight.agents.failures import check_places, failure
 from teamsight.agents.fit import check_fit
-from teamsight.agents.layout import BAD_ACTION, DONE, EXPERIENCE, GROUP, GROW_PERCEPT, GROW_RELATION, RELATION, WORLD
+from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.views import Trail
+from teamsight.interrupts import deferred
+from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
-    from teamsight.agents.body import Body
     from teamsight.agents.group import Group
     from teamsight.agents.history import Stretch
     from teamsight.agents.model import World
     from teamsight.kernel import Entry
+    from teamsight.policies.interface import Action
 
 # About a quarter of a second's work.
 _BODY_STEPS_A_CALL = 4_000_000
@@ -41,7 +45,7 @@ class Engine:
         Where steps are recorded.
     trails : list of Trail
         The positions kept.
-    logs : list of ExperienceLog
+    experience : ExperienceLogs
         The experience kept.
     """
 
@@ -51,26 +55,35 @@ class Engine:
         self._every = 0
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
+        self._phase = 0
         self.looks = 0
         self.trails: list[Trail] = []
-        self._experienced: list[Group] = []
-        self.logs: list[ExperienceLog] = []
+        self.experience = ExperienceLogs()
         self.stretch: Stretch = world._history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
         """Let one group sense another from now on."""
         for group in (observers, observed):
             if group not in self._world.groups:
-                raise ValueError(f"senses({observers!r}, {observed!r}): both groups must have been added to this world")
+                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
+                raise ValueError(f"{shown}: both groups must have been added to this world")
         if (observers, observed) not in self._sensed:
             self._sensed.append((observers, observed))
+            self.is_bound = False
+
+    def leave_out(self, group: Group) -> None:
+        """Undo what was said of a group that could not be added."""
+        self._sensed = [pair for pair in self._sensed if group not in pair]
+        self.experience.leave_out(group)
+        self.is_bound = False
 
     def prepare(self) -> None:
         """Make everything ready for a step: records, buffers and sightings of the present positions."""
         if not self.is_bound:
-            self._connect()
-            self._bind()
-            self.is_bound, self.is_seen = True, False
+            with deferred():
+                self._connect()
+                self._bind()
+                self.is_bound, self.is_seen = True, False
         if not self.is_seen:
             self._call(SEE)
             self.is_seen, self._is_recorded = True, False
@@ -83,10 +96,19 @@ class Engine:
             self._bind_groups()
 
     def run(self, steps: int) -> None:
-        """Make `steps` steps in one compiled call; all policies have kernels."""
+        """Make at most `steps` steps in one compiled call; all policies have kernels.
+
+        After a step that failed it makes that one only, on the decisions that stand.
+        """
+        resumed = any(group.has_decided for group in self._world.groups)
+        if resumed:
+            steps = 1
         self._make_room(steps)
-        self._world_record["steps"] = steps
+        # A step whose sightings had no room is completed first.
+        self._world_record["steps"] = steps - self._phase
         self._call(RUN)
+        if resumed:
+            self._decide_again()
 
     def step(self) -> None:
         """Make one step."""
@@ -95,11 +117,42 @@ class Engine:
             self.run(1)
             return
         self._make_room(1)
+        if self._phase:
+            self._call(END_STEP)
+            return
         self._call(BEGIN_STEP)
-        for group in world.groups:
-            if not group.is_compiled:
-                decisions.decide(group, world.tick, world.key)
-        self._call(END_STEP)
+        deciding = [group for group in world.groups if not group.is_compiled]
+        try:
+            actions = self._decide(deciding)
+            with deferred():
+                for group, action in zip(deciding, actions, strict=True):
+                    group.action.heading[:], group.action.distance[:] = action
+                memories = [group.deliberation.memory() for group in deciding]  # type: ignore[union-attr]
+                tick = world.tick
+                try:
+                    self._call(END_STEP)
+                finally:
+                    if world.tick > tick or self._phase:
+                        for group, memory in zip(deciding, memories, strict=True):
+                            group.memory = memory
+        finally:
+            for group in deciding:
+                group.deliberation = None
+        self._decide_again()
+
+    def _decide(self, groups: list[Group]) -> list[Action]:
+        """Let the policies decide that are Python."""
+        world = self._world
+        for group in groups:
+            group.deliberation = Deliberation(group, world.tick, world.key, group.noise(world.tick))
+        return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
+
+    def _decide_again(self) -> None:
+        """From now on let all policies with kernels decide that had decided in a step that failed."""
+        for group in self._world.groups:
+            if group.has_decided:
+                group.has_decided = False
+                self.is_bound = False
 
     @property
     def longest_call(self) -> int:
@@ -114,15 +167,16 @@ class Engine:
     def record_experience(self, group: Group) -> None:
         """Keep what the robots of a group meet, from now on."""
         if group not in self._world.groups:
-            raise ValueError(f"record_experience({group!r}): the group must have been added to this world")
-        if group not in self._experienced:
-            self._experienced.append(group)
+            raise ValueError(f"record_experience({checks.shown(group)}): the group must have been added to this world")
+        if self.experience.record(group):
             self.is_bound = False
 
     def forget(self) -> None:
         """Begin to record anew."""
         self.is_bound = self.is_seen = self._is_recorded = False
-        self.trails, self.logs = [], []
+        self._phase = 0
+        self.trails = []
+        self.experience.forget()
         self.stretch = self._world._history.begin([])
 
     def present(self, name: str) -> float:
@@ -130,38 +184,14 @@ class Engine:
         self.prepare()
         if self._is_recorded:
             return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
-        seen: dict[int, npt.NDArray[np.bool_]] = {}
-        edges = robots = 0
-        for relation in self.relations:
-            if relation.kind == "mates":
-                edges += len(relation.graph.index)
-                robots += len(relation.observers)
-            elif relation.observers.team is not None:
-                met = np.zeros(len(relation.everyone), bool)
-                met[relation.graph.index] = True
-                for group in relation.observed:
-                    first = relation.first[group.number]
-                    part = met[first : first + len(group)]
-                    seen[group.number] = seen.get(group.number, False) | part
-        if name == "mean_neighbours":
-            return edges / robots if robots else float("nan")
-        total = sum(map(len, seen.values()))
-        return sum(int(part.sum()) for part in seen.values()) / total if total else float("nan")
-
-    def observers_of(self, agent: Body) -> list[Any]:
-        """Return the agents that have this one in sensing range."""
-        found = []
-        for relation in self.relations:
-            if relation.kind == "targets" and agent.group.number in relation.first:
-                index = relation.first[agent.group.number] + agent.row
-                edges = np.flatnonzero(relation.graph.index == index)
-                rows = np.searchsorted(relation.graph.start, edges, side="right") - 1
-                found += [relation.observers.agents[row] for row in rows]
-        return found
+        return {"observed": present.observed_share, "mean_neighbours": present.mean_neighbours}[name](self.relations)
 
     def _connect(self) -> None:
         """Make the relations: who senses whom, and who is aware of whom."""
         world = self._world
+        check_places(world)
+        for group in world.groups:
+            check_fit(group, membership.team_of(world.groups, group))
         self.relations = []
         for group in world.groups:
             group.relations = {}
@@ -174,7 +204,6 @@ class Engine:
                 if observed:
                     group.relations[kind] = Relation(kind, group, observed, reach, world.arena)
                     self.relations.append(group.relations[kind])
-            check_fit(group, team)
         self.stretch = world._history.begin(self.relations)
 
     def _bind(self) -> None:
@@ -195,31 +224,14 @@ class Engine:
         record["key"], record["tick"], record["bodies"] = world.key.ctypes.data, world.tick, bodies
         record["groups"], record["group_count"] = self._group_records.ctypes.data, len(world.groups)
         record["relations"], record["relation_count"] = self._relation_records.ctypes.data, len(self.relations)
-        record["every"] = self._every
+        record["every"], record["phase"] = self._every, self._phase
+        self._kept_places = np.zeros((bodies if is_watched(world.arena) else 0, 6))
+        record["kept"] = self._kept_places.ctypes.data if is_watched(world.arena) else 0
         if self._every:
             self.trails.append(Trail(world.groups, self._every, world.tick))
-        self._begin_logs()
-        self._bind_logs()
-        record["logs"], record["log_count"] = self._log_records.ctypes.data, len(self._log_records)
-
-    def _begin_logs(self) -> None:
-        """Begin to keep experience in new arrays: who is in a group, or on its team, may have changed."""
-        groups = self._world.groups
-        teams = [membership.team_of(groups, group) for group in self._experienced]
-        begun = [
-            ExperienceLog(group, sum(map(len, team))) for group, team in zip(self._experienced, teams, strict=True)
-        ]
-        self.logs = [log for log in self.logs if log.rows] + begun
-        self._log_records = np.zeros(len(begun), EXPERIENCE)
-
-    def _logs_in_use(self) -> list[tuple[ExperienceLog, Any]]:
-        first = len(self.logs) - len(self._log_records)
-        return list(zip(self.logs[first:], self._log_records, strict=True))
-
-    def _bind_logs(self) -> None:
-        bodies = sum(map(len, self._world.groups))
-        for log, record in self._logs_in_use():
-            log.bind(record, self._world.groups, self.relations, bodies)
+        self.experience.begin(world.groups)
+        self.experience.bind(world.groups, self.relations)
+        record["logs"], record["log_count"] = self.experience.records.ctypes.data, len(self.experience.records)
 
     def _bind_relation(self, where: int) -> None:
         relation = self.relations[where]
@@ -246,51 +258,64 @@ class Engine:
             trail = self.trails[-1]
             trail.make_room(steps // self._every + 1)
             record["trail"], record["trail_row"] = trail.raw.ctypes.data, trail.rows
-        moved = [log.make_room(steps) for log, _ in self._logs_in_use()]
-        if any(moved):
-            self._bind_logs()
+        if self.experience.make_room(steps):
+            self.experience.bind(self._world.groups, self.relations)
 
     def _call(self, entry: Entry) -> None:
-        """Call the loop until it is done, making room whenever it asks for it."""
+        """Call the loop until it is done, making room whenever it asks for it.
+
+        Ctrl-C is raised afterwards, when the world is where its last completed step has left it.
+        """
         record = self._world_record
-        while (status := entry(self._address)) != DONE:
-            where, need = int(record["where"]), int(record["need"])
-            if status == BAD_ACTION:
+        with deferred():
+            try:
+                while (status := entry(self._address)) != DONE:
+                    where, need = int(record["where"]), int(record["need"])
+                    if status in (BAD_ACTION, OUTSIDE):
+                        raise self._fail(status, where)
+                    # Noise, percepts and sightings are pure: what was interrupted is begun again.
+                    self._grow(status, where, need)
+            finally:
                 self._read_back()
-                policy = type(self._world.groups[where].policy).__name__
-                name = self._world.groups[where].name
-                raise ValueError(
-                    f"{policy}: an action of {name} at tick {self._world.tick} is not finite, or its heading no unit "
-                    "vector; check the policy with check_policy(), and a degree of awareness of your own for readings "
-                    "that are NaN"
-                )
-            # Noise, percepts and sightings are pure: what was interrupted is begun again.
-            self._grow(status, where, need)
-        self._read_back()
+            if entry is RUN or entry is END_STEP:
+                self._check_places()
+
+    def _fail(self, status: int, where: int) -> ValueError:
+        """Return what is to be raised when a step cannot be made; its decisions stand."""
+        for group in self._world.groups:
+            group.has_decided = group.is_compiled
+        self.is_bound = False
+        return failure(self._world, status, where, int(self._world_record["tick"]))
+
+    def _check_places(self) -> None:
+        try:
+            check_places(self._world)
+        except ValueError:
+            # So that no further step is made: whoever prepares one meets the same error.
+            self.is_bound = False
+            raise
 
     def _grow(self, status: int, where: int, need: int) -> None:
         """Make room and bind again, keeping what the loop has got to."""
-        assert status in (GROW_RELATION, GROW_PERCEPT)
         if status == GROW_RELATION:
             self.relations[where].grow(need)
             self._bind_relation(where)
         else:
             self._world.groups[where].perception.grow(need)
         self._bind_groups()
-        self._keep_log_rows()
-        self._bind_logs()
+        self.experience.read_back()
+        self.experience.bind(self._world.groups, self.relations)
 
     def _read_back(self) -> None:
         record = self._world_record
         self._world.tick = int(record["tick"])
+        self._world.clock.set(self._world.tick)
+        # 1 only when there was no room for sightings: the step is then completed by the next call.
+        self._phase = int(record["phase"])
         if record["history"]:
             self._is_recorded = self._is_recorded or int(record["row"]) > self.stretch.rows
             self.stretch.rows = int(record["row"])
             self.stretch.sum_up()
         if self._every and record["trail"]:
             self.trails[-1].rows = int(record["trail_row"])
-        self._keep_log_rows()
-
-    def _keep_log_rows(self) -> None:
-        for log, record in self._logs_in_use():
-            log.rows = int(record["row"])
+        self.experience.read_back()

@@ -46,7 +46,7 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     120 steps are 600 pairs.
     """
     if not isinstance(world, World):
-        shown = f"{world!r}: is no world; give one"
+        shown = f"{checks.shown(world)}: is no world; give one"
         if isinstance(world, type):
             shown = f"{world.__name__}: is a class; give a world"
         raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")

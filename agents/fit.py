@@ -28,8 +28,8 @@ def policy_of(value: Any, name: str = "policy") -> Any:
         raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
     if not hasattr(value, "decide") and not callable(value):
         raise TypeError(
-            f"{name}={value!r}: must be a name, an object with draws, start(size) and decide(percept, memory, noise), "
-            "or a callable f(percept, rng) -> (turn, distance)"
+            f"{name}={checks.shown(value)}: must be a name, an object with draws, start(size) and "
+            "decide(percept, memory, noise), or a callable f(percept, rng) -> (turn, distance)"
         )
     if not hasattr(value, "decide"):
         try:
@@ -45,7 +45,8 @@ def policy_of(value: Any, name: str = "policy") -> Any:
     if hasattr(value, "decide"):
         missing = [member for member in ("draws", "start") if not hasattr(value, member)]
         if missing:
-            raise TypeError(f"{name}={value!r}: has decide but no {' and no '.join(missing)}; see check_policy()")
+            shown = checks.shown(value)
+            raise TypeError(f"{name}={shown}: has decide but no {' and no '.join(missing)}; see check_policy()")
         checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
     return value
 
@@ -61,7 +62,7 @@ def awareness_of(value: Awareness | str) -> Awareness:
     if isinstance(value, str):
         return AWARENESS[checks.choice("awareness", value, AWARENESS)]()
     if not isinstance(value, Awareness):
-        shown = f"{value!r}: is no degree of awareness; give one"
+        shown = f"{checks.shown(value)}: is no degree of awareness; give one"
         if isinstance(value, type):
             shown = f"{value.__name__}: is a class; give an object"
         raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,18 +10,21 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.compiled import perceive_entry, situate_entry
+from teamsight.agents.column import Column, Columns
+from teamsight.agents.column_attribute import install, is_free
 from teamsight.agents.layout import GROUP
 from teamsight.agents.perception import Perception, filled
 from teamsight.agents.relation import Relation
-from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision
+from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
 from teamsight.policies.interface import Action, Percept, Sightings
 from teamsight.world.bodies import Bodies
-from teamsight.world.motion import motion
+from teamsight.world.motion import limit_of_turn, motion
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
 
 if TYPE_CHECKING:
     import mesa
 
+    from teamsight.agents.decisions import Deliberation
     from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
@@ -46,7 +49,7 @@ class Group:
         How far each senses targets and teammates [length].
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
-    columns : dict
+    columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
     memory : object
         What they remember; rows as in `agents`.
@@ -63,23 +66,25 @@ class Group:
         ranges: tuple[Floats, Floats],
         policy: Any,
         awareness: Awareness,
+        adjust: Callable[..., None],
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
         self.ranges = ranges
         self.rules = policy, awareness
-        self.columns: dict[str, npt.NDArray[Any]] = {}
+        self.columns = Columns(name)
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
         self.plan: Any = None
         self.founders = len(bodies)
         self.relations: dict[str, Relation] = {}
-        self.begin()
+        self._adjust = adjust
+        self.begin(first_memory(policy, len(bodies)))
 
-    def begin(self) -> None:
-        """Forget everything and make the buffers anew, as wide as the group is now."""
+    def begin(self, memory: Any) -> None:
+        """Make the buffers anew, as wide as the group is now, and remember this; see `first_memory`."""
         size = len(self.bodies)
-        self.memory: Any = self.policy.start(size) if hasattr(self.policy, "start") else None
+        self.memory = memory
         self.draws = int(getattr(self.policy, "draws", 0))
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         self.lanes = -(-max(size, 1) // LANES) * LANES
@@ -87,16 +92,18 @@ class Group:
         self._noise_identity = np.zeros(self.lanes, np.int64)
         self._noise_identity[:size] = self.bodies.member
         self.perception = Perception(size)
-        self.decided_at = -1
-        self.policy_action = self.action
+        # While a step is being made, the decision under way; and, after a step that failed once its policies with
+        # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
+        self.deliberation: Deliberation | None = None
+        self.has_decided = False
 
-    def place_again(self, bodies: Bodies, ranges: tuple[Floats, Floats]) -> None:
-        """Take the bodies of all who founded the group, as far as they are still here, and forget everything else."""
+    def place_again(self, bodies: Bodies, ranges: tuple[Floats, Floats], memory: Any) -> None:
+        """Take the bodies of all who founded the group, as far as they are still here, and a new memory."""
         member, identity = self.bodies.member, self.bodies.identity
         self.bodies = bodies.rows(member)
         self.bodies.identity[:] = identity
         self.ranges = ranges[0][member], ranges[1][member]
-        self.begin()
+        self.begin(memory)
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -112,60 +119,101 @@ class Group:
 
     @property
     def policy(self) -> Any:
-        """What decides for them; to change it, use `World.adjust`."""
+        """What decides for them; what is set takes effect as by `World.adjust`."""
         return self.rules[0]
+
+    @policy.setter
+    def policy(self, value: Any) -> None:
+        self._adjust(self, policy=value)
 
     @property
     def awareness(self) -> Awareness:
-        """What they perceive of teammates; to change it, use `World.adjust`."""
+        """What they perceive of teammates; what is set takes effect as by `World.adjust`."""
         return self.rules[1]
+
+    @awareness.setter
+    def awareness(self, value: Awareness | str) -> None:
+        self._adjust(self, awareness=value)
 
     @property
     def sensing_range(self) -> Floats:
-        """How far each senses targets, shape (n,) [length]; to change it, use `World.adjust`."""
+        """How far each senses targets, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
         return readonly(self.ranges[0])
+
+    @sensing_range.setter
+    def sensing_range(self, value: npt.ArrayLike) -> None:
+        self._adjust(self, sensing_range=value)
 
     @property
     def awareness_range(self) -> Floats:
-        """How far each senses teammates, shape (n,) [length]; to change it, use `World.adjust`."""
+        """How far each senses teammates, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
         return readonly(self.ranges[1])
+
+    @awareness_range.setter
+    def awareness_range(self, value: npt.ArrayLike) -> None:
+        self._adjust(self, awareness_range=value)
 
     @property
     def speed(self) -> Floats:
-        """The farthest each can go a step, shape (n,) [length]; to change it, use `World.adjust`."""
+        """The farthest each can go a step, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
         return readonly(self.bodies.speed)
 
-    def add_column(self, name: str, fill: Any = 0.0) -> npt.NDArray[Any]:
+    @speed.setter
+    def speed(self, value: npt.ArrayLike) -> None:
+        self._adjust(self, speed=value)
+
+    @property
+    def turn_limit(self) -> Floats:
+        """The farthest each can turn a step, shape (n,) [rad]; what is set takes effect as by `World.adjust`."""
+        return readonly(limit_of_turn(self.bodies.turn_cosine, self.bodies.turn_sine))
+
+    @turn_limit.setter
+    def turn_limit(self, value: npt.ArrayLike) -> None:
+        self._adjust(self, turn_limit=value)
+
+    def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Give the agents a property of the user's own, which is saved and restored with the world.
+
+        It is also an attribute of each agent: after ``robots.add_column("battery", 1.0)``, ``robot.battery -= 0.1``.
 
         Parameters
         ----------
         name : str
-            A new name.
+            A new name, which the agents do not have yet.
         fill : object or array_like, shape (n, …)
-            The value for all, or for each.
+            The value for all, or for each. Its type is that of the column: 0 for whole numbers, 0.0 for any.
 
         Returns
         -------
-        ndarray, shape (n, …)
-            The column; change its elements in place.
+        Column
+            Used like an array of shape (n, …); it stays valid when agents leave and states are restored.
 
         Raises
         ------
+        TypeError
+            If the name is no text.
         ValueError
-            If there is a column of this name, or `fill` is of another length.
+            If there is a column or another attribute of this name, or `fill` is of another length.
         """
+        if not isinstance(name, str) or not name:
+            raise TypeError(f"name={name!r}: must be a text, such as 'battery'")
         if name in self.columns:
             raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
+        if not all(is_free(agent, name) for agent in self.agents):
+            raise ValueError(f"name={name!r}: the agents of {self.name!r} have this attribute; take another name")
         value = np.asarray(fill)
+        if value.dtype.kind in "US":
+            # An array of texts would cut off longer ones.
+            value = value.astype(object)
         if value.ndim and len(value) != len(self):
             raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
-        self.columns[name] = np.array(value if value.ndim else np.full(len(self), fill))
-        return self.columns[name]
+        for kind in {type(agent) for agent in self.agents}:
+            install(kind, name)
+        return self.columns.create(name, np.array(value if value.ndim else np.full(len(self), value)))
 
     @property
     def position(self) -> Floats:
-        """Where the agents are, shape (n, 2) [length]; to move one, set its `position`."""
+        """Where the agents are, shape (n, 2) [length]; to move one, set its own `position`."""
         return readonly(self.bodies.position)
 
     @property
@@ -217,7 +265,7 @@ class Group:
         self._decision = np.zeros(1, DECISION)
         self._kept: list[npt.NDArray[Any]] = []
         record["decide"] = record["decision"] = 0
-        if self.is_compiled:
+        if self.is_compiled and not self.has_decided:
             self._kept = bind_decision(
                 self._decision[0], self.policy, buffers, self.memory, self._noise[0], self.action
             )
@@ -232,6 +280,20 @@ class Group:
         record["situate"] = situate_entry(self.awareness).address if perception.is_situated else 0
         record["advance"] = self._move.entry.address
         assert set(record.dtype.names) == set(GROUP.names or ())
+
+
+def first_memory(policy: Any, size: int) -> Any:
+    """Return what `size` agents under a policy remember before their first decision.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a policy with a kernel returns none that the kernel can read.
+    """
+    memory = policy.start(size) if hasattr(policy, "start") else None
+    if isinstance(policy, CompiledPolicy):
+        check_memory(policy, memory, size)
+    return memory
 
 
 def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

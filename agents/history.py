@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +68,21 @@ class Stretch:
         }
 
 
+class Totals(NamedTuple):
+    """What was observed in all rows of some stretches that had targets.
+
+    Attributes
+    ----------
+    observed : dict of int to int
+        For each number of targets, in the order in which they came, how many were observed in all these rows.
+    rows : int
+        How many rows there are.
+    """
+
+    observed: dict[int, int]
+    rows: int
+
+
 class History:
     """All stretches of a world, one after the other."""
 
@@ -81,15 +97,15 @@ class History:
         return self._stretches[-1]
 
     @property
-    def earlier(self) -> tuple[float, int]:
-        """Of all stretches but the last that had targets, the sum of the shares observed and the number of rows."""
-        return _shares(self._stretches[:-1])
+    def earlier(self) -> Totals:
+        """Of all stretches but the last."""
+        return _totals(self._stretches[:-1])
 
     @property
     def observed_fraction(self) -> float:
         """The mean share of targets that at least one robot sees, over the rows with targets; NaN before the first."""
-        share, rows = _shares(self._stretches)
-        return share / rows if rows else float("nan")
+        observed, rows = _totals(self._stretches)
+        return shares(observed) / rows if rows else float("nan")
 
     @property
     def max_neighbours(self) -> int:
@@ -104,12 +120,21 @@ class History:
         return table
 
 
-def _shares(stretches: list[Stretch]) -> tuple[float, int]:
-    """Return the sum of the shares observed over all rows with targets, and the number of these rows."""
-    # Not `sum`, which since Python 3.12 carries what rounding lost: continued later, it would not give the same bits.
-    share, rows = 0.0, 0
+def _totals(stretches: list[Stretch]) -> Totals:
+    observed: dict[int, int] = {}
+    rows = 0
     for stretch in stretches:
-        if stretch.targets:
-            share += stretch.observed_sum / stretch.targets
+        if stretch.targets and stretch.rows:
+            observed[stretch.targets] = observed.get(stretch.targets, 0) + stretch.observed_sum
             rows += stretch.rows
-    return share, rows
+    return Totals(observed, rows)
+
+
+def shares(observed: Mapping[int, Any]) -> Any:
+    """Return the sum of the shares observed, from the numbers observed among so many targets."""
+    # Whole numbers are summed first: however steps are divided into stretches, the result has the same bits. Not `sum`,
+    # which since Python 3.12 carries what rounding lost.
+    total: Any = 0.0
+    for targets, number in observed.items():
+        total = total + number / targets
+    return total

@@ -27,13 +27,14 @@ at which each body of the world was last counted by the observers' side, ``rows`
 WORLD = np.dtype(
     [(name, np.int64) for name in ("key", "tick", "steps", "phase", "groups", "group_count")]
     + [(name, np.int64) for name in ("relations", "relation_count", "history", "row", "where", "need")]
-    + [(name, np.int64) for name in ("every", "trail", "trail_row", "bodies", "logs", "log_count")]
+    + [(name, np.int64) for name in ("every", "trail", "trail_row", "bodies", "logs", "log_count", "kept")]
 )
 """A world: its time, its groups and relations, and the buffers that are recorded into.
 
 ``phase`` is 1 when bodies have moved and their sightings are still to be found; ``where`` and ``need`` say which group
 or relation ran out of room, and for how many entries. ``every``, when above 0, records positions each so many steps;
-``logs`` is where the experience of ``log_count`` groups is written.
+``logs`` is where the experience of ``log_count`` groups is written. ``kept``, when not 0, is where the places, headings
+and last displacements of all bodies are kept during a move, so that one which leads out of the arena can be undone.
 """
 
 EXPERIENCE = np.dtype(
@@ -49,4 +50,4 @@ EXPERIENCE = np.dtype(
 
 HISTORY_COLUMNS = 3
 
-DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION = range(4)
+DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(5)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
+from teamsight.agents import compat
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.fit import awareness_of, check_fit, check_needs, policy_of
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, first_memory
+from teamsight.agents.memory_rows import take_rows
+from teamsight.policies.compiled import CompiledPolicy, check_memory
 from teamsight.world import placement as placements
 from teamsight.world.bodies import Bodies
+from teamsight.world.motion import is_watched
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.noise import Stream, stream_number, uniforms
 
@@ -44,7 +50,7 @@ class Plan(NamedTuple):
 def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) -> Group:
     """Return a new group, its agents still to be made."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
-        raise TypeError(f"agent_class={agent_class!r}: must be Robot, Target or a subclass")
+        raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
     size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
     policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
@@ -52,7 +58,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
     if name in [group.name for group in world.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give one of its own")
-    group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness)
+    group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness, world.adjust)
     check_needs(group)
     group.plan = plan
     return group
@@ -60,21 +66,20 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
 
 def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodies, tuple[Floats, Floats]]:
     """Return the bodies of a group at the beginning, and their sensing and awareness ranges."""
-    sensing = _column("sensing_range", plan.sensing_range, size, above=0)
-    ranges = sensing, _column("awareness_range", plan.awareness_range, size, above=0)
-    for reach in ranges:
-        world.arena.check_reach(float(reach.max()))
+    ranges = (
+        _column("sensing_range", plan.sensing_range, size, world.limits.range),
+        _column("awareness_range", plan.awareness_range, size, world.limits.range),
+    )
     numbers = uniforms(world.key, stream_number(Stream.PLACEMENT, number), 0, np.arange(size), 3)
     angle = 2 * math.pi * numbers[2]
-    limits = _column("turn_limit", math.pi if plan.turn_limit is None else plan.turn_limit, size, least=0)
-    cosine, sine = _turn_columns(limits)
+    cosine, sine = _turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
     bodies = Bodies(
         identity=np.zeros(size, np.int64),
         member=np.arange(size),
-        position=_positions(world.arena, plan.placement, numbers[:2], float(sensing.max())),
+        position=_positions(world.arena, plan.placement, numbers[:2], float(ranges[0].max())),
         heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
         moved=np.zeros((size, 2)),
-        speed=_column("speed", plan.speed, size, least=0),
+        speed=_column("speed", plan.speed, size, world.limits.speed),
         turn_cosine=cosine,
         turn_sine=sine,
         arena_size=np.array(world.arena.size),
@@ -91,22 +96,43 @@ def _free_name(world: World, name: str) -> str:
     return free
 
 
-def _column(name: str, value: npt.ArrayLike, size: int, **limits: float) -> Floats:
-    array = np.asarray(value)
-    if array.dtype.kind not in "iuf" or array.dtype.kind == "b":
-        raise TypeError(f"{name}={value!r}: must be a number, or one for each agent")
+def _column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
+    """Return one number for each agent, all of them checked."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
+    if array.dtype.kind not in "iuf":
+        # What is no array of numbers may still be one number, such as a fraction or 10**400.
+        if not isinstance(value, Real) or isinstance(value, bool):
+            raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
+        array = np.asarray(check(name, value))
     if array.shape not in ((), (size,)):
         raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
     for number in np.unique(array) if array.size > 1 else array.ravel():
-        checks.number(name, float(number), **limits)
+        check(name, float(number))
     return np.array(np.broadcast_to(array, size), float)
+
+
+def _turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
+    """Return the cosines and sines of the turning limits."""
+    angles = _column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
+    cosine, sine = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
+    return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
 
 
 def _positions(arena: Arena, placement: str | npt.ArrayLike, numbers: Floats, radius: float) -> Floats:
     if isinstance(placement, str):
         if checks.choice("placement", placement, ("uniform", "spread")) == "spread":
-            return placements.spread(arena, numbers, radius)
-        return placements.uniform(arena, numbers)
+            places = placements.spread(arena, numbers, radius)
+        else:
+            places = placements.uniform(arena, numbers)
+        if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
+            wrong = tuple(places[int(np.argmin(inside))].tolist())
+            raise ValueError(
+                f"{arena}: its place() leads to {wrong}, outside by contains(); check the arena with check_arena()"
+            )
+        return places
     return checked_positions(arena, placement, (numbers.shape[1], 2))
 
 
@@ -120,8 +146,8 @@ def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]
     """
     try:
         position = np.array(value, float)
-    except (TypeError, ValueError):
-        raise TypeError(f"position={value!r}: must be numbers of shape {shape}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"position={checks.shown(value)}: must be numbers of shape {shape}") from None
     if position.shape != shape:
         raise ValueError(f"position: has the shape {position.shape}; it must be {shape}")
     inside = arena.contains(position) & np.isfinite(position).all(axis=-1)
@@ -132,77 +158,93 @@ def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]
 
 
 def populate(world: World, group: Group, agent_class: type[Body]) -> None:
-    """Make the mesa agents of a group; identities are their unique ids."""
-    group.agents = [agent_class(world, group, row) for row in range(len(group))]
-    group.bodies.identity[:] = [agent.unique_id for agent in group.agents]
-    group.decides_alone = agent_class.decide is not Body.decide
-    group.begin()
+    """Add a group to its world and make its agents; identities are their unique ids.
+
+    When an agent cannot be made, the world is left as it was.
+    """
+    first = compat.next_identity(world)
+    world.groups.append(group)
+    try:
+        group.agents = [agent_class(world, group, row) for row in range(len(group))]
+        group.bodies.identity[:] = [agent.unique_id for agent in group.agents]
+        group.decides_alone = agent_class.decide is not Body.decide
+    except BaseException:
+        world.groups.remove(group)
+        # Those of a class that failed after mesa had registered them too.
+        for agent in [agent for agent in world.agents if vars(agent).get("group") is group]:
+            world.deregister_agent(agent)
+        compat.set_next_identity(world, first)
+        raise
 
 
 def adjust(world: World, group: Group, **changes: Any) -> None:
-    """Change what a group can do; see `World.adjust`."""
-    size = len(group)
-    sensing, aware = group.ranges
-    if changes["sensing_range"] is not None:
-        sensing = _column("sensing_range", changes["sensing_range"], size, above=0)
-    if changes["awareness_range"] is not None:
-        aware = _column("awareness_range", changes["awareness_range"], size, above=0)
-    for reach in (sensing, aware):
-        world.arena.check_reach(float(reach.max(initial=0.0)))
-    speed, limits = group.bodies.speed, None
-    if changes["speed"] is not None:
-        speed = _column("speed", changes["speed"], size, least=0)
-    if changes["turn_limit"] is not None:
-        limits = _column("turn_limit", changes["turn_limit"], size, least=0)
-    policy, awareness = group.rules
-    if changes["awareness"] is not None:
-        awareness = awareness_of(changes["awareness"])
-    if changes["policy"] is not None:
-        policy = policy_of(changes["policy"])
-    before = group.rules
+    """Change what a group can do; see `World.adjust`. All is checked before anything changes."""
+    given = {name: value for name, value in changes.items() if value is not None}
+    size, limits, bodies = len(group), world.limits, group.bodies
+    ranges = [
+        _column(name, given[name], size, limits.range) if name in given else before
+        for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
+    ]
+    speed = _column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
+    turning = bodies.turn_cosine, bodies.turn_sine
+    if "turn_limit" in given:
+        turning = _turn_columns(given["turn_limit"], size)
+    policy, awareness = before = group.rules
+    if "awareness" in given:
+        awareness = awareness_of(given["awareness"])
+    if "policy" in given:
+        policy = policy_of(given["policy"])
     group.rules = policy, awareness
     try:
         check_fit(group, team_of(world.groups, group))
-    except ValueError:
+        memory = first_memory(policy, size) if policy is not before[0] else None
+    except BaseException:
         group.rules = before
         raise
-    group.ranges = sensing, aware
-    group.bodies.speed = speed
-    if limits is not None:
-        group.bodies.turn_cosine, group.bodies.turn_sine = _turn_columns(limits)
+    group.ranges = ranges[0], ranges[1]
+    bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
     if policy is not before[0]:
-        group.begin()
+        group.begin(memory)
 
 
-def _turn_columns(limits: Floats) -> tuple[Floats, Floats]:
-    cosine, sine = np.array([turn_limit_of(limit) for limit in limits]).reshape(-1, 2).T
-    return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
+def adjust_one(world: World, agent: Body, name: str, value: float) -> None:
+    """Change what one agent can do: its speed, its turning limit, or one of its ranges."""
+    group, row, bodies = agent.group, agent.row, agent.group.bodies
+    if name == "speed":
+        bodies.speed[row] = _column("speed", value, 1, world.limits.speed)[0]
+    elif name == "turn_limit":
+        cosine, sine = _turn_columns(value, 1)
+        bodies.turn_cosine[row], bodies.turn_sine[row] = cosine[0], sine[0]
+    else:
+        group.ranges[name == "awareness_range"][row] = _column(name, value, 1, world.limits.range)[0]
 
 
-def drop(group: Group, agent: Body) -> None:
-    """Take one agent out of a group's arrays; the others keep their state."""
-    keep = np.arange(len(group)) != agent.row
-    memory = group.memory
+def drop(group: Group, agent: Body, leave: Callable[[], None]) -> None:
+    """Take one agent out of a group's arrays; the others keep their state.
+
+    Parameters
+    ----------
+    group : Group
+        Its group.
+    agent : Body
+        Who leaves.
+    leave : callable
+        Takes the agent out of mesa's sets. Called once nothing else can fail.
+    """
+    size, row = len(group), agent.row
+    keep = np.arange(size) != row
+    memory = take_rows(group.memory, keep, size)
+    if isinstance(group.policy, CompiledPolicy):
+        check_memory(group.policy, memory, size - 1)
+    columns = {name: array[keep] for name, array in group.columns.arrays().items()}
+    leave()
     group.bodies = group.bodies.rows(keep)
-    group.ranges = group.sensing_range[keep], group.awareness_range[keep]
-    group.columns = {name: array[keep] for name, array in group.columns.items()}
-    group.agents.pop(agent.row)
-    for row, other in enumerate(group.agents):
-        other.row = row
-    group.begin()
-    group.memory = _rows(memory, keep)
-
-
-def _rows(memory: Any, keep: npt.NDArray[np.bool_]) -> Any:
-    """Return the rows to keep of all arrays with a row for each agent, however a policy has put them together."""
-    if isinstance(memory, np.ndarray) and memory.shape[:1] == keep.shape:
-        return np.ascontiguousarray(memory[keep])
-    if isinstance(memory, dict):
-        return {name: _rows(part, keep) for name, part in memory.items()}
-    if isinstance(memory, (tuple, list)):
-        parts = [_rows(part, keep) for part in memory]
-        return type(memory)(*parts) if hasattr(memory, "_fields") else type(memory)(parts)
-    return memory
+    group.ranges = group.ranges[0][keep], group.ranges[1][keep]
+    group.columns.replace(columns)
+    group.agents.pop(row)
+    for place, other in enumerate(group.agents):
+        other.row = place
+    group.begin(memory)
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import random
-import warnings
 from collections.abc import Callable
 from typing import Any
 
 import mesa
+import numpy as np
 import numpy.typing as npt
 
 from teamsight import checks
-from teamsight.agents import compat, decisions, membership
+from teamsight.agents import compat, decisions, membership, present
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.collector import HistoryCollector, Rows
+from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
 from teamsight.agents.readings import Readings
 from teamsight.agents.state import Stateful
-from teamsight.agents.timeline import Timeline
-from teamsight.policies.interface import Action
+from teamsight.agents.stepping import Stepping
+from teamsight.policies.interface import PerceptOfOne
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
+from teamsight.world.limits import Limits
 from teamsight.world.noise import key_of
 
 
-class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
+class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -47,8 +48,6 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
         The SimPy environment that drives the model.
     tick : int
         How many steps have been made.
-    seed_used : int
-        The seed.
 
     Raises
     ------
@@ -61,26 +60,43 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
     -----
     One step is: events that are due → perceive → decide → advance → new sightings → record. `step` makes one; `run`
     makes many at once, with the same kernels in the same order and hence the same result to the last bit.
+
+    An operation that fails changes nothing.
     """
 
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
-            raise TypeError(f"arena={arena!r}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self.seed_used = checks.seed(rng, seed)
-        super().__init__(rng=self.seed_used)
-        self.random = random.Random(self.seed_used)
+            shown = checks.shown(arena)
+            raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
+        self._arena, self.limits = arena, Limits(arena)
+        self._seed_used = checks.seed(rng, seed)
+        self.tick = 0
+        super().__init__(rng=self._seed_used)
+        self.random = random.Random(self._seed_used)
         self.agents.random = self.random
         compat.take_over_step(self)
-        self.arena = arena
         self.clock = Clock()
-        self.key = key_of(self.seed_used)
-        self.tick = 0
+        self.key = key_of(self._seed_used)
         self.groups: list[Group] = []
         self.recorders: list[Callable[[World], Any]] = []
         self._history = History()
         self._engine = Engine(self)
-        self._collector: mesa.DataCollector | None = None
+        self._collector: mesa.DataCollector = HistoryCollector()
         self._warned: set[str] = set()
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        super().__init_subclass__(**named)
+        cls.__signature__ = compat.signature_for_batches(cls)  # type: ignore[attr-defined]
+
+    @property
+    def arena(self) -> Arena:
+        """Where everything happens; it cannot be changed, for everybody was placed in it."""
+        return self._arena
+
+    @property
+    def seed_used(self) -> int:
+        """The seed; `reset` takes another."""
+        return self._seed_used
 
     def add(
         self,
@@ -133,15 +149,28 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
             self, agent_class, count,
             membership.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
         )  # fmt: skip
-        self.groups.append(group)
-        membership.populate(self, group, agent_class)
+        try:
+            membership.populate(self, group, agent_class)
+        except BaseException:
+            self._engine.leave_out(group)
+            raise
         self.change()
         return group
 
     def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another, within the observers' sensing range; policies see it in ``percept.targets``."""
+        """Let one group sense another, within the observers' sensing range; policies see it in ``percept.targets``.
+
+        Parameters
+        ----------
+        observers, observed : Group
+            Both of this world.
+
+        Raises
+        ------
+        ValueError
+            If a group is not of this world.
+        """
         self._engine.senses(observers, observed)
-        self.change()
 
     def adjust(
         self,
@@ -168,106 +197,34 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
+        if group not in self.groups:
+            raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
         membership.adjust(
             self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
         self.change()
 
-    def step(self) -> None:
-        """Make one step."""
-        self._let_events_happen()
-        self._make_step()
-
-    def _make_step(self) -> None:
-        self._engine.prepare()
-        for group in self.groups:
-            if membership.steps_by_itself(group):
-                for agent in list(group.agents):
-                    agent.step()
-        self._engine.prepare()
-        self._engine.step()
-        self._after_step()
-
-    def run(self, steps: int) -> None:
-        """Make `steps` steps, in one compiled call where nothing asks for Python.
+    def adjust_one(self, agent: Body, name: str, value: float) -> None:
+        """Change what one agent can do; setting its attribute calls this.
 
         Parameters
         ----------
-        steps : int
-            How many, at least 0. A model that stops `running` makes fewer.
+        agent : Body
+            Who.
+        name : {"speed", "turn_limit", "sensing_range", "awareness_range"}
+            What.
+        value : float
+            As for `add`.
 
         Raises
         ------
         TypeError, ValueError
-            If `steps` is no whole number of at least 0.
+            As for `add`; then nothing is changed.
         """
-        end = self.tick + checks.count("steps", steps, least=0)
-        reason = self._needs_python()
-        if reason and end > self.tick and reason not in self._warned:
-            self._warned.add(reason)
-            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
-        while self.tick < end and self.running:
-            if reason or compat.has_events(self):
-                mesa_step: Callable[[], None] = self.step
-                mesa_step()
-                continue
-            compat.count_steps(self, 1)
-            self._let_events_happen()
-            # An event may have brought in what needs Python, or said that this step is the last.
-            reason = self._needs_python()
-            if reason:
-                self._make_step()
-                continue
-            quiet = max(self.clock.ticks_until_event(self.tick), 1) if self.running else 1
-            self._run_stretch(int(min(end - self.tick, quiet, self._engine.longest_call)))
-
-    def run_for(self, duration: int) -> None:
-        """Make this many steps: mesa's other name for `run`."""
-        self.run(duration)
-
-    def run_until(self, end_time: int) -> None:
-        """Make steps until this many have been made: mesa's name."""
-        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
-
-    def _run_stretch(self, steps: int) -> None:
-        self._engine.prepare()
-        stretch = self._engine.stretch
-        first, observed, largest = stretch.rows, stretch.observed_sum, self._history.max_neighbours
-        try:
-            self._engine.run(steps)
-        except BaseException:
-            self.running = False
-            compat.count_steps(self, stretch.rows - first)
-            raise
-        # The first was counted before the events that preceded it.
-        compat.count_steps(self, stretch.rows - first - 1)
-        if isinstance(self._collector, HistoryCollector):
-            earlier = self._history.earlier
-            self._collector.collect_rows(Rows(stretch, first, stretch.rows, self.tick, observed, largest, *earlier))
-
-    def _needs_python(self) -> str:
-        """Say why steps cannot be made in a compiled call; empty when they can."""
-        if type(self).step is not World.step:
-            return f"{type(self).__name__} overrides step"
-        if self.recorders:
-            return "a recorder is a Python function"
-        if self._collector is not None and type(self._collector) is not HistoryCollector:
-            return "a DataCollector collects after every step"
-        for group in self.groups:
-            if membership.steps_by_itself(group):
-                return f"an agent class of {group.name} overrides step"
-            if group.decides_alone:
-                return f"the agent class of {group.name} overrides decide"
-            if not group.is_compiled:
-                return f"the policy of {group.name} is Python"
-        return ""
-
-    def _after_step(self) -> None:
-        for recorder in self.recorders:
-            recorder(self)
-        if self._collector is not None:
-            self._collector.collect(self)
+        membership.adjust_one(self, agent, name, value)
+        if name.endswith("range"):
+            self.change()
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Put an agent somewhere in the arena.
@@ -293,9 +250,21 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
         """Say that groups have changed: the world is put together anew before the next step."""
         self._engine.is_bound = False
 
-    def policy_decision(self, group: Group) -> Action:
-        """Return what a group's own policy decides at this tick."""
-        return decisions.policy_decision(group, self.tick, self.key)
+    def policy_decision(
+        self, agent: Body, percept: PerceptOfOne, rng: np.random.Generator
+    ) -> tuple[float, float]:
+        """Return (turn [rad], distance [length]) that the policy of an agent's group decides on a percept.
+
+        Parameters
+        ----------
+        agent : Body
+            Who asks.
+        percept : PerceptOfOne
+            What it knows; it may differ from what it perceives.
+        rng : numpy.random.Generator
+            Its random numbers, for policies that are callables.
+        """
+        return decisions.policy_decision(agent, percept, rng, self.tick, self.key)
 
     @property
     def moment(self) -> tuple[int, int]:
@@ -305,11 +274,11 @@ class World(Readings, Timeline, Stateful, mesa.Model):  # type: ignore[misc]
     def observers_of(self, agent: Body) -> list[Any]:
         """Return the agents that have this one in sensing range."""
         self.look()
-        return self._engine.observers_of(agent)
+        return present.observers_of(self._engine.relations, agent)
 
-    def forget(self, group: Group, agent: Body) -> None:
-        """Take an agent that has left mesa's sets out of its group's arrays."""
-        membership.drop(group, agent)
+    def forget(self, agent: Body, leave: Callable[[], None]) -> None:
+        """Take an agent out of its group's arrays; `leave` takes it out of mesa's sets."""
+        membership.drop(agent.group, agent, leave)
         self.change()
 
     def close(self) -> None:

@@ -11,14 +11,16 @@ from teamsight.agents.engine import Engine
 from teamsight.agents.experience import Experience, joined
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
+from teamsight.agents.teammates import Teammates, proximity, teammates
 from teamsight.agents.views import neighbour_graph, trajectory_frame
+from teamsight.world.proximity import ProximityGraph
 
 
 class Readings:
     """What of a `World` is read and not changed."""
 
     groups: list[Group]
-    _collector: mesa.DataCollector | None
+    _collector: mesa.DataCollector
     _engine: Engine
     _history: History
 
@@ -28,16 +30,19 @@ class Readings:
 
     @property
     def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector; what is set collects at once, and then after every step."""
-        if self._collector is None:
-            raise AttributeError("this world has no datacollector; set world.datacollector = mesa.DataCollector(…)")
+        """mesa's data collector; what is set collects at once, and then after every step.
+
+        A world begins with one that holds the history, from its first step on; see `HistoryCollector`.
+        """
         return self._collector
 
     @datacollector.setter
     def datacollector(self, collector: mesa.DataCollector) -> None:
-        self._collector = collector
+        if not callable(getattr(collector, "collect", None)):
+            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
         self.look()
         collector.collect(self)
+        self._collector = collector
 
     @property
     def observed_fraction(self) -> float:
@@ -63,6 +68,17 @@ class Readings:
     def history(self) -> pd.DataFrame:
         """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
         return self._history.frame()
+
+    @property
+    def proximity(self) -> ProximityGraph:
+        """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
+        self.look()
+        return proximity(self.groups)
+
+    @property
+    def teammates(self) -> Teammates:
+        """All agents that are on a team now, in the order of groups; `proximity` counts through them."""
+        return teammates(self.groups)
 
     def neighbour_graph(self) -> nx.Graph:
         """Return the present graph of who is within whose awareness range; directed when ranges differ."""
@@ -99,4 +115,4 @@ class Readings:
             If it was not recorded, or the width of the situation has changed on the way.
         """
         self.look()
-        return joined(group, [log for log in self._engine.logs if log.group is group])
+        return joined(group, [log for log in self._engine.experience.logs if log.group is group])

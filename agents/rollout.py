@@ -17,12 +17,14 @@ from teamsight.agents.layout import (
     GROW_PERCEPT,
     GROW_RELATION,
     HISTORY_COLUMNS,
+    OUTSIDE,
     RELATION,
     WORLD,
 )
 from teamsight.agents.noting import note_after, note_before
 from teamsight.kernel import Entry, array_at, call, kernel
 from teamsight.policies.compiled import DECISION
+from teamsight.world.motion import MOVE, is_action
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
 from teamsight.world.proximity import search
 
@@ -43,8 +45,8 @@ def _hand_out_noise(world: Any, group: Any) -> None:
 
 
 @kernel
-def _think(world: Any) -> int:
-    """Perceive and decide, in every group; groups whose policy is Python have no `decide` here."""
+def _perceive(world: Any) -> int:
+    """Hand out noise and bring the percepts of all groups up to date."""
     groups = array_at(world.groups, world.group_count, GROUP)
     for g in range(world.group_count):
         group = groups[g]
@@ -58,21 +60,62 @@ def _think(world: Any) -> int:
                 return GROW_PERCEPT
         if group.situate != 0:
             call(group.situate, group.scene)
-    for g in range(world.group_count):
-        group = groups[g]
-        if group.decide != 0:
-            call(group.decide, group.decision)
     return DONE
+
+
+@kernel
+def _decide(world: Any) -> int:
+    """Let the policies decide that have kernels, and check the actions of all groups before anybody moves."""
+    groups = array_at(world.groups, world.group_count, GROUP)
+    for g in range(world.group_count):
+        if groups[g].decide != 0:
+            call(groups[g].decide, groups[g].decision)
+    for g in range(world.group_count):
+        move = array_at(groups[g].move, 1, MOVE)[0]
+        heading = array_at(move.action_heading, (move.size, 2), np.float64)
+        distance = array_at(move.action_distance, move.size, np.float64)
+        for i in range(move.size):
+            if not is_action(heading[i, 0], heading[i, 1], distance[i]):
+                world.where = g
+                return BAD_ACTION
+    return DONE
+
+
+@kernel
+def _keep(world: Any, back: bool) -> None:
+    """Keep where all bodies are, or put them back there."""
+    groups = array_at(world.groups, world.group_count, GROUP)
+    kept = array_at(world.kept, (world.bodies, 6), np.float64)
+    at = 0
+    for g in range(world.group_count):
+        move = array_at(groups[g].move, 1, MOVE)[0]
+        position = array_at(move.position, (move.size, 2), np.float64)
+        heading = array_at(move.heading, (move.size, 2), np.float64)
+        moved = array_at(move.moved, (move.size, 2), np.float64)
+        for i in range(move.size):
+            for axis in range(2):
+                if back:
+                    position[i, axis] = kept[at + i, axis]
+                    heading[i, axis] = kept[at + i, 2 + axis]
+                    moved[i, axis] = kept[at + i, 4 + axis]
+                else:
+                    kept[at + i, axis] = position[i, axis]
+                    kept[at + i, 2 + axis] = heading[i, axis]
+                    kept[at + i, 4 + axis] = moved[i, axis]
+        at += move.size
 
 
 @kernel
 def _move(world: Any) -> int:
     note_before(world)
     groups = array_at(world.groups, world.group_count, GROUP)
+    if world.kept != 0:
+        _keep(world, False)
     for g in range(world.group_count):
         if call(groups[g].advance, groups[g].move) != 0:
+            _keep(world, True)
             world.where = g
-            return BAD_ACTION
+            return OUTSIDE
     world.phase = 1
     return DONE
 
@@ -174,12 +217,13 @@ def _run(address: int) -> int:
         status = 0
         if world.phase == 0:
             world.steps -= 1
-            status = _think(world)
+            status = _perceive(world)
+            if status == DONE:
+                status = _decide(world)
+            if status == DONE:
+                status = _move(world)
             if status != DONE:
                 world.steps += 1
-                return status
-            status = _move(world)
-            if status != DONE:
                 return status
         status = _finish(world)
         if status != DONE:
@@ -188,13 +232,15 @@ def _run(address: int) -> int:
 
 
 def _begin_step(address: int) -> int:
-    return _think(array_at(address, 1, WORLD)[0])
+    return _perceive(array_at(address, 1, WORLD)[0])
 
 
 def _end_step(address: int) -> int:
     world = array_at(address, 1, WORLD)[0]
     if world.phase == 0:
-        status = _move(world)
+        status = _decide(world)
+        if status == DONE:
+            status = _move(world)
         if status != DONE:
             return status
     return _finish(world)

@@ -14,9 +14,10 @@ from teamsight import checks
 from teamsight.agents import compat
 from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.engine import Engine
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, first_memory
 from teamsight.agents.history import History
 from teamsight.agents.membership import make_bodies
+from teamsight.interrupts import deferred
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
 from teamsight.world.clock import Clock
@@ -26,6 +27,17 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
 
 
+class GroupState(NamedTuple):
+    """What changes of a group in a run: its bodies, ranges, memory and the user's columns; and what tells it apart."""
+
+    name: str
+    policy: str
+    bodies: Bodies
+    ranges: Any
+    memory: Any
+    columns: dict[str, npt.NDArray[Any]]
+
+
 class State(NamedTuple):
     """A world at one moment; it can be pickled.
 
@@ -33,8 +45,10 @@ class State(NamedTuple):
     ----------
     seed, tick : int
         The seed and how many steps have been made.
-    groups : tuple
-        For each group its name, kind of policy, bodies, ranges, memory and the user's columns.
+    arena : tuple
+        What tells the arena apart.
+    groups : tuple of GroupState
+        One for each group.
     history : History
         The steps so far.
     collected : HistoryCollector or None
@@ -43,7 +57,8 @@ class State(NamedTuple):
 
     seed: int
     tick: int
-    groups: tuple[tuple[str, str, Bodies, Any, Any, dict[str, Any]], ...]
+    arena: tuple[Any, ...]
+    groups: tuple[GroupState, ...]
     history: History
     collected: HistoryCollector | None
 
@@ -51,77 +66,127 @@ class State(NamedTuple):
 class Stateful:
     """What of a `World` has to do with saving it, going back, and beginning anew."""
 
-    arena: Arena
     clock: Clock
     groups: list[Group]
     key: npt.NDArray[np.uint64]
     random: random.Random
     running: bool
-    seed_used: int
     tick: int
-    _collector: mesa.DataCollector | None
+    _seed_used: int
+    _collector: mesa.DataCollector
     _engine: Engine
     _history: History
 
     def state(self) -> State:
         """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
         groups = tuple(
-            (group.name, type(group.policy).__name__, group.bodies, group.ranges, group.memory, group.columns)
+            GroupState(
+                group.name, type(group.policy).__name__, group.bodies, group.ranges, group.memory,
+                group.columns.arrays(),
+            )
             for group in self.groups
-        )
+        )  # fmt: skip
         collector = self._collector if isinstance(self._collector, HistoryCollector) else None
-        return copy.deepcopy(State(self.seed_used, self.tick, groups, self._history, collector))
+        arena = _described(cast("World", self).arena)
+        return copy.deepcopy(State(self._seed_used, self.tick, arena, groups, self._history, collector))
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state of this world, or of one that was made in the same way.
 
+        Columns that were added since the state was saved stay as they are.
+
         Raises
         ------
+        TypeError
+            If it is no state.
         ValueError
-            If the state belongs to a world with other groups or policies.
+            If the state belongs to a world with another arena, other groups or other policies. Nothing has changed
+            then.
         """
+        if not isinstance(saved, State):
+            raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
+        arena = cast("World", self).arena
+        if saved.arena != _described(arena):
+            raise ValueError(
+                f"restore(…): the state is of a world in {_named(saved.arena)}, this one is {arena}; make one "
+                "like that"
+            )
         mine = [(group.name, type(group.policy).__name__, len(group)) for group in self.groups]
-        theirs = [(name, policy, len(bodies)) for name, policy, bodies, *_ in saved.groups]
+        theirs = [(group.name, group.policy, len(group.bodies)) for group in saved.groups]
         if mine != theirs:
             raise ValueError(
                 f"restore(…): the state is of a world with {theirs}, this one has {mine}; make one like that"
             )
         saved = copy.deepcopy(saved)
-        for group, (_, _, bodies, ranges, memory, columns) in zip(self.groups, saved.groups, strict=True):
-            bodies.identity[:] = group.bodies.identity
-            group.bodies, group.ranges, group.columns = bodies, ranges, columns
-            group.begin()
-            group.memory = memory
-        if saved.collected is not None and isinstance(self._collector, HistoryCollector):
-            self._collector = saved.collected
-        self._go_on(saved.seed, saved.tick, saved.history)
+        with deferred():
+            for group, old in zip(self.groups, saved.groups, strict=True):
+                old.bodies.identity[:] = group.bodies.identity
+                group.bodies, group.ranges = old.bodies, old.ranges
+                group.columns.replace(old.columns)
+                group.begin(old.memory)
+            if saved.collected is not None and isinstance(self._collector, HistoryCollector):
+                self._collector = saved.collected
+            self._go_on(saved.seed, saved.tick, saved.history)
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew: everybody who is left is placed again, and the clock starts at 0 without events.
 
-        The user's own columns stay as they are.
+        Abilities are again those with which the groups were added; policies and degrees of awareness stay those of now,
+        and so do the user's own columns.
 
         Parameters
         ----------
         rng : int, optional
             The seed; by default the one in use.
         """
-        seed = self.seed_used if rng is None else checks.seed(rng, None)
-        self.key = key_of(seed)
-        for group in self.groups:
-            group.place_again(*make_bodies(cast("World", self), group.number, group.founders, group.plan))
-        self.random.seed(seed)
-        self._go_on(seed, 0, History())
+        seed = self._seed_used if rng is None else checks.seed(rng, None)
+        collector = _emptied(self._collector)
+        # All that can fail comes first, under the new key and without changing anything that lasts.
+        key, self.key = self.key, key_of(seed)
+        try:
+            begun = [
+                (*make_bodies(cast("World", self), group.number, group.founders, group.plan),
+                 first_memory(group.policy, len(group)))
+                for group in self.groups
+            ]  # fmt: skip
+        finally:
+            self.key = key
+        with deferred():
+            for group, (bodies, ranges, memory) in zip(self.groups, begun, strict=True):
+                group.place_again(bodies, ranges, memory)
+            self.random.seed(seed)
+            self._collector = collector
+            self._go_on(seed, 0, History())
+        if not isinstance(collector, HistoryCollector):
+            collector.collect(self)
 
     def _go_on(self, seed: int, tick: int, history: History) -> None:
-        self.seed_used, self.key = seed, key_of(seed)
+        self._seed_used, self.key = seed, key_of(seed)
         self.tick = tick
         compat.set_counters(cast("World", self), tick)
-        self.clock = Clock()
-        self.clock.catch_up(tick)
+        self.clock = Clock(tick)
         self.running = True
         self._history = history
         self._engine.forget()
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
+
+
+def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
+    """Return a collector that reports the same and has collected nothing."""
+    if isinstance(collector, HistoryCollector):
+        return HistoryCollector()
+    names = ("model_reporters", "agent_reporters", "agenttype_reporters")
+    return type(collector)(**{name: getattr(collector, name) for name in names})
+
+
+def _described(arena: Arena) -> tuple[Any, ...]:
+    """Return what tells an arena from others: equal for equal ones, also when one of them was saved in a file."""
+    box = tuple(np.ravel(arena.bounds).tolist())
+    return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box)
+
+
+def _named(arena: tuple[Any, ...]) -> str:
+    name, size, *_ = arena
+    return f"{name} of size {', '.join(f'{side:g}' for side in size)}"

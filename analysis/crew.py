@@ -11,12 +11,23 @@ import importlib
 import multiprocessing
 import os
 import signal
+import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar
+
+from teamsight import cache_folder, checks
+from teamsight.interrupts import deferred
+
+# Longest message of an error, in characters; a terminal shows it in two or three lines.
+_LONGEST = 280
+# `multiprocessing.connection.wait` takes no more there.
+_MOST_ON_WINDOWS = 60
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -35,7 +46,30 @@ def cores() -> int:
     """Return how many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return min(os.cpu_count() or 1, _MOST_ON_WINDOWS if sys.platform == "win32" else sys.maxsize)
+
+
+def check_workers(workers: int) -> int:
+    """Return the number of workers if this machine can run as many.
+
+    Raises
+    ------
+    TypeError
+        If it is not a whole number.
+    ValueError
+        If it is less than 1, or more than four for each core; eight are allowed everywhere.
+    """
+    count = checks.count("workers", workers)
+    most = max(4 * cores(), 8)
+    if sys.platform == "win32":
+        most = min(most, _MOST_ON_WINDOWS)
+    if count > most:
+        shown = count if count < 10**12 else "more than 10^12"
+        raise ValueError(
+            f"workers={shown}: must be at most {most} on this machine, and more than its cores make nothing faster; "
+            f"give {cores()}, or leave it out"
+        )
+    return count
 
 
 _tell: Callable[[str], None] = print
@@ -52,7 +86,7 @@ class Crew:
     Parameters
     ----------
     workers : int
-        Number of processes; 1 works in this process.
+        Number of processes, at most what `check_workers` allows; 1 works in this process.
     imports : sequence of str
         Modules that each worker imports while it waits for its first job.
     told : callable
@@ -62,32 +96,48 @@ class Crew:
     def __init__(
         self, workers: int, imports: Sequence[str] = (), told: Callable[[str], None] = lambda text: None
     ) -> None:
+        check_workers(workers)
         self._told = told
         context = multiprocessing.get_context("spawn")
         self._workers: list[_Worker] = []
-        # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them.
-        with _interrupts_held():
-            for _ in range(workers if workers > 1 else 0):
-                here, there = context.Pipe()
-                process = context.Process(target=_serve, args=(there, tuple(imports)), daemon=True)
-                process.start()
-                there.close()
-                self._workers.append(_Worker(process, here))
+        # Chosen once, so that what is said about it is said once, and all use the same folder.
+        folder = cache_folder.cache_folder() if workers > 1 else None
+        try:
+            # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them. It may still reach
+            # another thread of this process, which hands it to this one.
+            with deferred(), _interrupts_held():
+                for _ in range(workers if workers > 1 else 0):
+                    here, there = context.Pipe()
+                    process = context.Process(target=_serve, args=(there, tuple(imports), folder), daemon=True)
+                    process.start()
+                    there.close()
+                    self._workers.append(_Worker(process, here))
+        except BaseException:
+            self._kill()
+            raise
 
     def __enter__(self) -> Crew:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
+        if kind is not None:
+            self._kill()
         for worker in self._workers:
-            if kind is None:
-                with contextlib.suppress(OSError):
-                    worker.pipe.send(None)
-            else:
-                worker.process.kill()
+            with contextlib.suppress(OSError):
+                worker.pipe.send(None)
         for worker in self._workers:
             worker.process.join()
             worker.pipe.close()
         self._workers.clear()
+
+    def _kill(self) -> None:
+        with deferred():  # a second Ctrl-C leaves no worker behind
+            for worker in self._workers:
+                worker.process.kill()
+            for worker in self._workers:
+                worker.process.join()
+                worker.pipe.close()
+            self._workers.clear()
 
     def map(
         self,
@@ -120,9 +170,11 @@ class Crew:
         results: list[Any] = [None] * len(jobs)
         for index, kind, value in self._outcomes(function, jobs):
             if kind == "died":
-                raise JobError(f"a worker ended with exit code {value} in {describe(jobs[index])}")
+                cure = "; if memory ran out, use fewer workers" if value and value < 0 else ""
+                job = _shortened(describe(jobs[index]), _LONGEST - 100)
+                raise JobError(f"a worker ended with exit code {value} in {job}{cure}")
             if kind == "failed":
-                raise JobError(value)
+                raise JobError(_shortened(value, _LONGEST))
             results[index] = value
             keep(index, value)
             done(index)
@@ -163,8 +215,17 @@ def _attempt(function: Callable[[T], R], job: T) -> tuple[str, Any]:
         return "failed", str(error) or type(error).__name__
 
 
-def _serve(pipe: Connection, imports: tuple[str, ...]) -> None:
+def _shortened(text: str, longest: int) -> str:
+    """Return a text on one line; the middle of a long one is left out, as errors begin and end with what matters."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest * 2 // 3]} … {line[-(longest // 3) + 3 :]}"
+
+
+def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if folder:
+        os.environ[cache_folder.VARIABLE] = str(folder)
     for name in imports:
         # One that fails will fail again within a job, where it can be reported.
         with contextlib.suppress(Exception):
@@ -172,6 +233,17 @@ def _serve(pipe: Connection, imports: tuple[str, ...]) -> None:
     with contextlib.suppress(EOFError, OSError), _telling(lambda text: pipe.send(("told", text))):
         while (message := pipe.recv()) is not None:
             pipe.send(_attempt(*message))
+
+
+def _end_with_parent() -> None:
+    """End this process as soon as its parent has ended, whatever it is doing.
+
+    A parent that is killed cannot end its workers, and a worker reads its pipe between two jobs only.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 @contextlib.contextmanager

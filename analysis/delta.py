@@ -6,24 +6,26 @@ import hashlib
 import math
 import secrets
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from teamsight import checks
-from teamsight.analysis import closed_form, delta_report, occupancy
+from teamsight.analysis import delta_report, occupancy, team_conditions
 from teamsight.analysis.closed_form import Prediction
 from teamsight.analysis.delta_report import DeltaReport
 from teamsight.analysis.occupancy import Bearings
 from teamsight.analysis.study import canonical, model_seed
-from teamsight.world.arena import Disc
+from teamsight.analysis.team_conditions import Conditions, conditions
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
 
 __all__ = ["DeltaReport", "Exploration", "choose_delta", "explore", "runs_for"]
 
-#: Takes a seed and returns a model: `CMOMMT`, or anything with its ``run``, ``max_neighbours``, ``proximity``,
-#: ``robots``, ``arena`` and ``close``.
-Factory = Callable[[int], Any]
+#: Takes a seed and returns a model.
+Factory = Callable[[int], "World"]
 #: Called with the runs done and the runs in all.
 Progress = Callable[[int, int], None]
 
@@ -35,8 +37,9 @@ _MOST_LOOKED_AT = 500_000
 class Exploration(NamedTuple):
     """What the exploring runs left behind.
 
-    ``maxima`` has one row a run: run, seed, max_neighbours. ``prediction`` is the closed form for one run, or None
-    where the arena is no disc or the robots differ in range; so is ``awareness_range``.
+    ``maxima`` has one row a run: run, seed, max_neighbours. ``robots`` is the size of the largest team, the most that
+    were counted at once. ``prediction`` is the closed form for one run, or None where the arena is no disc, the robots
+    differ in range, come and go, or are of several teams; ``awareness_range`` is None where ranges differ.
     """
 
     maxima: pd.DataFrame
@@ -45,6 +48,7 @@ class Exploration(NamedTuple):
     steps: int
     awareness_range: float | None
     prediction: Prediction | None
+    notes: tuple[str, ...]
 
 
 def runs_for(risk: float) -> int:
@@ -65,7 +69,7 @@ def explore(
     Parameters
     ----------
     model : mapping or callable
-        Keyword parameters of `CMOMMT` (without rng and seed), or a factory of models.
+        Keyword parameters of `CMOMMT` (without rng and seed), or a function that makes a `World` from a seed.
     runs, steps : int
         Number of runs, and the length of each.
     rng : int, optional
@@ -80,34 +84,55 @@ def explore(
     Raises
     ------
     ValueError, TypeError
-        If a number is outside its limits, or the model's parameters are.
+        If a number is outside its limits, the model's parameters are, a factory makes no `World`, or nobody in it is
+        on a team.
 
     Notes
     -----
+    All agents that are on a team count, whatever their group. Steps that a factory has already made do not.
+
     *Source:* §4, with 5 runs of 600 steps; §10 recommends it "in the beginning of the learning phase (exploration)".
     """
     runs, steps = checks.count("runs", runs), checks.count("steps", steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
     make, seed_of = _factory(model, root)
-    rows, looks, looked_at, prediction, size, reach = [], [], 0, None, 0, None
+    rows, looks, looked_at, size, met = [], [], 0, 0, set[Conditions]()
     for run in range(runs):
         seed = seed_of(run)
-        world = make(seed)
+        world = _made(make, seed)
         try:
-            if run == 0:
-                size, reach, prediction = len(world.robots), _awareness_range(world), _predict(world, steps)
+            made = len(world.history) if world.tick else 0
+            met.add(conditions(world))
             if looked_at < _MOST_LOOKED_AT:
-                looks.append(_run_looking(world, steps))
-                looked_at += len(looks[-1].degree)
+                look, most = _run_looking(world, steps)
+                looks.append(look)
+                looked_at += len(look.degree)
             else:
                 world.run(steps)
-            rows.append((run, seed, int(world.max_neighbours)))
+                most = 0
+            largest = _largest(world, made)
+            met.add(conditions(world))
         finally:
             world.close()
+        rows.append((run, seed, largest))
+        size = max(size, most, *(one.robots for one in met), largest + 1 if largest else 0)
+        if not size:
+            raise ValueError(
+                f"model={model!r}: nobody is on a team in the world of seed {seed}, so nobody has neighbours; add a "
+                "group of Robot, or of an agent class with a team"
+            )
         if progress is not None:
             progress(run + 1, runs)
     maxima = pd.DataFrame(rows, columns=["run", "seed", "max_neighbours"])
-    return Exploration(maxima, occupancy.gather(looks), size, steps, reach, prediction)
+    return Exploration(
+        maxima,
+        occupancy.gather(looks),
+        size,
+        steps,
+        team_conditions.awareness_range(met),
+        team_conditions.predict(met, size, steps),
+        team_conditions.notes(met, size),
+    )
 
 
 def choose_delta(
@@ -126,7 +151,7 @@ def choose_delta(
     Parameters
     ----------
     model : mapping or callable
-        Keyword parameters of `CMOMMT` (without rng and seed), or a factory of models.
+        Keyword parameters of `CMOMMT` (without rng and seed), or a function that makes a `World` from a seed.
     runs : int, optional
         Number of runs; ``runs_for(risk)`` when not given.
     steps : int
@@ -177,6 +202,7 @@ def choose_delta(
         awareness_range=found.awareness_range,
         length=float(found.steps),
         unit="steps",
+        notes=found.notes,
     )
 
 
@@ -208,27 +234,33 @@ def _run_seed(root: int, run: int) -> int:
     return int.from_bytes(digest, "big") >> 1
 
 
-def _run_looking(world: Any, steps: int) -> Bearings:
-    """Run in stretches, which changes nothing in the run, and note the bearings after each."""
+def _made(make: Factory, seed: int) -> World:
+    """Return the world of a seed, once it is known to be one."""
+    from teamsight.agents.model import World
+
+    world: Any = make(seed)
+    if not isinstance(world, World):
+        raise TypeError(f"model({seed}) is {world!r}: must be a World, such as CMOMMT(rng={seed})")
+    return world
+
+
+def _run_looking(world: World, steps: int) -> tuple[Bearings, int]:
+    """Run in stretches, which changes nothing in the run; return the bearings after each, and the largest team met."""
     ends = np.linspace(0, steps, min(_LOOKS, steps) + 1).astype(int)
-    looks = []
+    looks, most = [], 0
     for stretch in np.diff(ends).tolist():
         world.run(stretch)
-        looks.append(occupancy.bearings(world.proximity, np.asarray(world.robots.heading)))
-    return occupancy.gather(looks)
+        members = world.teammates
+        most = max(most, members.largest_team)
+        looks.append(occupancy.bearings(world.proximity, members.heading))
+    return occupancy.gather(looks), most
 
 
-def _awareness_range(world: Any) -> float | None:
-    reach = np.unique(world.robots.awareness_range)
-    return float(reach[0]) if len(reach) == 1 else None
-
-
-def _predict(world: Any, steps: int) -> Prediction | None:
-    reach = _awareness_range(world)
-    if reach is None or not isinstance(world.arena, Disc):
-        return None
-    speed = float(np.sqrt(np.mean(np.square(world.robots.bodies.speed))))
-    return closed_form.predict(len(world.robots), world.arena.radius, steps=steps, awareness_range=reach, speed=speed)
+def _largest(world: World, made: int) -> int:
+    """Return the largest degree in the steps after the first that were `made` before."""
+    if not made:
+        return int(world.max_neighbours)
+    return int(world.history["max_neighbours"].to_numpy()[made:].max(initial=0))
 
 
 def _describe(model: Factory | Mapping[str, Any], found: Exploration) -> str:

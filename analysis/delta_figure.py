@@ -10,6 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from teamsight.analysis.delta_advice import rounded_up
+from teamsight.analysis.delta_text import trial_phrase
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -30,9 +33,8 @@ def draw(report: DeltaReport) -> bytes:
     axes.set_ylim(floor, 1.6)
     axes.set_xlim(*_limits(report))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    trial = f"a run of {report.length:g} steps" if report.source == "simulation" else f"a window of {report.length:g}"
     axes.set_xlabel("δ  (number of neighbours)")
-    axes.set_ylabel(f"probability that in {trial}\nany robot has more than δ neighbours")
+    axes.set_ylabel(f"probability that in {trial_phrase(report)}\nany robot has more than δ neighbours")
     axes.set_title(report.subject, fontsize=10, wrap=True)
     axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
     axes.legend(loc="upper right", fontsize=9, framealpha=0.95)
@@ -52,10 +54,8 @@ def _draw_curve(axes: Axes, report: DeltaReport, floor: float) -> None:
         label=f"bounds, {report.confidence:.0%} each",
     )  # fmt: skip
     seen = probability > 0
-    what = "runs" if report.source == "simulation" else "windows"
-    axes.plot(
-        delta[seen], probability[seen], "o-", color=_BLUE, markersize=5, label=f"share of {report.trials:,} {what}"
-    )
+    what = f"{report.trials:,} {report.trial}{'s' * (report.trials != 1)}"
+    axes.plot(delta[seen], probability[seen], "o-", color=_BLUE, markersize=5, label=f"share of {what}")
     if report.prediction is not None:
         foreseen = table["predicted"].to_numpy()
         drawn = foreseen > floor / 10
@@ -70,10 +70,13 @@ def _draw_choice(axes: Axes, report: DeltaReport, floor: float) -> None:
     if report.supported and not same:
         label = f"δ = {report.delta_safe} with {report.confidence:.0%} confidence"
         axes.axvline(report.delta_safe, color=_GREY, linewidth=1.2, linestyle="-.", label=label)
-    if not report.supported:
-        what = "runs" if report.source == "simulation" else "independent windows"
+    if not report.supported and report.delta_low < report.robots - 1:
+        what = f"{'independent ' * (report.trial != 'run')}{report.trial}s"
         text = f"too few {what} for this risk: {report.trials_needed:,} needed"
-        axes.text(0.02, 0.03, text, transform=axes.transAxes, color=_RED, fontsize=9)
+        if report.supported_delta < report.robots - 1:
+            text += f"\nthese support a risk of {rounded_up(report.supported_risk):g}, for δ = {report.supported_delta}"
+        box = {"facecolor": "white", "alpha": 0.85, "edgecolor": "none", "pad": 2}
+        axes.text(0.02, 0.03, text, transform=axes.transAxes, color=_RED, fontsize=9, bbox=box)
 
 
 def _floor(report: DeltaReport) -> float:

@@ -42,17 +42,18 @@ class DeltaReport:
     confidence : float
         Of each bound by itself.
     trials : int
-        Number of runs, or of windows of a record.
+        Number of runs, or of windows or pieces of a record.
     independent : float
         How many independent trials they amount to.
     length : float
-        Length of one trial, in `unit`.
+        Length of one trial, in `unit`; the median of whole runs or pieces of a record.
     unit : str
         "steps", or "time units" of the record.
     largest : int
         The largest degree in all that was seen.
     maxima : DataFrame
-        One row a trial: run and seed, or window, start and end; max_neighbours, mean_neighbours.
+        One row a trial: run and seed; or, for tracks, window (its number), run, start, end, robots (present, on
+        average) and mean_neighbours; max_neighbours.
     exceedance : DataFrame
         One row for each δ: delta, exceeding, probability, low, high, predicted (NaN without a prediction).
     ring : DataFrame
@@ -64,7 +65,13 @@ class DeltaReport:
     prediction : Prediction or None
         The closed form for one trial; None where it does not apply.
     over_time : DataFrame or None
-        For tracks, one row a frame: time, robots, mean_degree, max_degree; None for a simulation.
+        For tracks, one row a frame: run, time, robots, mean_degree, max_degree; None for a simulation.
+    trial : str
+        What a trial is: "run", or for tracks also "window", or "piece" of a record that gaps divide.
+    recorded : float or None
+        For tracks, the time that the frames cover in all.
+    shorter : float or None
+        For tracks whose trials cannot support the risk, the longest window that could.
     notes : tuple of str
         What else a reader must know to trust the numbers.
     """
@@ -87,6 +94,9 @@ class DeltaReport:
     cost: pd.DataFrame
     prediction: Prediction | None = None
     over_time: pd.DataFrame | None = None
+    trial: str = "run"
+    recorded: float | None = None
+    shorter: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -112,7 +122,17 @@ class DeltaReport:
     @property
     def supported(self) -> bool:
         """Whether there are as many independent trials as the risk needs."""
-        return self.independent >= self.trials_needed
+        return statistics.supports(self.independent, self.risk, self.confidence)
+
+    @property
+    def supported_risk(self) -> float:
+        """The smallest risk that so many independent trials can support, whatever they show."""
+        return statistics.supported_risk(self.independent, self.confidence)
+
+    @property
+    def supported_delta(self) -> int:
+        """The δ for `supported_risk`: the smallest that no trial exceeded."""
+        return int(self.maxima["max_neighbours"].max())
 
     @property
     def ring_size(self) -> int:
@@ -178,6 +198,7 @@ class DeltaReport:
                 "confidence",
                 "independent",
                 "length",
+                "trial",
             )
         }
         tables = {name: getattr(self, name) for name in _TABLES}
@@ -274,7 +295,7 @@ def build(
     curve = statistics.curve(maxima["max_neighbours"], robots, independent=independent, confidence=confidence)
     foreseen = [np.nan if prediction is None else prediction.exceedance(delta) for delta in curve["delta"]]
     curve = curve.assign(predicted=foreseen)
-    chosen = ring_size(curve, risk, independent >= statistics.trials_needed(risk, confidence))
+    chosen = ring_size(curve, risk, statistics.supports(independent, risk, confidence))
     point = max(1, statistics.smallest_delta(curve, "probability", risk))
     rings = [point, chosen, search_space.DELTA]
     return DeltaReport(

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
+from teamsight.analysis.delta_advice import advice, trials_phrase
+
 if TYPE_CHECKING:
     from teamsight.analysis.delta_report import DeltaReport
 
@@ -23,21 +25,16 @@ class Section(NamedTuple):
 
 def sentences(report: DeltaReport) -> list[str]:
     """Return what the report says, plainest first."""
-    trial = f"run of {report.length:g} steps" if report.source == "simulation" else f"window of {report.length:g}"
     said = [
         f"δ = {report.delta} (point estimate): in no more than a share of {report.risk:g} of the trials, "
-        f"each a {trial}, did any robot have more neighbours."
+        f"each {trial_phrase(report)}, did any robot have more neighbours."
     ]
     if report.supported:
         also = "also " * (report.delta_safe == report.delta)
         said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
-    said += [f"Largest degree seen: {report.largest}, in {_trials(report)} of {report.robots} robots."]
+    said += [f"Largest degree seen: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
     if not report.supported:
-        said.append(
-            f"These {_trials(report)} cannot support a risk of {report.risk:g} with {report.confidence:.0%} "
-            f"confidence: that takes at least {report.trials_needed:,} independent ones, all within δ. "
-            f"Until then only δ = N − 1 = {report.robots - 1} is certain."
-        )
+        said += advice(report)
     if report.prediction is not None:
         said.append(
             f"Closed form, for robots placed uniformly and independently: δ = {report.predicted_delta}, "
@@ -47,10 +44,13 @@ def sentences(report: DeltaReport) -> list[str]:
     return said + list(report.notes)
 
 
-def _trials(report: DeltaReport) -> str:
+def trial_phrase(report: DeltaReport) -> str:
+    """Return what one trial is."""
     if report.source == "simulation":
-        return f"{report.trials:,} run{'s' * (report.trials != 1)}"
-    return f"{report.trials:,} windows (worth {report.independent:.1f} independent ones)"
+        return f"a run of {report.length:g} steps"
+    if report.trial == "window":
+        return f"a window of {report.length:g}"
+    return f"a whole {report.trial} (of about {report.length:g})"
 
 
 def _about_the_ring(report: DeltaReport) -> list[str]:

@@ -125,7 +125,8 @@ def evolve(evolution: Evolution, generations: int, folder: Path, crew: Crew) -> 
     with path.open("a", encoding="utf-8") as log:
         while strategy.countiter < generations:
             candidates = strategy.ask()
-            worths = crew.map(worth, [Job(np.asarray(one), strategy.countiter) for one in candidates])
+            jobs = [Job(np.asarray(one), strategy.countiter) for one in candidates]
+            worths = crew.map(worth, jobs, describe=lambda job: f"a candidate of generation {job.generation}")
             strategy.tell(candidates, [-value for value in worths])
             log.write(json.dumps(worths) + "\n")
             log.flush()

@@ -60,6 +60,36 @@ def trials_needed(risk: float, confidence: float = 0.95) -> int:
     return max(1, math.ceil(math.log1p(-confidence) / math.log1p(-risk) - 1e-9))
 
 
+def supported_risk(trials: float, confidence: float = 0.95) -> float:
+    """Return the smallest risk that this many independent trials can support: all of them within δ.
+
+    Parameters
+    ----------
+    trials : float
+        Number of independent trials, above 0.
+    confidence : float
+        Of the bound.
+    """
+    trials = checks.number("trials", trials, above=0.0)
+    confidence = checks.number("confidence", confidence, above=0.0, most=1.0)
+    return float(-np.expm1(np.log1p(-confidence) / trials)) if confidence < 1.0 else 1.0
+
+
+def supports(trials: float, risk: float, confidence: float = 0.95) -> bool:
+    """Return whether so many independent trials, all of them within δ, would show that the risk is not exceeded.
+
+    Parameters
+    ----------
+    trials : float
+        Number of independent trials, above 0.
+    risk : float
+        The accepted probability.
+    confidence : float
+        Of the bound.
+    """
+    return supported_risk(trials, confidence) <= risk * (1 + 1e-9)
+
+
 def curve(
     maxima: ArrayLike, team_size: int, *, independent: float | None = None, confidence: float = 0.95
 ) -> pd.DataFrame:
@@ -108,38 +138,52 @@ def smallest_delta(exceedance: pd.DataFrame, column: str, risk: float) -> int:
     return int(within.iloc[0])
 
 
-def effective_number(*series: ArrayLike) -> float:
+def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: float = 0.0) -> float:
     """Return how many independent values successive windows amount to: the least over the series given.
 
     Parameters
     ----------
     *series : array_like of float, shape (n,)
         One value a window.
+    run : array_like, shape (n,), optional
+        The run that each window is of, when there are several, one after the other: the values of different runs are
+        independent.
+    errors : float
+        How many standard errors, 1/√n each, an autocorrelation must be above 0 to count.
 
     Returns
     -------
     float
-        Between 1 and n. Series that are all constant count as one value: nothing shows that anything was renewed.
+        Between 1 and n. Series that are all constant count as one value a run: nothing shows that anything was renewed.
 
     Notes
     -----
     n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t up to the first that is not positive, which leaves out the noise
     of the rest (after C. J. Geyer, 1992, for a positive sequence).
+
+    The variance of a mean is the sum of the covariances of all pairs of values. So ρ_t sums the products of the pairs
+    that are t windows apart *in the same run*, and leaves out pairs of different runs, whose covariance is 0. All
+    deviations are from the common mean: what differs from run to run but hardly within one lowers the number to about
+    that of the runs. Runs of one window each are as many values as runs, whatever they are.
     """
-    found = [_effective(np.asarray(values, dtype=np.float64)) for values in series]
+    label = np.zeros(np.size(series[0]), np.int64) if run is None else pd.factorize(np.asarray(run))[0]
+    found = [_effective(np.asarray(values, dtype=np.float64), label, errors) for values in series]
     varying = [number for number in found if number is not None]
-    return min(varying, default=1.0)
+    size = np.bincount(label)
+    return min(varying, default=float(size.sum() ** 2 / np.square(size).sum()))
 
 
-def _effective(values: NDArray[np.float64]) -> float | None:
+def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: float) -> float | None:
     deviation = values - values.mean()
     variance = float(deviation @ deviation)
     if len(values) < 2 or variance <= 1e-24 * len(values):
         return None
+    several = run[0] != run[-1]  # runs follow each other
     correlated = 0.0
     for lag in range(1, len(values)):
-        correlation = float(deviation[:-lag] @ deviation[lag:]) / variance
-        if correlation <= 0:
+        later = np.where(run[:-lag] == run[lag:], deviation[lag:], 0.0) if several else deviation[lag:]
+        correlation = float(deviation[:-lag] @ later) / variance
+        if correlation <= errors / math.sqrt(len(values)):
             break
         correlated += correlation
     return float(np.clip(len(values) / (1.0 + 2.0 * correlated), 1.0, len(values)))

@@ -128,7 +128,7 @@ def run_all(
     total = sum(run.cost for run in distinct.values())
     done = total - sum(run.cost for run in missing)
     progress(done, total)
-    crew.map(compile_kinds, [_one_of_each_kind(missing)], describe=lambda kinds: f"the first of {len(missing)} runs")
+    crew.map(compile_kinds, [_one_of_each_kind(missing)], describe=lambda runs: "compiling the simulation")
     chunks = _chunks(missing)
 
     def keep(index: int, found: list[Outcome]) -> None:

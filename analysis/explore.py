@@ -168,7 +168,9 @@ def explore(
         progress(done, plan.pairs)
 
     with contextlib.ExitStack() as stack:
-        found = (crew or stack.enter_context(Crew(1))).map(_explore_part, parts, count, lambda part: f"{part[:3]}")
+        found = (crew or stack.enter_context(Crew(1))).map(
+            _explore_part, parts, count, lambda part: f"the worlds {part.first} to {part.last - 1} of an exploration"
+        )
     memories = [_kept(part) or made for part, made in zip(parts, found, strict=True)]
     return _joined([memory for memory in memories if memory is not None], plan.settings())
 

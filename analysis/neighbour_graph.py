@@ -21,6 +21,7 @@ from teamsight import checks
 from teamsight.world.proximity import ProximityGraph, proximity_graph
 
 if TYPE_CHECKING:
+    from teamsight.agents.model import World
     from teamsight.world.arena import Arena
 
 Ints = NDArray[np.int64]
@@ -175,13 +176,13 @@ def to_networkx(
     return network
 
 
-def over_time(model: Any, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
-    """Advance a model and return its robots' neighbour graph in numbers, from its present step on.
+def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
+    """Advance a model and return the neighbour graph of its teams in numbers, from its present step on.
 
     Parameters
     ----------
-    model : CMOMMT
-        Or any model with ``tick``, ``run`` and ``proximity``.
+    model : World
+        All agents on a team count, whatever their group; those of different teams are no neighbours.
     steps : int
         How far to advance it.
     every : int
@@ -193,14 +194,29 @@ def over_time(model: Any, steps: int, *, every: int = 1, cliques: bool = True) -
     -------
     DataFrame
         One row a frame: time [steps], and the fields of `Frame`; largest_clique is missing where it was not computed.
+        Fewer rows if the model stops running.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not whole or outside its limits, or no group of the model is on a team; the model stays as it is.
     """
     steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
+    if all(group.team is None for group in model.groups):
+        raise ValueError(
+            f"model={model!r}: no group is on a team at tick {model.tick}, so nobody has neighbours; add a group of "
+            "Robot, or of an agent class with a team"
+        )
 
     def graphs() -> Iterator[tuple[float, ProximityGraph]]:
         yield model.tick, model.proximity
-        for done in range(0, steps, every):
-            model.run(min(every, steps - done))
-            yield model.tick, model.proximity
+        seen, end = model.tick, model.tick + steps
+        while seen < end:
+            model.run(min(every, end - seen))
+            if model.tick == seen:  # it has stopped running
+                return
+            seen = model.tick
+            yield seen, model.proximity
 
     return table(graphs(), cliques=cliques)
 
@@ -245,7 +261,8 @@ def over_trajectory(
     Parameters
     ----------
     trajectory : DataFrame
-        Columns time, x, y: one row an agent and time, of one group (select it from ``model.trajectory`` first).
+        Columns time, x, y: one row an agent and time, of one group (select it from ``model.trajectory`` first). With a
+        column run, agents of different runs do not meet.
     awareness_range : float
         Within which distance robots sense each other [length].
     arena : Disc, Box or Torus, optional
@@ -256,7 +273,7 @@ def over_trajectory(
     Returns
     -------
     DataFrame
-        As `over_time`.
+        As `over_time`; with a column run in front if the trajectory has one.
 
     Raises
     ------
@@ -266,10 +283,15 @@ def over_trajectory(
     if "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
         names = ", ".join(map(str, several))
         cure = f"trajectory[trajectory.group == {several[0]!r}]"
-        raise ValueError(f"the trajectory holds the groups {names}: select one, as in {cure}")
-    frames = ((time, rows[["x", "y"]].to_numpy(float)) for time, rows in trajectory.groupby("time", sort=True))
-    graphs = ((time, proximity_graph(position, None, awareness_range, arena)) for time, position in frames)
-    return table(graphs, cliques=cliques)
+        one_team = "; of groups that are one team, drop the column group"
+        raise ValueError(f"the trajectory holds the groups {names}: select one, as in {cure}{one_team}")
+    keys = ["run", "time"] if "run" in trajectory else ["time"]
+    frames = [(key, rows[["x", "y"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
+    graphs = ((key[-1], proximity_graph(position, None, awareness_range, arena)) for key, position in frames)
+    found = table(graphs, cliques=cliques)
+    if "run" in trajectory:
+        found.insert(0, "run", [key[0] for key, _ in frames])
+    return found
 
 
 def table(graphs: Iterable[tuple[Any, ProximityGraph]], *, cliques: bool = True) -> pd.DataFrame:

@@ -22,6 +22,8 @@ _POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
 )
 # What it costs a learner to compare two numbers of its memory, in steps of a middling world.
 _COMPARISON = 9e-5
+# Longest text of a setting where a run is described, in characters.
+_LONGEST_SETTING = 48
 _POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
@@ -109,8 +111,12 @@ class Run:
         return world + self.steps * robots * getattr(self.parameters.get("policy"), "effort", 0.0) * _COMPARISON
 
     def describe(self) -> str:
-        """Return the settings on one line."""
-        named = ", ".join(f"{name}={value}" for name, value in self.parameters.items())
+        """Return the settings on one line; a long one, such as that of a policy, is cut."""
+        texts = {name: " ".join(str(value).split()) for name, value in self.parameters.items()}
+        named = ", ".join(
+            f"{name}={text if len(text) <= _LONGEST_SETTING else text[: _LONGEST_SETTING - 1] + '…'}"
+            for name, text in texts.items()
+        )
         return f"{named}, replicate={self.replicate}, steps={self.steps}, rng={self.seed}"
 
 

@@ -14,8 +14,10 @@ import pandas as pd
 #: Called with the parts of the work done and the parts in all.
 Progress = Callable[[int, int], None]
 
-#: What a record needs; other columns are ignored.
+#: What a record needs.
 COLUMNS = ("time", "robot", "x", "y")
+#: What divides a record into runs, if it is there; other columns are ignored.
+RUN = "run"
 _NUMBERS = ("time", "x", "y")
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 # Columns of text with more different values than this are read as plain text.
@@ -30,16 +32,18 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: P
     path : path
         A CSV file (.csv, .csv.gz; separated by commas, with a header) or a Parquet file (.parquet, .pq) with the
         columns time, robot, x, y. Time and positions are numbers; robots are named by whole numbers or text. Missing
-        samples are rows that are not there.
+        samples are rows that are not there. An optional column run, of whole numbers or text, names the recording
+        (the episode) that a row belongs to; times and robots' names may be the same in several runs.
     sort : bool
-        Sort the rows of each robot by time instead of refusing those that go back in time.
+        Sort the rows of each robot of a run by time instead of refusing those that go back in time.
     progress : callable, optional
         Called with the parts of the work done and the parts in all.
 
     Returns
     -------
     DataFrame
-        time (float64), robot (category), x, y (float64), robot by robot, in the order of time.
+        time (float64), robot (category), x, y (float64), robot by robot, in the order of time; with runs also run
+        (category), run by run in the order in which they first appear.
 
     Raises
     ------
@@ -48,9 +52,9 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: P
 
     Notes
     -----
-    Robots may be interleaved in any way, but the times of each robot must increase from row to row. A robot that goes
-    back in time usually means a clock that was set, or two robots under one name; sorting would silently weave two
-    tracks into one, so it happens on request only.
+    Runs and robots may be interleaved in any way, but the times of each robot must increase from row to row within a
+    run. A robot that goes back in time usually means a clock that was set, two robots under one name, or a new
+    recording; sorting would silently weave two tracks into one, so it happens on request only.
     """
     place = Path(path)
     name = place.name.lower()
@@ -82,7 +86,7 @@ def _read_csv(place: Path) -> pd.DataFrame:
             found = reader.schema.names
         _check_columns(found, str(place))
         options = csv.ConvertOptions(
-            include_columns=list(COLUMNS),
+            include_columns=_present(found),
             strings_can_be_null=True,
             auto_dict_encode=True,
             auto_dict_max_cardinality=_NAMES,
@@ -90,7 +94,7 @@ def _read_csv(place: Path) -> pd.DataFrame:
         table = csv.read_csv(place, convert_options=options)
     except pa.ArrowException as error:
         _unreadable(place, "CSV", error)
-    return pd.DataFrame({column: table.column(column).to_pandas() for column in COLUMNS}, copy=False)
+    return _frame(table)
 
 
 def _read_parquet(place: Path) -> pd.DataFrame:
@@ -98,11 +102,27 @@ def _read_parquet(place: Path) -> pd.DataFrame:
     from pyarrow import parquet
 
     try:
-        _check_columns(parquet.read_schema(place).names, str(place))
-        table = parquet.read_table(place, columns=list(COLUMNS))
+        found = parquet.read_schema(place).names
+        _check_columns(found, str(place))
+        table = parquet.read_table(place, columns=_present(found))
     except pa.ArrowException as error:
         _unreadable(place, "Parquet", error)
-    return pd.DataFrame({column: table.column(column).to_pandas() for column in COLUMNS}, copy=False)
+    return _frame(table)
+
+
+def _present(found: list[str]) -> list[str]:
+    """Return the columns to read."""
+    return [*COLUMNS, *([RUN] if RUN in found else [])]
+
+
+def _frame(table: Any) -> pd.DataFrame:
+    """Return a table of pyarrow as one of pandas; dates that name recordings are text."""
+    import pyarrow as pa
+
+    columns = {name: table.column(name) for name in table.column_names}
+    if RUN in columns and pa.types.is_temporal(columns[RUN].type):
+        columns[RUN] = columns[RUN].cast(pa.string())
+    return pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
 
 
 def _unreadable(place: Path, kind: str, error: Exception) -> NoReturn:
@@ -118,7 +138,7 @@ def _first_line(error: Exception) -> str:
 def _check_columns(found: list[Any], name: str) -> None:
     """Refuse a table that lacks a column, or has one twice."""
     names = [str(column) for column in found]
-    twice = sorted({column for column in COLUMNS if names.count(column) > 1})
+    twice = sorted({column for column in (*COLUMNS, RUN) if names.count(column) > 1})
     if twice:
         raise ValueError(f"{name}: column {twice[0]!r} twice; keep one")
     missing = [column for column in COLUMNS if column not in names]
@@ -148,42 +168,50 @@ def check_tracks(tracks: pd.DataFrame, *, sort: bool = False, name: str = "track
     Parameters
     ----------
     tracks : DataFrame
-        Columns time, robot, x, y.
+        Columns time, robot, x, y, and run if there are several.
     sort : bool
-        Sort the rows of each robot by time instead of refusing those that go back in time.
+        Sort the rows of each robot of a run by time instead of refusing those that go back in time.
     name : str
         What errors call the record.
     """
     _check_columns(list(tracks.columns), name)
     if not len(tracks):
         raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
-    robot = _robots(tracks["robot"], name)
+    robot = _names(tracks["robot"], name)
+    run = _names(tracks[RUN], name) if RUN in tracks else _one_run(len(tracks))
     columns = {column: _numbers(tracks[column], name) for column in _NUMBERS}
-    order = _order(robot.codes, columns["time"], sort)
+    order = _order(run.codes, robot.codes, columns["time"], sort)
     if order is not None:
-        robot = robot[order]
+        run, robot = run[order], robot[order]
         columns = {column: values[order] for column, values in columns.items()}
-    _check_times(robot, columns["time"], order, name)
+    _check_times(run, robot, columns["time"], order, name)
     if len(robot.categories) == 1:
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
-    return pd.DataFrame({"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}, copy=False)
+    checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
+    return pd.DataFrame(checked | ({RUN: run} if RUN in tracks else {}), copy=False)
 
 
-def _robots(column: pd.Series[Any], name: str) -> pd.Categorical:
-    """Return the robots' names as categories, none unused."""
+def _one_run(size: int) -> pd.Categorical:
+    names: pd.Index[Any] = pd.Index([0])
+    return pd.Categorical.from_codes(np.zeros(size, np.int8), categories=names)
+
+
+def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
+    """Return the names of robots or of runs as categories, none unused."""
+    what = column.name
     missing = column.isna().to_numpy()
     if missing.any():
-        raise ValueError(f"{name}: robot is missing in row {int(np.argmax(missing)) + 1}; name a robot in every row")
+        raise ValueError(f"{name}: {what} is missing in row {int(np.argmax(missing)) + 1}; name a {what} in every row")
     if isinstance(column.dtype, pd.CategoricalDtype):
         return pd.Categorical(column).remove_unused_categories()
     if pd.api.types.is_float_dtype(column.dtype):
         fraction = (column % 1).to_numpy() != 0
         if fraction.any():
             row = int(fraction.argmax())
-            raise ValueError(f"{name}: robot={column.iloc[row]} in row {row + 1}: must be a whole number or text")
+            raise ValueError(f"{name}: {what}={column.iloc[row]} in row {row + 1}: must be a whole number or text")
         column = column.astype(np.int64)
     if not (pd.api.types.is_integer_dtype(column.dtype) or isinstance(column.iloc[0], (str, int, np.integer))):
-        raise ValueError(f"{name}: robot={_shown(column.iloc[0])} in row 1: must be a whole number or text")
+        raise ValueError(f"{name}: {what}={_shown(column.iloc[0])} in row 1: must be a whole number or text")
     codes, names = pd.factorize(column)
     return pd.Categorical.from_codes(codes, categories=names)
 
@@ -223,28 +251,35 @@ def _shown(value: Any) -> str:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _order(code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dtype[np.int64]] | None:
-    """Return the rows robot by robot, or None when they are so already."""
+def _order(run: Any, code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dtype[np.int64]] | None:
+    """Return the rows run by run and robot by robot, or None when they are so already."""
     if sort:
-        return np.lexsort((time, code))
-    if (code[1:] >= code[:-1]).all():
+        return np.lexsort((time, code, run))
+    place = np.asarray(run, np.int64) * (int(code.max()) + 1) + code
+    if (place[1:] >= place[:-1]).all():
         return None
-    return np.argsort(code, kind="stable")
+    return np.argsort(place, kind="stable")
 
 
-def _check_times(robot: pd.Categorical, time: Any, order: Any, name: str) -> None:
+def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, order: Any, name: str) -> None:
     """Refuse a robot that is twice at one time, or that goes back in time."""
     code = robot.codes
-    wrong = (time[1:] <= time[:-1]) & (code[1:] == code[:-1])
+    wrong = (time[1:] <= time[:-1]) & (code[1:] == code[:-1]) & (run.codes[1:] == run.codes[:-1])
     if not wrong.any():
         return
     later = int(np.argmax(wrong)) + 1
     rows = [place + 1 if order is None else int(order[place]) + 1 for place in (later - 1, later)]
     who = f"robot {_shown(robot.categories[code[later]])}"
+    if len(run.categories) > 1:
+        who += f" of run {_shown(run.categories[run.codes[later]])}"
     if time[later] == time[later - 1]:
         raise ValueError(
-            f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them"
+            f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them, or "
+            "tell recordings apart by a column run"
         )
     back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
-    cure = "look for a clock that was set or two robots under one name, or else sort: --sort, read_tracks(…, sort=True)"
+    cure = (
+        "look for a clock that was set, two robots under one name or a new recording (give it a number in a column "
+        "run), or else sort: --sort, read_tracks(…, sort=True)"
+    )
     raise ValueError(f"{name}: {who} {back}; {cure}")

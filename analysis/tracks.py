@@ -16,6 +16,8 @@ from teamsight.analysis.delta_report import DeltaReport
 from teamsight.analysis.occupancy import Bearings
 from teamsight.analysis.track_files import check_tracks, read_tracks
 from teamsight.analysis.track_frames import Block, Grid, blocks, make_grid
+from teamsight.analysis.track_notes import notes
+from teamsight.analysis.track_trials import recordings, shorter_window, trials, window_frames
 from teamsight.world.arena import Disc
 from teamsight.world.proximity import proximity_graph
 
@@ -27,9 +29,6 @@ __all__ = ["DeltaReport", "delta_from_tracks", "neighbours_over_time", "read_tra
 #: Called with the frames done and the frames in all.
 Progress = Callable[[int, int], None]
 
-_WINDOWS = 20
-# A window with fewer robots than this share of the usual number tells little of the team.
-_PRESENT = 0.5
 # About how many robots and times are asked for the bearings of their neighbours.
 _LOOKED_AT = 200_000
 
@@ -37,8 +36,9 @@ _LOOKED_AT = 200_000
 class Neighbours(NamedTuple):
     """What a record shows of neighbours.
 
-    ``over_time`` has one row a frame: time, robots (present), mean_degree, max_degree. ``move`` is the root of the mean
-    squared distance that a robot covers between frames [length].
+    ``over_time`` has one row a frame: run (its name; without a column of runs, the number of the piece between two
+    gaps), time, robots (present), mean_degree, max_degree. ``robots`` is the most that were seen in one piece.
+    ``move`` is the root of the mean squared distance that a robot covers between frames [length].
     """
 
     over_time: pd.DataFrame
@@ -80,6 +80,8 @@ def neighbours_over_time(
 
     Notes
     -----
+    There are no frames in gaps in which no robot has a sample for longer than `max_gap`, nor between runs.
+
     A robot's heading is the direction in which it moves around the frame; one that stands still or is absent just
     before or after has none and is left out of the bearings, as an observer only.
     """
@@ -87,8 +89,7 @@ def neighbours_over_time(
     if arena is not None:
         arena.check_reach(awareness_range)
     grid = make_grid(tracks, step, max_gap)
-    robots = tracks["robot"].cat.categories.size
-    every = max(1, grid.frames * robots // _LOOKED_AT)
+    every = max(1, grid.frames * grid.robots // _LOOKED_AT)
     if progress is not None:
         progress(0, grid.frames)
     counts, looks, square, moves = [], [], 0.0, 0
@@ -107,9 +108,11 @@ def neighbours_over_time(
         if progress is not None:
             progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
-    table.insert(0, "time", grid.time(0, grid.frames))
+    table.insert(0, "time", grid.time())
+    name = tracks["run"].cat.categories.to_numpy()[grid.run] if "run" in tracks else np.arange(len(grid.run))
+    table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
-    return Neighbours(table, occupancy.gather(looks), grid, robots, awareness_range, move)
+    return Neighbours(table, occupancy.gather(looks), grid, grid.robots, awareness_range, move)
 
 
 def delta_from_tracks(
@@ -136,7 +139,8 @@ def delta_from_tracks(
     risk : float
         Accepted probability that in a window any robot has more than δ neighbours; between 0 and 1.
     window : float, optional
-        Length of the stretch of time that the risk is for [time]; a twentieth of the record when not given.
+        Length of the stretch of time that the risk is for [time]. When not given: the whole recording where the record
+        holds at least ten alike, otherwise a twentieth of the record; see `track_trials.window_frames`.
     arena : Disc, Box or Torus, optional
         Distances wrap on a torus; a disc allows the closed form; without one there is no prediction.
     step, max_gap : float, optional
@@ -151,7 +155,7 @@ def delta_from_tracks(
     Returns
     -------
     DeltaReport
-        Its trials are the whole windows of the record, its ``over_time`` the frames.
+        Its trials are the whole windows of the record, or its runs or pieces; its ``over_time`` the frames.
 
     Raises
     ------
@@ -160,68 +164,42 @@ def delta_from_tracks(
 
     Notes
     -----
-    Windows that follow each other resemble each other, so they count as fewer independent ones: see
-    `exceedance.effective_number`, taken of their largest and of their mean degree, whichever gives less. What is left
-    after the last whole window counts for the largest degree only; so do windows in which fewer than half as many
-    robots are present as in the median window, as while a team is being switched on.
+    Runs (a column of that name) are independent of each other. Windows of one run that follow each other resemble each
+    other, so they count as fewer independent ones: see `exceedance.effective_number`, taken of their largest and of
+    their mean degree, whichever gives less. What is left after the last whole window of a stretch counts for the
+    largest degree only; so do windows in which fewer than half as many robots are present as in the median window, as
+    while a team is being switched on.
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
     tracks = check_tracks(tracks)
     found = neighbours_over_time(tracks, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress)
-    length = _window_frames(found.grid, window)
-    maxima = _window_maxima(found.over_time, length)
-    independent = exceedance.effective_number(maxima["max_neighbours"], maxima["mean_neighbours"])
+    grid = found.grid
+    tried = trials(found.over_time, grid, window_frames(grid, window))
+    shorter = None
+    if not exceedance.supports(tried.independent, risk, confidence):
+        needed = exceedance.trials_needed(risk, confidence)
+        shorter = shorter_window(found.over_time, grid, tried.frames, needed)
     return delta_report.build(
-        maxima,
+        tried.maxima,
         found.bearings,
         robots=found.robots,
         risk=risk,
         confidence=confidence,
-        independent=independent,
+        independent=tried.independent,
         largest=int(found.over_time["max_degree"].max()),
-        prediction=_predict(found, length, arena),
+        prediction=_predict(found, tried.frames, arena),
         source="tracks",
         subject=subject or _describe(tracks, found),
         awareness_range=found.awareness_range,
-        length=length * found.grid.step,
+        length=tried.frames * grid.step,
         unit="time units",
+        trial=tried.kind,
+        recorded=grid.frames * grid.step,
+        shorter=None if shorter is None else shorter * grid.step,
         over_time=found.over_time,
-        notes=_notes(found, window, length, len(maxima)),
+        notes=notes(found, tried, window is not None),
     )
-
-
-def _window_frames(grid: Grid, window: float | None) -> int:
-    """Return the number of frames in a window."""
-    if window is None:
-        return max(1, grid.frames // _WINDOWS)
-    window = checks.number("window", window, above=0.0)
-    span = grid.frames * grid.step
-    if window > span * (1 + 1e-9):
-        raise ValueError(f"window={window:g}: longer than the record, which spans {span:g}; give a shorter window")
-    if window < grid.step * (1 - 1e-9):
-        raise ValueError(
-            f"window={window:g}: shorter than the time between frames, {grid.step:g}; give a longer window"
-        )
-    return max(1, round(window / grid.step))
-
-
-def _window_maxima(over_time: pd.DataFrame, length: int) -> pd.DataFrame:
-    """Return the largest degree of each whole window with enough robots."""
-    windows = max(1, len(over_time) // length)
-    frames = {name: over_time[name].to_numpy()[: windows * length].reshape(windows, -1) for name in over_time}
-    table = pd.DataFrame(
-        {
-            "window": np.arange(windows),
-            "start": frames["time"][:, 0],
-            "end": frames["time"][:, -1],
-            "robots": frames["robots"].mean(axis=1),
-            "max_neighbours": frames["max_degree"].max(axis=1),
-            "mean_neighbours": frames["mean_degree"].mean(axis=1),
-        }
-    )
-    enough = table["robots"] >= _PRESENT * table["robots"].median()
-    return table[enough].reset_index(drop=True)
 
 
 def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction | None:
@@ -232,35 +210,10 @@ def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction 
 
 
 def _describe(tracks: pd.DataFrame, found: Neighbours) -> str:
-    span = found.over_time["time"].iloc[-1] - found.over_time["time"].iloc[0]
-    return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}"
-
-
-def _notes(found: Neighbours, window: float | None, length: int, windows: int) -> tuple[str, ...]:
-    """Return what a reader must know of the frames to trust the degrees."""
-    grid, present = found.grid, float(found.over_time["robots"].mean()) / found.robots
-    said = [
-        f"Frames every {grid.step:g}; gaps of up to {grid.max_gap:g} between a robot's samples are bridged by a line."
-    ]
-    if window is None:
-        said.append(
-            f"The window of {length * grid.step:g} is a twentieth of the record; "
-            "state your own for a risk that means something."
-        )
-    if present < 0.995:
-        said.append(
-            f"On average {present:.0%} of the robots are present in a frame; absent ones are nobody's neighbour, "
-            "so degrees may be too low."
-        )
-    left_out = max(1, found.grid.frames // length) - windows
-    if left_out:
-        said.append(f"{left_out} windows with few robots present are left out of the exceedance.")
-    if found.move > 0.5 * found.awareness_range:
-        said.append(
-            f"Robots move {found.move:.3g} between frames, over half the awareness range: "
-            "larger degrees in between go unseen."
-        )
-    return tuple(said)
+    span = float(np.sum((found.grid.length - 1) * found.grid.step))
+    kind, size = recordings(found.grid)
+    parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
+    return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}{parts}"
 
 
 def _wrapping(arena: Arena | None) -> Arena | None:

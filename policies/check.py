@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight import checks
+from teamsight.policies import compiled
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.guarded_decision import try_decision
 from teamsight.policies.interface import Action, Percept, Policy, Rule, Sightings, percept_of_one
 
+# A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.
+_MANY_STEPS = 64
+_MUCH_KNOWLEDGE = 1_000_000
 
-def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0) -> Percept:
+# How many things a robot sees at most, decision after decision: some, a crowd, and none at all.
+_MOST_SEEN = (3, 40, 0)
+
+
+def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3) -> Percept:
     """Return a percept such as `size` robots might have, with some that see nothing.
 
     Parameters
@@ -22,6 +35,8 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0) -> Perc
         Where the numbers come from.
     inputs : int, default 0
         The width of the situation vector.
+    most : int, default 3
+        How many targets, teammates and reports a robot sees at most.
     """
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -31,15 +46,15 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0) -> Perc
         speed=np.full(size, 0.1),
         sensing_range=np.ones(size),
         awareness_range=np.ones(size),
-        targets=_sample_sightings(size, rng),
-        mates=_sample_sightings(size, rng),
-        reports=_sample_sightings(size, rng),
+        targets=_sample_sightings(size, rng, most),
+        mates=_sample_sightings(size, rng, most),
+        reports=_sample_sightings(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
     )
 
 
-def _sample_sightings(size: int, rng: np.random.Generator) -> Sightings:
-    count = rng.integers(0, 4, size)
+def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> Sightings:
+    count = rng.integers(0, most + 1, size)
     total = int(count.sum())
     angle = rng.uniform(0, 2 * np.pi, total)
     distance = np.sqrt(rng.random(total))
@@ -70,7 +85,8 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         If a member is missing, or an answer is not an `Action` and a memory, or of a callable not two numbers.
     ValueError
         If an answer has the wrong shape or is not finite, if headings are not unit vectors, if the policy changes what
-        it is given, or if the same question gets two answers.
+        it is given, or if the same question gets two answers; and if a kernel uses memory, parameters or noise that
+        it did not declare, or elements of arrays that they do not have.
     """
     name = getattr(policy, "__name__", type(policy).__name__)
     if callable(policy) and not hasattr(policy, "decide"):
@@ -83,13 +99,42 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
             f"{name}: has no {missing!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
         )
     if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
-        raise TypeError(f"{name}.draws={policy.draws!r}: must be a whole number of at least 0")
+        raise TypeError(f"{name}.draws={checks.shown(policy.draws)}: must be a whole number of at least 0")
     for size in sizes:
-        rng = np.random.default_rng(size)
+        with _guarded_decisions():
+            _check_steps(name, policy, size, steps)
+
+
+@contextmanager
+def _guarded_decisions() -> Iterator[None]:
+    """Let compiled policies try each decision on guarded arrays first."""
+    compiled.before_decision = try_decision
+    try:
+        yield
+    finally:
+        compiled.before_decision = None
+
+
+def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
+    """Check some decisions of a team, and that a kernel keeps to its arrays for longer."""
+    rng = np.random.default_rng(size)
+    memory = policy.start(size)
+    for step in range(steps):
+        percept = _percept_at(step, size, rng, policy)
+        memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
+    if isinstance(policy, CompiledPolicy) and np.size(policy.knowledge) < _MUCH_KNOWLEDGE:
         memory = policy.start(size)
-        for _ in range(steps):
-            percept = sample_percept(size, rng, getattr(policy, "inputs", 0) or 0)
-            memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
+        for step in range(_MANY_STEPS):
+            percept = _percept_at(step, size, rng, policy)
+            memory = policy.decide(percept, memory, rng.random((policy.draws, size)))[1]
+
+
+def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
+    percept = sample_percept(size, rng, getattr(policy, "inputs", 0) or 0, most=_MOST_SEEN[step % len(_MOST_SEEN)])
+    if step % 2:
+        # As degrees of awareness show teammates that hide who they are.
+        percept.mates.identity[:] = -1
+    return percept
 
 
 def _check_decision(name: str, policy: Policy, percept: Percept, memory: Any, noise: npt.NDArray[np.float64]) -> Any:
@@ -138,7 +183,7 @@ def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
         turn, distance = float(turn), float(distance)
     except (TypeError, ValueError):
         raise TypeError(
-            f"{name}: robot {i} got {answer!r}; a rule for one robot returns two numbers, (turn, distance)"
+            f"{name}: robot {i} got {checks.shown(answer)}; a rule for one robot returns two numbers, (turn, distance)"
         ) from None
     if not (math.isfinite(turn) and math.isfinite(distance)):
         raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")

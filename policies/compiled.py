@@ -72,6 +72,9 @@ def _decide(address: int) -> int:
 
 _ENTRIES: dict[Callable[..., Any], Entry] = {}
 
+#: Called with what `CompiledPolicy.decide` is called with, before the kernel runs; `check_policy` tries it there.
+before_decision: Callable[[CompiledPolicy, Percept, Memory, Floats], Any] | None = None
+
 
 class CompiledPolicy(ABC):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
@@ -131,6 +134,8 @@ class CompiledPolicy(ABC):
             Uniform numbers in (0, 1).
         """
         self.check_percept(percept)
+        if before_decision is not None:
+            before_decision(self, percept, memory, noise)
         size = len(percept.heading)
         action = Action(np.zeros((size, 2)), np.zeros(size))
         after = Memory(memory.real.copy(), memory.whole.copy())

@@ -194,6 +194,52 @@ def _sightings_of_one(seen: Sightings, i: int) -> SightingsOfOne:
     return SightingsOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
 
 
+def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
+    """Return what one robot knows as the percept of a group of one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field has the wrong type or shape, or its arrays differ in length: a kernel would read beyond their ends.
+    """
+    if not isinstance(percept, PerceptOfOne):
+        raise TypeError(f"percept={type(percept).__name__}: must be a percept; change fields with percept._replace(…)")
+    situation = np.asarray(percept.situation, np.float32)
+    if situation.ndim != 1:
+        raise ValueError(f"percept.situation: has the shape {situation.shape}; it must be (width,)")
+    return Percept(
+        _row("heading", percept.heading),
+        _row("moved", percept.moved),
+        np.array([float(percept.speed)]),
+        np.array([float(percept.sensing_range)]),
+        np.array([float(percept.awareness_range)]),
+        _sightings_of_group_of_one("targets", percept.targets),
+        _sightings_of_group_of_one("mates", percept.mates),
+        _sightings_of_group_of_one("reports", percept.reports),
+        np.ascontiguousarray(situation[None]),
+    )
+
+
+def _row(name: str, value: npt.ArrayLike) -> Floats:
+    array = np.asarray(value, float)
+    if array.shape != (2,):
+        raise ValueError(f"percept.{name}: has the shape {array.shape}; it must be (2,)")
+    return np.ascontiguousarray(array[None])
+
+
+def _sightings_of_group_of_one(name: str, seen: SightingsOfOne) -> Sightings:
+    if not isinstance(seen, tuple) or len(seen) != len(SightingsOfOne._fields):
+        raise TypeError(f"percept.{name}: must be SightingsOfOne(identity, offset, distance)")
+    identity, offset, distance = (
+        np.ascontiguousarray(part, kind) for part, kind in zip(seen, (np.int64, float, float), strict=True)
+    )
+    k = len(distance) if distance.ndim == 1 else -1
+    if identity.shape != (k,) or offset.shape != (k, 2):
+        shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
+        raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
+    return Sightings(np.array([0, k]), identity, offset, distance)
+
+
 def no_sightings(size: int) -> Sightings:
     """Return the sightings of `size` robots that see nothing."""
     return Sightings(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))

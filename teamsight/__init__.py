@@ -7,11 +7,13 @@ The public names live in the rooms ``teamsight.agents``, ``teamsight.world``, ``
 
 from __future__ import annotations
 
-import importlib
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import os
 
+# Only what Python has loaded before is imported: until the command line can handle Ctrl-C, each millisecond counts.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
@@ -33,14 +35,16 @@ _HOME = {
 __all__ = ["CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__"]
 
 # In a checkout the four rooms stand beside this folder, at the top of the repository.
-_ROOT = Path(__file__).resolve().parent.parent
-if (_ROOT / "pyproject.toml").is_file() and (_ROOT / "agents" / "model.py").is_file():
-    __path__.insert(0, str(_ROOT))
+_ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+if os.path.isfile(os.path.join(_ROOT, "pyproject.toml")) and os.path.isfile(os.path.join(_ROOT, "agents", "model.py")):
+    __path__.insert(0, _ROOT)
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'teamsight' has no attribute {name!r}; it has {', '.join(sorted(_HOME))}")
+    import importlib
+
     value = getattr(importlib.import_module(_HOME[name]), name)
     globals()[name] = value
     return value

@@ -3,7 +3,9 @@
 A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
 signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
 all entries look alike, a loop can call whichever policy, degree of awareness or arena it is handed; so compilation adds
-up over the components and never multiplies. This file is the only one that touches numba's inner parts.
+up over the components and never multiplies. Of numba's inner parts, this file uses what is needed to run;
+`teamsight.kernel_cache` what is needed to keep entries, and `kernel_guard`, `kernel_copy` and `kernel_errors` what is
+needed to check and to explain.
 
 Entries are cached on disk under a digest of everything that they are made of; see `teamsight.digest`.
 """
@@ -11,26 +13,21 @@ Entries are cached on disk under a digest of everything that they are made of; s
 from __future__ import annotations
 
 import ctypes
-import os
-import re
 import sys
-import tempfile
 import types as python_types
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-import platformdirs
 from llvmlite import ir
 from numba.core import cgutils
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.ccallback import CFunc
-from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
-from teamsight.digest import digest
+from teamsight.interrupts import deferred
+from teamsight.kernel_cache import KernelCache
+from teamsight.kernel_errors import COMPILE_ERRORS, explained
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -213,34 +210,26 @@ class Entry:
 
     def _machine_code(self) -> Any:
         if self._compiled is None:
-            signature = numba.types.int64(numba.types.int64)
-            # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
-            compiled: Any = CFunc(
-                self.function, (signature.args, signature.return_type), locals={}, options=dict(_FLAGS, nopython=True)
-            )
-            compiled._cache = _Cache(self.function)
-            try:
-                compiled.compile()
-            except NumbaError as error:
-                raise TypeError(f"{self.function.__qualname__}: {_reason(error)}") from error
-            self._compiled = compiled
+            # Callbacks from LLVM print and lose an interrupt, and numba takes it for an error of its own.
+            with deferred():
+                self._compiled = self._compile()
         return self._compiled
+
+    def _compile(self) -> Any:
+        signature = numba.types.int64(numba.types.int64)
+        # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
+        compiled: Any = CFunc(
+            self.function, (signature.args, signature.return_type), locals={}, options=dict(_FLAGS, nopython=True)
+        )
+        compiled._cache = KernelCache(self.function, str(sorted(_FLAGS.items())), lambda name: announce(name))
+        try:
+            compiled.compile()
+        except COMPILE_ERRORS as error:
+            raise TypeError(explained(self.function, error)) from error
+        return compiled
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))
-
-
-def _reason(error: NumbaError) -> str:
-    """Say in one line why a kernel cannot be compiled; numba's own account stays attached to the error."""
-    told = " ".join(str(error).split())
-    if "NRT required" not in told:
-        return f"its kernel cannot be compiled: {told}"
-    place = re.search(r"During: lowering .*? at (\S+ \(\d+\))", told)
-    where = f"at {place[1]} " if place else ""
-    return (
-        f"{where}its kernel makes or copies an array, which kernels cannot; write numbers one by one, "
-        "such as action.heading[i, 0] = x (docs/policies.md)"
-    )
 
 
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
@@ -259,59 +248,6 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
     bound.__qualname__ = f"{template.__name__}-{name}"
     bound.__module__ = template.__module__
     return Entry(bound)
-
-
-def cache_folder() -> Path:
-    """Return the folder of compiled kernels: ``TEAMSIGHT_CACHE_DIR``, or the user's cache folder."""
-    chosen = os.environ.get("TEAMSIGHT_CACHE_DIR")
-    folder = Path(chosen) if chosen else Path(platformdirs.user_cache_dir("teamsight", appauthor=False)) / "kernels"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
-    except OSError:
-        # Nothing of the user's is writable, as on some cluster nodes: share a folder among this user's processes.
-        folder = Path(tempfile.gettempdir()) / f"teamsight-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-        folder.mkdir(parents=True, exist_ok=True)
-    return folder
-
-
-class _Locator(_CacheLocator):  # type: ignore[misc]
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._digest = digest(function, str(sorted(_FLAGS.items())))
-
-    def get_cache_path(self) -> str:
-        return str(cache_folder())
-
-    def get_source_stamp(self) -> str:
-        return self._digest
-
-    def get_disambiguator(self) -> str:
-        return self._digest[:16]
-
-    @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _Locator:
-        return cls(py_func)
-
-
-class _CacheFiles(CompileResultCacheImpl):  # type: ignore[misc]
-    _locator_classes = (_Locator,)
-
-    def check_cachable(self, data: Any) -> bool:
-        # numba objects to addresses in the code; ours arrive as arguments, never as constants.
-        return True
-
-
-class _Cache(FunctionCache):  # type: ignore[misc]
-    _impl_class = _CacheFiles
-
-    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return (sig, codegen.magic_tuple(), self._impl.locator.get_source_stamp())
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        found = super().load_overload(sig, target_context)
-        if found is None:
-            announce(self._py_func.__qualname__)
-        return found
 
 
 def _announce_once(name: str) -> None:

@@ -10,21 +10,22 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.kernel import Entry, array_at, inlined, specialise
-from teamsight.world.arena import Arena
+from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.bodies import Bodies
-
-NOT_A_NUMBER = 1
 
 MOVE = np.dtype(
     [(name, np.int64) for name in ("size", "position", "heading", "moved", "speed", "turn_cosine", "turn_sine")]
     + [(name, np.int64) for name in ("action_heading", "action_distance", "arena_size")]
-    + [(name, np.float64) for name in ("period_x", "period_y")]
+    + [(name, np.float64) for name in ("period_x", "period_y", "low_x", "low_y", "high_x", "high_y")]
 )
-"""A group's bodies, the actions that they are to carry out, and the arena."""
+"""A group's bodies, the actions that they are to carry out, and the arena with the box around it."""
 
 
 class Motion(NamedTuple):
-    """A group's motion: the compiled step and the record that it works on."""
+    """A group's motion: the compiled step and the record that it works on.
+
+    In an arena of a user's own the step returns how many bodies it has led out of the box around the arena.
+    """
 
     entry: Entry
     record: npt.NDArray[Any]
@@ -50,6 +51,24 @@ def turn(
     return x * length, y * length
 
 
+@inlined
+def is_action(heading_x: float, heading_y: float, distance: float) -> bool:
+    """Whether a heading is a unit vector or (0, 0), and a distance a number."""
+    square = heading_x * heading_x + heading_y * heading_y
+    return (abs(square - 1.0) < 1e-6 or square == 0.0) and distance == distance
+
+
+@inlined
+def _beyond_box(move: Any, x: float, y: float) -> bool:
+    # Not "beyond a side": what is no number is on no side.
+    return not (move.low_x <= x <= move.high_x and move.low_y <= y <= move.high_y)
+
+
+@inlined
+def _nowhere(move: Any, x: float, y: float) -> bool:
+    return False
+
+
 def _advance(address: int) -> int:
     move = array_at(address, 1, MOVE)[0]
     size = move.size
@@ -62,23 +81,22 @@ def _advance(address: int) -> int:
     action_heading = array_at(move.action_heading, (size, 2), np.float64)
     action_distance = array_at(move.action_distance, size, np.float64)
     arena_size = array_at(move.arena_size, 2, np.float64)
+    outside = 0
     for i in range(size):
         aim_x = action_heading[i, 0]
         aim_y = action_heading[i, 1]
         distance = action_distance[i]
-        square = aim_x * aim_x + aim_y * aim_y
-        if not ((abs(square - 1.0) < 1e-6 or square == 0.0) and distance == distance):
-            return NOT_A_NUMBER
         x = position[i, 0]
         y = position[i, 1]
         heading_x = heading[i, 0]
         heading_y = heading[i, 1]
-        if square > 0.0:
+        if aim_x * aim_x + aim_y * aim_y > 0.0:
             heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
         distance = min(max(distance, 0.0), speed[i])
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
             x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, arena_size
         )
+        outside += is_outside(move, new_x, new_y)  # type: ignore[name-defined]  # noqa: F821
         step_x = new_x - x
         step_y = new_y - y
         if move.period_x > 0.0:
@@ -90,18 +108,27 @@ def _advance(address: int) -> int:
         heading[i, 1] = heading_y
         moved[i, 0] = step_x
         moved[i, 1] = step_y
-    return 0
+    return outside
 
 
-_ENTRIES: dict[Callable[..., Any], Entry] = {}
+_ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
+# Their walls are tested with this package.
+_TESTED = (Disc, Box, Torus)
+
+
+def is_watched(arena: Arena) -> bool:
+    """Whether an arena is a user's own, so that a wall which leaks is looked for in every step."""
+    return type(arena) not in _TESTED
 
 
 def advance_entry(arena: Arena) -> Entry:
     """Return the compiled step of bodies in arenas of this kind."""
     rule = type(arena).confine
-    if rule not in _ENTRIES:
-        _ENTRIES[rule] = specialise(_advance, type(arena).__name__.lower(), confine=rule)
-    return _ENTRIES[rule]
+    watch = _beyond_box if is_watched(arena) else _nowhere
+    if (rule, watch) not in _ENTRIES:
+        name = type(arena).__name__.lower()
+        _ENTRIES[rule, watch] = specialise(_advance, name, confine=rule, is_outside=watch)
+    return _ENTRIES[rule, watch]
 
 
 def motion(
@@ -125,7 +152,9 @@ def motion(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine,
         action_heading, action_distance, bodies.arena_size,
     )  # fmt: skip
-    record[0] = (len(bodies.position), *(array.ctypes.data for array in arrays), *arena.period)
+    addresses = (array.ctypes.data for array in arrays)
+    box = np.ravel(arena.bounds) if is_watched(arena) else (0.0,) * 4
+    record[0] = (len(bodies.position), *addresses, *arena.period, *box)
     return Motion(advance_entry(arena), record)
 
 
@@ -134,3 +163,8 @@ def turn_limit(limit: float) -> tuple[float, float]:
     if limit >= math.pi:
         return -2.0, 0.0
     return math.cos(limit), math.sin(limit)
+
+
+def limit_of_turn(cosine: npt.NDArray[np.float64], sine: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the turning limits [rad a step] of which these are the cosines and sines; see `turn_limit`."""
+    return np.where(cosine < -1.0, math.pi, np.arctan2(sine, cosine))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from teamsight.agents.awareness.check import check_awareness
 from teamsight.agents.awareness.interface import Awareness, Scene, Width
 from teamsight.agents.awareness.none import NoAwareness
 from teamsight.agents.awareness.pairwise import PairwiseAwareness
@@ -17,4 +18,5 @@ AWARENESS: dict[str, type[Awareness]] = {
 
 __all__ = [
     "AWARENESS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene", "SharedAwareness", "Width",
+    "check_awareness",
 ]  # fmt: skip

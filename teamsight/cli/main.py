@@ -89,7 +89,7 @@ def reproduce(**given: Any) -> None:
 @text("--runs", metavar="INTEGER", help="Runs to explore with.  [default: 10 / risk]")
 @text("--steps", metavar="INTEGER", help="Steps of each run.  [default: 600]")
 @text("--seed", metavar="INTEGER", help="Seed of the exploration.  [default: 0]")
-@text("--tracks", metavar="FILE", help="Recorded positions instead: CSV or Parquet with columns time, robot, x, y.")
+@text("--tracks", metavar="FILE", help="Recorded positions: CSV or Parquet; columns time, robot, x, y, optionally run.")
 @text("--window", metavar="NUMBER", help="Length of a stretch of the record for which the risk is stated.")
 @click.option("--sort", is_flag=True, default=None, help="Sort recorded positions whose times go back.")
 @text("--out", metavar="FOLDER", help="Write tables, report and picture there.")
@@ -149,6 +149,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         status = commands.main(args=arguments, prog_name="teamsight", standalone_mode=False)
     except (click.Abort, KeyboardInterrupt) as stop:
+        if isinstance(stop.__cause__, EOFError):
+            # click takes any end of a file for one of the terminal.
+            _fail(stop.__cause__)
         # click puts its own error around the one that a command may have said more with.
         kept = str(stop.__cause__ or stop) or "every file written so far is complete"
         _leave([f"interrupted; {kept}"], INTERRUPTED)
@@ -161,12 +164,27 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except Exception as error:
-        if os.environ.get("TEAMSIGHT_TRACEBACK"):
-            raise
-        from teamsight.cli.errors import lines
-
-        _leave(lines(error), WRONG_INPUT)
+        if _is_interrupt(error):
+            _leave(["interrupted; every file written so far is complete"], INTERRUPTED)
+        _fail(error)
     sys.exit(status or 0)
+
+
+def _fail(error: Exception) -> NoReturn:
+    if os.environ.get("TEAMSIGHT_TRACEBACK"):
+        raise error
+    from teamsight.cli.errors import lines
+
+    _leave(lines(error), WRONG_INPUT)
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Say whether this is what Python or a library made of an interrupt, and not an error in handling one."""
+    if isinstance(error, OSError | ValueError):
+        return False
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _leave(messages: Sequence[str], status: int) -> NoReturn:

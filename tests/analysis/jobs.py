@@ -7,6 +7,7 @@ import signal
 import time
 
 from teamsight.analysis.crew import tell
+from teamsight.cache_folder import cache_folder
 
 
 def square(number: int) -> int:
@@ -26,6 +27,15 @@ def die(number: int) -> int:
     return number
 
 
+def die_of(array: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def cache_folder_of(number: int) -> str:
+    time.sleep(0.05)
+    return str(cache_folder())
+
+
 def talk(number: int) -> int:
     tell(f"line {number}")
     return number
@@ -40,5 +50,13 @@ def sleep_long(number: int) -> None:
     time.sleep(60)
 
 
-def sleep_short(number: int) -> None:
-    time.sleep(2)
+def spin(number: int) -> None:
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        pass
+
+
+def fail_at_length(number: int) -> None:
+    raise ValueError(
+        f"number={number}: is wrong\n" + "for a reason that takes long to tell " * 40 + "(in the run rng=7)"
+    )

@@ -2,51 +2,35 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 
-from teamsight.world.arena import Disc
-from teamsight.world.proximity import ProximityGraph, proximity_graph
+from teamsight import Disc, Robot, World
+from teamsight.policies import Stationary
 
 
-class Robots:
-    """As many robots, all alike."""
-
-    def __init__(self, count: int) -> None:
-        self.position = self.heading = np.zeros((count, 2))
-        self.awareness_range = np.ones(count)
-        self.bodies = SimpleNamespace(speed=np.full(count, 10.0))
-
-    def __len__(self) -> int:
-        return len(self.position)
-
-
-class Snapshots:
+class Snapshots(World):
     """For these robots the closed form is exact but for their dependence within a snapshot."""
 
     opened = closed = 0
 
     def __init__(self, seed: int, robots: int = 8, radius: float = 2.5) -> None:
-        self.rng = np.random.default_rng(seed)
-        self.arena, self.robots = Disc(radius), Robots(robots)
-        self.max_neighbours = 0
+        super().__init__(Disc(radius), rng=seed)
+        self.throws = np.random.default_rng(seed)
+        # Their speed is that of the throws, which are as good as independent.
+        self.robots = self.add(Robot, robots, policy=Stationary(), speed=10.0)
         type(self).opened += 1
-        self._throw()
 
     def _throw(self) -> None:
         size = len(self.robots)
-        self.robots.position = self.arena.place(*self.rng.uniform(size=(2, size)))
-        self.robots.heading = self.rng.normal(size=(size, 2))
-
-    @property
-    def proximity(self) -> ProximityGraph:
-        return proximity_graph(self.robots.position, None, self.robots.awareness_range)
+        places = self.arena.place(*self.throws.uniform(size=(2, size)))
+        for robot, place, heading in zip(self.robots, places, self.throws.normal(size=(size, 2)), strict=True):
+            robot.position, robot.heading = place, heading
 
     def run(self, steps: int) -> None:
         for _ in range(steps):
             self._throw()
-            self.max_neighbours = max(self.max_neighbours, int(self.proximity.degree.max()))
+            super().run(1)
 
     def close(self) -> None:
         type(self).closed += 1
+        super().close()

@@ -6,12 +6,18 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from teamsight.analysis.crew import Crew, JobError
+from teamsight.analysis import crew as workers_module
+from teamsight.analysis.crew import Crew, JobError, check_workers
+from teamsight.analysis.study import Run
+from teamsight.cache_folder import cache_folder
 
 sys.path.insert(0, str(Path(__file__).parent))
 import jobs
@@ -109,13 +115,116 @@ def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> N
 
 
 @linux
-def test_workers_end_when_their_master_is_killed(tmp_path: Path) -> None:
-    process, workers = start(tmp_path, "sleep_short")
+@pytest.mark.parametrize("job", ["sleep_long", "spin"])
+def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp_path: Path, job: str) -> None:
+    process, workers = start(tmp_path, job)
     time.sleep(1)
     process.kill()
     process.communicate(timeout=20)
-    for _ in range(100):
+    # The jobs take a minute.
+    for _ in range(200):
         if all(is_gone(worker) for worker in workers):
             return
         time.sleep(0.1)
-    pytest.fail("a worker outlived its master by ten seconds")
+    for worker in workers:
+        os.kill(worker, signal.SIGKILL)
+    pytest.fail("a worker outlived its parent by 20 seconds")
+
+
+def test_a_killed_worker_with_a_long_job_is_told_in_one_line_with_a_cure() -> None:
+    with pytest.raises(JobError, match=r"exit code -9 in .*fewer workers$") as caught, Crew(2) as crew:
+        crew.map(jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_long_error_keeps_its_beginning_and_its_end(workers: int) -> None:
+    with (
+        pytest.raises(JobError, match=r"^number=3: is wrong for .* … .*\(in the run rng=7\)$") as caught,
+        Crew(workers) as crew,
+    ):
+        crew.map(jobs.fail_at_length, [3])
+    assert len(str(caught.value)) < 300
+
+
+def test_a_run_with_a_long_policy_is_described_in_one_line() -> None:
+    policy = "policy " * 100
+    told = Run({"robots": 3, "radius": 2.0, "policy": policy, "awareness": "ring\n" * 50}, 4, 600, 77).describe()
+    assert "\n" not in told
+    assert len(told) < 200
+    assert told.startswith("robots=3, radius=2.0, policy=policy")
+    assert told.endswith("replicate=4, steps=600, rng=77")
+
+
+def test_too_many_workers_are_refused_before_any_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers_module, "cores", lambda: 3)
+    monkeypatch.setattr(workers_module.multiprocessing, "get_context", None)
+    assert [check_workers(count) for count in (1, 8, 12)] == [1, 8, 12]
+    for count in (13, 200, 10**400):
+        with pytest.raises(ValueError, match="at most 12.*give 3") as caught:
+            check_workers(count)
+        assert len(str(caught.value)) < 300
+    with pytest.raises(ValueError, match="^workers=200: must be at most 12"):
+        Crew(200)
+    for wrong in (0, -1):
+        with pytest.raises(ValueError, match=f"workers={wrong}: must be at least 1"):
+            Crew(wrong)
+    for kind in (2.5, "4", None, True):
+        with pytest.raises(TypeError, match="workers="):
+            Crew(kind)  # type: ignore[arg-type]
+
+
+def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    unsafe = tmp_path / "unsafe"
+    unsafe.mkdir()
+    unsafe.chmod(0o777)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(unsafe))
+    with Crew(2) as crew:
+        folders = set(crew.map(jobs.cache_folder_of, range(6)))
+    assert folders == {str(cache_folder())}
+    assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[BaseProcess] = []
+    spawn = workers_module.multiprocessing.get_context("spawn")
+    start_one = spawn.Process.start
+
+    def start(process: BaseProcess) -> None:
+        if len(started) == 2:
+            raise OSError(11, "Resource temporarily unavailable")
+        started.append(process)
+        start_one(process)
+
+    monkeypatch.setattr(spawn.Process, "start", start)
+    with pytest.raises(OSError, match="temporarily unavailable"):
+        Crew(3)
+    assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
+
+
+def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[BaseProcess] = []
+    spawn = workers_module.multiprocessing.get_context("spawn")
+    start_one = spawn.Process.start
+
+    def start(process: BaseProcess) -> None:
+        started.append(process)
+        start_one(process)
+        # As by another thread, whose signals are not held.
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(spawn.Process, "start", start)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            Crew(2)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert len(started) == 2
+    assert all(process.exitcode == -signal.SIGKILL for process in started)

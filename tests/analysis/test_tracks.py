@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
@@ -69,10 +69,21 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         (GOOD + "2,a,0,inf\n", "y is inf in row 5"),
         (GOOD + "nan,a,0,0\n", "time is missing in row 5"),
         (GOOD + "2,,0,0\n", "robot is missing in row 5"),
+        ("run,time,robot,x,y\n1,0,a,0,0\n,1,a,0,0\n", "run is missing in row 2; name a run in every row"),
+        ("run,time,robot,x,y\n1.5,0,a,0,0\n", "run=1.5 in row 1: must be a whole number or text"),
+        ("run,time,robot,x,y,run\n1,0,a,0,0,1\n", "column 'run' twice"),
+        (
+            "run,time,robot,x,y\n1,0,a,0,0\n2,0,a,0,0\n2,0,a,1,0\n",
+            "robot 'a' of run 2 twice at time 0, in rows 2 and 3",
+        ),
+        (
+            "run,time,robot,x,y\n1,9,a,0,0\n2,8,a,0,0\n2,7,a,1,0\n",
+            "robot 'a' of run 2 goes back from time 8 in row 2 to 7 in row 3",
+        ),
         ("time,robot,x,y\n0,1.5,0,0\n", "robot=1.5 in row 1: must be a whole number or text"),
         ("time,robot,x,y\n0,true,0,0\n0,false,0,0\n", "robot=True in row 1"),
         (GOOD + "1,a,5,5\n", "robot 'a' twice at time 1, in rows 2 and 5; keep one"),
-        (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*--sort"),
+        (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*column run.*--sort"),
         ("time,robot,x,y\n0,7,0,0\n1,7,0,0\n", "only robot 7; a neighbour graph needs at least 2"),
         (GOOD + "2,a,0\n", "not a readable CSV file .*Expected 4 columns"),
     ],
@@ -111,42 +122,94 @@ def test_a_data_frame_is_checked_too() -> None:
         tracks.delta_from_tracks(record.assign(x=["0", "far", *["1"] * 13]), 1.0)
 
 
-@given(samples=st.integers(2, 60), step=st.floats(0.01, 3.0), max_gap=st.floats(0.01, 3.0), seed=st.integers(0, 2**32))
+@given(
+    samples=st.integers(2, 60),
+    step=st.floats(0.01, 3.0),
+    max_gap=st.floats(0.01, 3.0),
+    runs=st.integers(1, 3),
+    seed=st.integers(0, 2**32),
+)
 @settings(deadline=None)
-def test_frames_are_what_a_search_by_hand_finds(samples: int, step: float, max_gap: float, seed: int) -> None:
+def test_frames_are_what_a_search_by_hand_finds(
+    samples: int, step: float, max_gap: float, runs: int, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
-    time = np.sort(rng.uniform(0, 10, (2, samples)), axis=1)
-    record = pd.DataFrame(
-        {"time": time.ravel(), "robot": np.repeat(["a", "b"], samples), "x": time.ravel() * 2, "y": 1.0}
-    )
-    record = tracks.check_tracks(record)
+    time = np.sort(rng.uniform(0, 10, (runs, 2, samples)), axis=2)
+    run, robot, _ = np.mgrid[:runs, :2, :samples]
+    flat = {"time": time, "robot": robot, "x": 2 * time + run, "y": np.ones_like(time), "run": run}
+    record = tracks.check_tracks(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
+    pieces = _pieces(time, max_gap)
+    if max(len({who for _, who in piece}) for piece in pieces) < 2:
+        with pytest.raises(
+            ValueError, match=r"a single robot in each piece between gaps of more than .* longer max_gap"
+        ):
+            track_frames.make_grid(record, step, max_gap)
+        return
     grid = track_frames.make_grid(record, step, max_gap)
     found = np.concatenate([block.position for block in track_frames.blocks(record, grid)])
     assert found.shape == (grid.frames, 2, 2)
-    for frame, at in enumerate(grid.time(0, grid.frames)):
-        for robot in range(2):
-            earlier, later = time[robot][time[robot] <= at], time[robot][time[robot] >= at]
+    assert grid.robots == 2
+    assert sorted(set(grid.run)) == list(range(runs))
+    assert grid.start.tolist() == [piece[0][0] for piece in pieces]
+    for piece, length in zip(pieces, grid.length, strict=True):
+        assert length - 1 == pytest.approx((piece[-1][0] - piece[0][0]) / step, abs=1)
+        assert length - 1 <= (piece[-1][0] - piece[0][0]) / step + 1e-5
+    at_frame = grid.time()
+    for frame, (at, number) in enumerate(zip(at_frame, np.repeat(grid.run, grid.length), strict=True)):
+        own = time[number]
+        for who in range(2):
+            earlier, later = own[who][own[who] <= at], own[who][own[who] >= at]
             if len(earlier) and len(later) and later[0] - earlier[-1] <= max_gap:
-                assert found[frame, robot] == pytest.approx([2 * at, 1.0])  # a straight track: x = 2t
+                assert found[frame, who] == pytest.approx([2 * at + number, 1.0])  # a straight track: x = 2t
             elif not len(earlier) or not len(later) or later[0] - earlier[-1] > max_gap * 1.001:
-                near = np.abs(time[robot] - at).min() <= step * 1e-5
-                assert near or np.isnan(found[frame, robot]).all()
+                near = np.abs(own[who] - at).min() <= step * 1e-5
+                assert near or np.isnan(found[frame, who]).all()
+
+
+def _pieces(time: np.ndarray, max_gap: float) -> list[list[tuple[float, int]]]:
+    """Return the samples (time, robot) of each piece, found one by one; not where rounding decides."""
+    pieces: list[list[tuple[float, int]]] = []
+    for run in time:
+        samples = sorted((at, who) for who in range(2) for at in run[who].tolist())
+        for number, (at, who) in enumerate(samples):
+            wait = at - samples[number - 1][0] if number else np.inf
+            assume(abs(wait - max_gap) > 1e-7)
+            if wait > max_gap:
+                pieces.append([])
+            pieces[-1].append((at, who))
+    return pieces
 
 
 def test_a_long_gap_is_absence_and_a_short_one_a_line() -> None:
     record = pd.DataFrame(
-        {"time": [0.0, 1, 2, 12, 13, 0, 13], "robot": list("aaaaabb"), "x": [0.0, 1, 2, 12, 13, 5, 5], "y": 0.0}
+        {
+            "time": [0.0, 1, 2, 12, 13, 0, 4, 8, 12, 13, 0, 13],
+            "robot": list("aaaaabbbbbcc"),
+            "x": [0.0, 1, 2, 12, 13, 5, 5, 5, 5, 5, 7, 7],
+            "y": 0.0,
+        }
     )
     record = tracks.check_tracks(record)
-    grid = track_frames.make_grid(record)
+    grid = track_frames.make_grid(record, 1.0, 5.0)
     assert (grid.step, grid.max_gap, grid.frames) == (1.0, 5.0, 14)
     (block,) = track_frames.blocks(record, grid)
     x = block.position[..., 0]
     assert x[:3, 0].tolist() == [0, 1, 2]
     assert np.isnan(x[3:12, 0]).all()
     assert x[12:, 0].tolist() == [12, 13]
-    assert x[[0, 13], 1].tolist() == [5, 5]  # at a sample a robot is present whatever the gaps
-    assert np.isnan(x[1:13, 1]).all()
+    assert (x[:, 1] == 5).all()
+    assert x[[0, 13], 2].tolist() == [7, 7]  # at a sample a robot is present whatever the gaps
+    assert np.isnan(x[1:13, 2]).all()
+
+
+def test_a_gap_of_all_robots_holds_no_frames() -> None:
+    record = pd.DataFrame(
+        {"time": [0.0, 1, 2, 12, 13, 0, 13], "robot": list("aaaaabb"), "x": [0.0, 1, 2, 12, 13, 5, 5], "y": 0.0}
+    )
+    grid = track_frames.make_grid(tracks.check_tracks(record))
+    assert (grid.step, grid.max_gap, grid.robots) == (1.0, 5.0, 2)
+    assert grid.time().tolist() == [0, 1, 2, 12, 13]
+    assert grid.gaps.tolist() == [10.0]
 
 
 def test_on_a_torus_the_line_goes_over_the_edge() -> None:

@@ -44,6 +44,6 @@ class CopiesARow(CompiledPolicy):
 
 
 def test_a_kernel_that_copies_an_array_is_told_where_and_what_to_do() -> None:
-    with pytest.raises(TypeError, match=r"test_check_callables\.py \(\d+\) its kernel makes or copies") as told:
+    with pytest.raises(TypeError, match=r"test_check_callables\.py:\d+: the kernel makes or copies") as told:
         check_policy(CopiesARow())
     assert "\n" not in str(told.value)

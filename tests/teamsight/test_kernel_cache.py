@@ -18,7 +18,8 @@ MAIN = """
 import sys
 import numpy as np
 {imports}
-from teamsight.kernel import Entry, array_at, digest, kernel
+from teamsight.digest import digest
+from teamsight.kernel import Entry, array_at, kernel
 
 @kernel
 def twice(x):

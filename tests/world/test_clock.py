@@ -58,7 +58,7 @@ def test_small_delays_do_not_drift_past_a_whole_tick() -> None:
 def test_catching_up_leaves_later_events_alone_and_lets_delays_count_from_there() -> None:
     clock, log = Clock(), []
     clock.at(10, lambda: log.append(clock.now))
-    clock.catch_up(3)
+    clock.advance(3)
     assert clock.now == 3
     clock.process(iter_once(clock, 2, log))
     clock.advance(4)

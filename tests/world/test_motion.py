@@ -10,9 +10,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from teamsight.kernel import plain
 from teamsight.world.arena import Box
 from teamsight.world.bodies import Bodies
-from teamsight.world.motion import NOT_A_NUMBER, motion, turn_limit
+from teamsight.world.motion import is_action, motion, turn_limit
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -77,7 +78,7 @@ def test_headings_stay_unit_vectors_through_many_turns() -> None:
 @pytest.mark.parametrize(
     "action", [(math.nan, 0, 1), (1, math.nan, 1), (1, 0, math.nan), (math.inf, 0, 1), (0, -math.inf, 1), (2, 0, 1)]
 )
-def test_actions_that_are_no_numbers_are_reported_and_nobody_moves(action: tuple[float, float, float]) -> None:
-    status, bodies = moved(0.0, math.pi, 1.0, action)
-    assert status == NOT_A_NUMBER
-    assert bodies.position.tolist() == [[0, 0]]
+def test_actions_that_are_no_numbers_are_none(action: tuple[float, float, float]) -> None:
+    assert not plain(is_action)(*action)
+    assert plain(is_action)(1.0, 0.0, 5.0)
+    assert plain(is_action)(0.0, 0.0, -1.0)

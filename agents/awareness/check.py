@@ -1,0 +1,230 @@
+"""The check that ships with the contract of degrees of awareness: does a new one keep it?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from teamsight.agents.awareness.guarded_scene import GuardedScene
+from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
+from teamsight.policies.interface import Sightings
+
+_FIELDS = ("targets", "mates", "reports")
+_NO_IDENTITY = -7_777_777
+_UNWRITTEN = np.uint32(0x7FC5_EED5)
+# Beyond this, distances between situations are no numbers any more; see teamsight.policies.lazy_memory.pairs.
+_MOST = 1e30
+# Nothing changes between two calls, so that what the first asks for must do.
+_MOST_CALLS = 3
+
+# The groups of the team, whose scene it is, how many targets, and the side of the square [sensing ranges].
+_SCENES = (
+    ((1,), 0, 0, 1.0),
+    ((1,), 0, 5, 1.0),
+    ((4,), 0, 0, 1.5),
+    ((7,), 0, 9, 2.5),
+    ((3, 4), 0, 9, 2.0),
+    ((3, 4), 1, 9, 2.0),
+    ((2, 1, 5), 2, 20, 1.0),
+    ((12,), 0, 30, 0.5),
+    ((6,), 0, 6, 20.0),
+    ((0, 3), 0, 4, 1.0),
+)
+
+
+def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
+    """Try a degree of awareness on made-up scenes and refuse it where it breaks the contract.
+
+    Its kernels run with bounds checks: on robots alone, sparse and crowded, on teams of one group and of several, and
+    with buffers that are too small at first, as in a world.
+
+    Parameters
+    ----------
+    degree : Awareness
+        The degree.
+    seed : int, default 1
+        For the scenes.
+
+    Raises
+    ------
+    TypeError
+        If it is no `Awareness`, a member is missing or has the wrong type, or a kernel cannot be compiled.
+    ValueError
+        If a kernel leaves its arrays or what it may write, if `width` differs from what `situate` writes, if a reading
+        is not finite, or if what `perceive` writes or returns is inconsistent.
+    """
+    name = type(degree).__name__
+    if not isinstance(degree, Awareness):
+        raise TypeError(f"{name}: must be an object of a subclass of Awareness, such as RingAwareness(16)")
+    _check_members(name, degree)
+    rng = np.random.default_rng(seed)
+    samples = [sample_scene(sizes, group, targets, side, rng) for sizes, group, targets, side in _SCENES]
+    samples.append(sample_scene((3,), 0, 2, 1.0, rng, coincide=True))
+    samples.append(without_team(sample_scene((3,), 0, 5, 1.0, rng)))
+    for sample in samples:
+        _check_perceive(name, degree, sample)
+        _check_situate(name, degree, sample)
+
+
+def _check_members(name: str, degree: Awareness) -> None:
+    for member in ("name", "order"):
+        if not isinstance(getattr(degree, member, None), str):
+            raise TypeError(f"{name}.{member}={getattr(degree, member, None)!r}: must be a str")
+    if getattr(type(degree), "situate", None) is None:
+        raise TypeError(f"{name}: has no 'situate'; give a kernel situate(scene, parameters, situation)")
+    delivers = degree.delivers
+    if not isinstance(delivers, tuple) or not set(delivers) <= set(_FIELDS):
+        raise ValueError(f"{name}.delivers={delivers!r}: must be a tuple of some of {', '.join(_FIELDS)}")
+    if degree.shows_mates and "mates" not in delivers:
+        raise ValueError(f"{name}.delivers={delivers!r}: shows_mates is True; add 'mates'")
+    try:
+        parameters = np.asarray(degree.parameters, float)
+    except (TypeError, ValueError):
+        kind = type(degree.parameters).__name__
+        raise TypeError(f"{name}.parameters: has the type {kind}; it must be an array of floats") from None
+    if parameters.ndim != 1 or not np.isfinite(parameters).all():
+        raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
+    for team_size in (1, 2, 10):
+        _width(name, degree, team_size)
+
+
+def _width(name: str, degree: Awareness, team_size: int) -> int:
+    width: Any = degree.width(team_size)
+    is_pair = isinstance(width, tuple) and len(width) == 2
+    if not is_pair or any(isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 0 for n in width):
+        raise TypeError(f"{name}.width({team_size})={width!r}: must be Width(own, added), whole numbers of at least 0")
+    return int(sum(width))
+
+
+def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
+    """Check what policies are shown, with too little room at first."""
+    if type(degree).perceive is None:
+        return
+    # A world makes no buffers for a group without a team, and else begins with room for all true sightings.
+    ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
+    for room in (0, 1, len(sample.mates.identity)) if sample.groups else ():
+        found = _perceived(name, degree, sample, room)
+        for kind, one, other in zip(("mates", "reports"), found, ample, strict=True):
+            if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True)):
+                raise ValueError(
+                    f"{name}: perceive writes other {kind} when there was too little room before; write the same "
+                    "whatever the buffers held"
+                )
+    for kind, seen, known in (
+        ("mates", ample[0], sample.team_identity),
+        ("reports", ample[1], sample.target_identity),
+    ):
+        if len(seen.identity) and kind not in degree.delivers:
+            raise ValueError(f"{name}.delivers={degree.delivers!r}: perceive writes {kind}; add {kind!r}")
+        _check_sightings(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "mates")
+
+
+def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[Sightings, Sightings]:
+    """Let the degree perceive with this room and, as often as it asks, with more; return what it shows."""
+    scene, size = GuardedScene(degree, sample), len(sample.heading)
+    for _ in range(_MOST_CALLS):
+        shown = _blank(size, 0 if degree.shows_mates else room)
+        reports = _blank(size, room)
+        # What it never writes stays as a world makes it: nobody.
+        if degree.shows_mates or "mates" not in degree.delivers:
+            shown.start[:] = 0
+        if "reports" not in degree.delivers:
+            reports.start[:] = 0
+        need, shown, reports = scene.perceive(shown, reports)
+        if need <= room:
+            break
+        if not sample.groups:
+            raise ValueError(f"{name}: perceive returns {need} for robots without a team; it must be 0")
+        room = max(need + need // 4, 16)
+    else:
+        raise ValueError(f"{name}: perceive asks for more room each time, at last for {need}; return what is needed")
+    for kind, seen in (("mates", shown), ("reports", reports)):
+        _check_start(f"{name}: perceive writes {kind}.start", seen.start, len(seen.distance))
+        if seen.start[-1] > need:
+            raise ValueError(
+                f"{name}: perceive returns {need}, and writes {seen.start[-1]} {kind}; return how many entries the "
+                "longer of mates and reports needs"
+            )
+    return _filled(shown), _filled(reports)
+
+
+def _blank(size: int, room: int) -> Sightings:
+    """Return buffers in which one sees what was not written."""
+    return Sightings(
+        np.full(size + 1, _NO_IDENTITY), np.full(room, _NO_IDENTITY), np.full((room, 2), np.nan), np.full(room, np.nan)
+    )
+
+
+def _filled(seen: Sightings) -> Sightings:
+    last = seen.start[-1]
+    return Sightings(seen.start, seen.identity[:last], seen.offset[:last], seen.distance[:last])
+
+
+def _check_start(what: str, start: Any, room: int) -> None:
+    wrong = start[0] != 0 or (np.diff(start) < 0).any() or start[-1] > room
+    if wrong:
+        raise ValueError(
+            f"{what} = {_short(start)}, with room for {room}; write all n + 1 elements: 0 first, then ascending, and "
+            "the number of entries last"
+        )
+
+
+def _check_sightings(what: str, seen: Sightings, known: Any, *, ascending: bool) -> None:
+    for i in range(len(seen.start) - 1):
+        mine = slice(seen.start[i], seen.start[i + 1])
+        identity, offset, distance = seen.identity[mine], seen.offset[mine], seen.distance[mine]
+        if not (np.isfinite(offset).all() and np.isfinite(distance).all()):
+            raise ValueError(f"{what} of robot {i} whose offset or distance is unwritten or not finite; write both")
+        length = np.hypot(offset[:, 0], offset[:, 1])
+        wrong = np.abs(length - distance) > 1e-9 * (1.0 + length)
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise ValueError(
+                f"{what} of robot {i} with the distance {distance[k]:g} and an offset of length {length[k]:g}; they "
+                "must be equal"
+            )
+        strange = (identity != -1) & ~np.isin(identity, known)
+        if strange.any():
+            raise ValueError(
+                f"{what} of robot {i} with the identity {identity[np.argmax(strange)]}, which nobody has; copy that of "
+                "the scene, or write -1 to hide it"
+            )
+        shown = identity[identity != -1]
+        if ascending and (np.diff(shown) <= 0).any():
+            raise ValueError(f"{what} of robot {i} with the identities {_short(shown)}; they must ascend")
+
+
+def _short(numbers: Any) -> str:
+    return f"{numbers[:6].tolist()}{' and so on' if len(numbers) > 6 else ''}"
+
+
+def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
+    """Check the vectors for learners: as wide as `width` says, written throughout, and finite."""
+    width, size = _width(name, degree, sample.team_size), len(sample.heading)
+    scene = GuardedScene(degree, sample)
+    blank = np.full((size, width), _UNWRITTEN).view(np.float32)
+    situation = scene.situate(blank)
+    told = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
+    unwritten = situation.view(np.uint32) == _UNWRITTEN
+    if unwritten.any():
+        i, j = np.argwhere(unwritten)[0].tolist()
+        raise ValueError(
+            f"{told.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
+            f"or mend width({sample.team_size})"
+        )
+    wrong = ~(np.abs(situation) <= _MOST)
+    if wrong.any():
+        i, j = np.argwhere(wrong)[0].tolist()
+        raise ValueError(
+            f"{told.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
+            "write 1 where nothing is sensed"
+        )
+    again = scene.situate(np.full((size, width), 0.5, np.float32))
+    if not np.array_equal(situation, again):
+        i, j = np.argwhere(situation != again)[0].tolist()
+        raise ValueError(
+            f"{told.format(i)} writes {situation[i, j]:g} or {again[i, j]:g} to input {j}, by what stood there before; "
+            "write before you read"
+        )

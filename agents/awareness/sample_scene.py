@@ -1,0 +1,114 @@
+"""Made-up teams among targets, for the check of degrees of awareness: what each robot senses, found the slow way."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.policies.interface import Floats, Integers, Sightings, no_sightings
+
+
+class Sample(NamedTuple):
+    """A team of several groups among targets, as one of the groups meets it.
+
+    Attributes
+    ----------
+    heading, sensing_range, awareness_range : ndarray
+        The group's; shapes (n, 2), (n,), (n,).
+    targets, mates : Sightings
+        All that the group's robots have in range.
+    place : ndarray, shape (k,), int64
+        For each sighting of a teammate, its place in the team.
+    first : int
+        The place in the team of the group's first robot.
+    groups : list of (first, heading, sensing_range, targets)
+        The same of each group of the team.
+    team_identity, target_identity : ndarray, int64
+        The identities of all robots and of all targets.
+    """
+
+    heading: Floats
+    sensing_range: Floats
+    awareness_range: Floats
+    targets: Sightings
+    mates: Sightings
+    place: Integers
+    first: int
+    groups: list[tuple[int, Floats, Floats, Sightings]]
+    team_identity: Integers
+    target_identity: Integers
+
+    @property
+    def team_size(self) -> int:
+        """How many robots the team has; 1 where there is none, as worlds count it for `Awareness.width`."""
+        return max(len(self.team_identity), 1)
+
+
+def sample_scene(
+    sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False
+) -> Sample:
+    """Return what a group of a team might meet.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        How many robots the groups of the team have.
+    group : int
+        Which group's scene.
+    targets : int
+        How many targets.
+    side : float
+        The side of the square in which all are [sensing ranges]: the longer, the fewer see each other.
+    rng : numpy.random.Generator
+        Where the numbers come from.
+    coincide : bool, default False
+        Whether all robots stand in one place, and the first target with them.
+    """
+    size = sum(sizes)
+    robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
+    prey = rng.uniform(0, side, (targets, 2))
+    if coincide:
+        prey[:1] = 0.0
+    # Some identities are left out, as after removals.
+    identity = np.sort(rng.choice(3 * (size + targets) + 3, size + targets, replace=False)) + 1
+    who, what = identity[:size], identity[size:]
+    angle = rng.uniform(0, 2 * np.pi, size)
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    reach, aware = rng.uniform(0.8, 1.2, size), rng.uniform(0.8, 1.2, size)
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    groups = []
+    for begin, end in pairwise(first):
+        seen, _ = _sightings(robots[begin:end], reach[begin:end], prey, what)
+        groups.append((int(begin), heading[begin:end], reach[begin:end], seen))
+    mine = slice(first[group], first[group + 1])
+    mates, place = _sightings(robots[mine], aware[mine], robots, who, own=int(first[group]))
+    return Sample(
+        heading[mine], reach[mine], aware[mine], groups[group][3], mates, place, int(first[group]), groups, who, what
+    )
+
+
+def without_team(sample: Sample) -> Sample:
+    """Return the scene of the same group where it has no team, as targets have none."""
+    none = no_sightings(len(sample.heading))
+    nobody = np.zeros(0, np.int64)
+    return sample._replace(mates=none, place=nobody, first=0, groups=[], team_identity=nobody)
+
+
+def _sightings(
+    observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], own: int | None = None
+) -> tuple[Sightings, Integers]:
+    """Return who is within reach, and where each stands among the observed; `own` is where the observers stand."""
+    start, index, offsets = [0], [], []
+    for i, position in enumerate(observers):
+        for j, other in enumerate(observed):
+            way = other - position
+            if np.hypot(*way) <= reach[i] and (own is None or j != own + i):
+                index.append(j)
+                offsets.append(way)
+        start.append(len(index))
+    place, offset = np.array(index, np.int64), np.array(offsets, float).reshape(-1, 2)
+    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
+    return Sightings(np.array(start, np.int64), identity[place], offset, distance), place

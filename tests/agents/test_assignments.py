@@ -1,0 +1,153 @@
+"""Assignments: what is set works, or is refused with the cure; nothing is silently ignored."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Disc, Robot, World
+from teamsight.agents.awareness import RingAwareness
+from teamsight.policies import Stationary
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("name", "value"), [("speed", 0.3), ("sensing_range", 2.5), ("awareness_range", 0.4), ("turn_limit", 0.2)]
+)
+def test_an_ability_that_is_set_is_that_of_an_adjustment(name: str, value: float) -> None:
+    def adjusted(model: CMOMMT) -> None:
+        model.adjust(model.robots, **{name: value})
+
+    def of_the_group(model: CMOMMT) -> None:
+        setattr(model.robots, name, value)
+
+    def of_each(model: CMOMMT) -> None:
+        for robot in model.robots:
+            setattr(robot, name, value)
+
+    def of_the_set(model: CMOMMT) -> None:
+        model.agents.select(lambda agent: isinstance(agent, Robot)).set(name, value)
+
+    ends = []
+    for change in (adjusted, of_the_group, of_each, of_the_set):
+        model = CMOMMT(radius=2.0, rng=5)
+        model.run(5)
+        change(model)
+        model.run(15)
+        model.step()
+        assert getattr(model.robots[3], name) == pytest.approx(value)
+        assert getattr(model.robots, name).tolist() == pytest.approx([value] * 10)
+        ends.append((model.robots.position.tolist(), model.history.to_dict()))
+    assert ends.count(ends[0]) == 4
+    untouched = CMOMMT(radius=2.0, rng=5)
+    untouched.run(21)
+    assert ends[0] != (untouched.robots.position.tolist(), untouched.history.to_dict())
+
+
+def test_one_robot_alone_is_changed_and_at_once() -> None:
+    world = World(Disc(5.0), rng=1)
+    robots = world.add(Robot, 3, policy=Stationary(), awareness="pairwise", placement=[(0, 0), (1.5, 0), (-1.5, 0)])
+    world.run(2)
+    assert [len(robot.neighbours) for robot in robots] == [0, 0, 0]
+    robots[0].awareness_range = 2.0
+    assert [len(robot.neighbours) for robot in robots] == [2, 0, 0]
+    assert world.mean_neighbours == pytest.approx(2 / 3)
+    robots[1].speed = 0.0
+    assert robots.speed.tolist() == [0.1, 0.0, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("speed", -0.1, r"speed=-0\.1: must be a finite number, at least 0"),
+        ("speed", "fast", r"speed='fast': must be a number"),
+        ("speed", [0.1, 0.2], r"speed: has the shape \(2,\); give one number"),
+        ("sensing_range", 0, r"sensing_range=0\.0: must be a finite number, above 0"),
+        ("awareness_range", math.inf, r"awareness_range=inf: must be a finite number"),
+        ("turn_limit", math.nan, r"turn_limit=nan"),
+        ("policy", "centroid", r"policy=centroid: belongs to the group 'robots'; set group\.policy"),
+        ("awareness", "none", r"awareness=none: belongs to the group 'robots'; set group\.awareness"),
+        ("position", (9, 9), r"position=\(9\.0, 9\.0\): must be two finite numbers inside"),
+        ("pos", (9, 9), r"position=\(9\.0, 9\.0\): must be two finite numbers inside"),
+    ],
+)
+def test_what_an_agent_cannot_have_is_refused(name: str, value: Any, message: str) -> None:
+    model, other = CMOMMT(rng=1), CMOMMT(rng=1)
+    with pytest.raises((ValueError, TypeError, AttributeError), match=message):
+        setattr(model.robots[2], name, value)
+    for world in (model, other):
+        world.run(5)
+    assert np.array_equal(model.robots.position, other.robots.position)
+
+
+@pytest.mark.parametrize("name", ["percept", "neighbours", "observed_targets", "situation"])
+def test_what_an_agent_senses_cannot_be_set(name: str) -> None:
+    with pytest.raises(AttributeError):
+        setattr(CMOMMT(rng=1).robots[0], name, 1)
+
+
+@pytest.mark.parametrize("name", ["position", "heading", "identity", "percept", "is_compiled"])
+def test_what_a_group_is_cannot_be_set(name: str) -> None:
+    with pytest.raises(AttributeError):
+        setattr(CMOMMT(rng=1).robots, name, 1)
+
+
+def test_mesas_name_for_a_place_is_the_place() -> None:
+    model = CMOMMT(rng=1)
+    robot = model.robots[0]
+    assert robot.pos.tolist() == robot.position.tolist()
+    robot.pos = (1.0, 1.5)
+    assert robot.position.tolist() == [1.0, 1.5]
+    robot.remove()
+    assert robot.pos is None
+
+
+def test_attributes_of_the_users_own_stay_possible() -> None:
+    robot = CMOMMT(rng=1).robots[0]
+    robot.charge = 3
+    assert robot.charge == 3
+    assert not hasattr(robot, "battery")
+
+
+@pytest.mark.short
+def test_settings_of_the_model_take_effect() -> None:
+    model = CMOMMT(radius=2.0, rng=5)
+    model.policy = "centroid"
+    model.awareness = RingAwareness(8)
+    model.robot_speed = 0.2
+    model.target_speed = [0.01] * 15
+    model.target_policy = "stationary"
+    model.sensing_range = 1.5
+    model.awareness_range = 0.5
+    assert type(model.robots.policy).__name__ == "Centroid"
+    assert model.awareness == model.robots.awareness == RingAwareness(8)
+    assert model.robot_speed.tolist() == model.robots.speed.tolist() == [0.2] * 10
+    assert model.targets.speed.tolist() == [0.01] * 15
+    assert model.robots.sensing_range.tolist() == [1.5] * 10
+    assert model.robots.awareness_range.tolist() == [0.5] * 10
+    before = model.targets.position.copy()
+    model.run(3)
+    assert np.array_equal(before, model.targets.position)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("radius", 3.0, r"radius=3\.0: is fixed when the model is built; build another"),
+        ("delta", 8, r"delta=8: is fixed .*RingAwareness\(8\)"),
+        ("search", "stay", r"search=stay: is fixed .*model\.policy = ACmommt\(search='wander'\)"),
+        ("robots", 20, "robots|setter"), ("targets", 20, "targets|setter"), ("arena", Disc(3.0), "arena|setter"),
+        ("seed_used", 3, "seed_used|setter"), ("policy", "centriod", "did you mean 'centroid'"),
+    ],
+)  # fmt: skip
+def test_settings_that_cannot_change_are_refused(name: str, value: Any, message: str) -> None:
+    model, other = CMOMMT(rng=1), CMOMMT(rng=1)
+    with pytest.raises((AttributeError, ValueError), match=message):
+        setattr(model, name, value)
+    for world in (model, other):
+        world.run(5)
+    assert np.array_equal(model.robots.position, other.robots.position)
+    assert model.radius == 5.0

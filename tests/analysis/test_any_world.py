@@ -1,0 +1,184 @@
+"""Analyses on worlds that are not the paper's: several groups, several teams, groups that come and go, nobody."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Disc, Robot, Target, World
+from teamsight.agents.exploration import explore as explore_world
+from teamsight.analysis import delta, neighbour_graph
+from teamsight.policies import RandomWalk
+
+
+class Rival(Robot):
+    team: ClassVar[str | None] = "rivals"
+
+
+def two_groups(seed: int) -> World:
+    """Seven robots in two groups, in an arena in which all of them are neighbours."""
+    world = World(Disc(0.4), rng=seed)
+    world.add(Target, 2, policy=RandomWalk())
+    for size in (3, 4):
+        world.add(Robot, size, policy=RandomWalk())
+    return world
+
+
+def two_teams(seed: int) -> World:
+    world = World(Box(0.5, 0.5), rng=seed)
+    for kind, size in ((Robot, 3), (Rival, 5), (Robot, 1)):
+        world.add(kind, size, policy=RandomWalk())
+    return world
+
+
+def coming_and_going(seed: int) -> World:
+    """Two robots; a group of four is there between ticks 25 and 27, which no look at every tenth of a run meets."""
+    world = World(Disc(0.4), rng=seed)
+    world.add(Robot, 2, policy=RandomWalk())
+
+    def come() -> None:
+        guests = world.add(Robot, 4, policy=RandomWalk(), name="guests")
+        world.at(27, lambda: [guest.remove() for guest in list(guests)])
+
+    world.at(25, come)
+    return world
+
+
+def late(seed: int) -> World:
+    """Nobody is on a team until tick 5."""
+    world = World(Disc(0.4), rng=seed)
+    world.at(5, lambda: world.add(Robot, 3, policy=RandomWalk()))
+    return world
+
+
+@pytest.mark.parametrize(
+    ("make", "robots", "neighbours"), [(two_groups, 7, 6), (two_teams, 5, 4), (coming_and_going, 6, 5), (late, 3, 2)]
+)
+def test_delta_counts_all_that_are_on_a_team(make: Callable[[int], World], robots: int, neighbours: int) -> None:
+    report = delta.choose_delta(make, runs=4, steps=40, risk=0.6, rng=1)
+    assert report.maxima["max_neighbours"].tolist() == [neighbours] * 4
+    assert (report.robots, report.delta, report.largest) == (robots, neighbours, neighbours)
+    assert len(report.exceedance) == robots
+    assert report.ring["samples"].sum() > 0
+    assert report.to_markdown()
+    assert report.to_png().startswith(b"\x89PNG")
+
+
+def test_the_closed_form_is_for_one_team_that_stays_as_it_is() -> None:
+    report = delta.choose_delta(two_groups, runs=2, steps=10, risk=0.6, rng=1)
+    assert report.prediction is not None
+    assert len(report.prediction.at_least) == 7
+    assert report.notes == ()
+    for make in (two_teams, coming_and_going):
+        assert delta.choose_delta(make, runs=2, steps=40, risk=0.6, rng=1).prediction is None
+    assert "several teams" in delta.choose_delta(two_teams, runs=2, steps=5, risk=0.6).to_markdown()
+    assert "N = 6 is the most" in delta.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6).to_markdown()
+
+
+def test_two_groups_are_one_team_of_as_many() -> None:
+    one = delta.choose_delta({"robots": 12, "radius": 2.0, "policy": "random-walk"}, runs=60, steps=60, risk=0.2, rng=2)
+
+    def split(seed: int) -> World:
+        world = World(Disc(2.0), rng=seed)
+        for size in (5, 7):
+            world.add(Robot, size, policy=RandomWalk())
+        return world
+
+    two = delta.choose_delta(split, runs=60, steps=60, risk=0.2, rng=2)
+    assert (two.robots, two.awareness_range, two.predicted_delta) == (12, 1.0, one.predicted_delta)
+    assert abs(two.delta - one.delta) <= 1
+
+
+@pytest.mark.parametrize("make", [two_groups, two_teams, coming_and_going])
+def test_over_time_agrees_with_the_history(make: Callable[[int], World]) -> None:
+    world = make(int(np.random.default_rng().integers(2**31)))
+    table = neighbour_graph.over_time(world, 40)
+    assert table["time"].tolist() == list(range(41))
+    assert table["max_degree"].tolist()[1:] == world.history["max_neighbours"].tolist(), world.seed_used
+    assert table["mean_degree"].tolist()[1:] == pytest.approx(world.history["mean_neighbours"]), world.seed_used
+    networks = len(world.teammates.sizes)
+    assert table["components"].iloc[-1] == networks
+    assert table["largest_clique"].iloc[-1] == world.teammates.largest_team
+
+
+def test_over_time_of_a_world_whose_robots_have_left() -> None:
+    world = two_groups(1)
+    for group in world.groups[1:]:
+        for robot in list(group):
+            robot.remove()
+    table = neighbour_graph.over_time(world, 2)
+    assert table["robots"].tolist() == [0, 0, 0]
+    assert table["largest_component"].tolist() == [0, 0, 0]
+
+
+def test_over_time_ends_when_the_model_stops() -> None:
+    world = two_groups(1)
+    world.at(3, lambda: setattr(world, "running", False))
+    table = neighbour_graph.over_time(world, 10)
+    assert table["time"].is_unique
+    assert table["time"].iloc[-1] == world.tick < 10
+
+
+def nobody(seed: int) -> World:
+    world = World(Disc(1.0), rng=seed)
+    world.add(Target, 3, policy=RandomWalk())
+    return world
+
+
+def test_a_world_without_a_team_is_refused() -> None:
+    world = nobody(1)
+    with pytest.raises(ValueError, match=r"no group is on a team at tick 0.*add a group of Robot"):
+        neighbour_graph.over_time(world, 5)
+    assert world.tick == 0
+    with pytest.raises(ValueError, match=r"nobody is on a team in the world of seed \d+.*add a group of Robot"):
+        delta.choose_delta(nobody, runs=3, steps=2)
+
+
+def test_a_factory_of_something_else_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"model\(\d+\) is None: must be a World"):
+        delta.choose_delta(lambda seed: None, runs=1)  # type: ignore[arg-type,return-value]
+
+
+def test_steps_that_a_factory_has_made_do_not_count() -> None:
+    def crowd_that_leaves(seed: int) -> World:
+        world = two_groups(seed)
+        world.run(5)
+        for robot in list(world.groups[1]):
+            robot.remove()
+        return world
+
+    report = delta.choose_delta(crowd_that_leaves, runs=3, steps=5, risk=0.9, rng=1)
+    assert report.maxima["max_neighbours"].tolist() == [3, 3, 3]
+    assert report.robots == 4
+
+
+def test_ranges_that_differ() -> None:
+    def make(seed: int) -> Any:
+        world = World(Disc(1.0), rng=seed)
+        world.add(Robot, 3, policy=RandomWalk(), awareness_range=3.0)
+        world.add(Robot, 2, policy=RandomWalk(), awareness_range=[0.01, 3.0])
+        return world
+
+    report = delta.choose_delta(make, runs=2, steps=10, risk=0.6, rng=1)
+    assert (report.awareness_range, report.prediction, report.largest) == (None, None, 4)
+    world = make(1)
+    table = neighbour_graph.over_time(world, 3)
+    # Four robots see all others; the edges of the graph are mutual.
+    assert (table["max_degree"] == 4).all()
+    assert (table["edges"] <= 10).all()
+
+
+@pytest.mark.parametrize("make", [two_groups, two_teams, coming_and_going])
+def test_exploring_keeps_what_each_group_meets(make: Callable[[int], World]) -> None:
+    memory = explore_world(make(1), 6)
+    assert len(memory) == 6 * len(make(1).groups[-1 if make is coming_and_going else 0 if make is two_teams else 1])
+    assert memory.settings["robots"] == make(1).teammates.sizes[0]
+
+
+def test_cmommt_is_a_world_like_any_other() -> None:
+    model = CMOMMT(robots=9, radius=2.0, rng=3)
+    assert model.proximity.index.tolist() == model.robots.relations["mates"].graph.index.tolist()
+    assert model.teammates.identity.tolist() == model.robots.identity.tolist()

@@ -1,0 +1,206 @@
+"""Policies whose kernels use what they did not declare; run as a script, since without a check they end the process."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from teamsight.kernel import array_at, inlined, kernel, scratch
+from teamsight.policies import CompiledPolicy, Memory, check_policy
+
+
+@kernel
+def stay(percept: Any, action: Any) -> None:
+    action.heading[:] = 0.0
+    action.distance[:] = 0.0
+
+
+@kernel
+def slot_100(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        mind.memory.real[i, 100, 0] = 1.0  # slot_100
+
+
+@kernel
+def far_slot_of_a_view(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        rows = mind.memory.whole[i]
+        rows[5][1] = 7  # far_slot_of_a_view
+
+
+@inlined
+def put(table: Any, i: int, slot: int) -> None:
+    table[i, slot, 0] = 1.0  # nested
+
+
+@kernel
+def nested(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        put(mind.memory.real, i, 100_000)
+
+
+@kernel
+def after_a_while(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        mind.memory.real[i, mind.memory.whole[i, 0, 0], 0] = 1.0  # after_a_while
+        mind.memory.whole[i, 0, 0] += 1
+
+
+@kernel
+def slot_for_each_target(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        for slot in range(percept.targets.start[i + 1] - percept.targets.start[i]):
+            mind.memory.real[i, slot, 1] = 1.0  # slot_for_each_target
+
+
+@kernel
+def slot_by_identity(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        for k in range(percept.mates.start[i], percept.mates.start[i + 1]):
+            mind.memory.real[i, percept.mates.identity[k] % 3 - 2, 0] += 1.0  # slot_by_identity
+
+
+@kernel
+def negative(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    mind.memory.real[-1, 0, 0] = 1.0  # negative
+
+
+@kernel
+def undeclared_draw(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0]):
+        action.distance[i] = noise[1, i]  # undeclared_draw
+
+
+@kernel
+def noise_of_nobody(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(noise.shape[1]):
+        action.distance[0] += noise[0, i]  # noise_of_nobody
+
+
+@kernel
+def noise_as_a_whole(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for number in noise[0]:
+        action.distance[0] += number
+
+
+@kernel
+def noise_into_memory(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    row = noise[0, :]
+    mind.memory.real[0, 0, 0] = row[percept.heading.shape[0]]
+
+
+@kernel
+def undeclared_parameter(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    action.distance[0] = mind.parameters[2]  # undeclared_parameter
+
+
+@kernel
+def robot_of_nobody(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    for i in range(percept.heading.shape[0] + 1):
+        action.distance[i] = 0.0  # robot_of_nobody
+
+
+@kernel
+def robot_left_out(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    for i in range(1, percept.heading.shape[0]):
+        action.heading[i, 0] = 0.0
+        action.heading[i, 1] = 0.0
+    action.distance[:] = 0.0
+
+
+@kernel
+def sighting_beyond(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    last = percept.targets.start[percept.heading.shape[0]]
+    action.distance[0] = percept.targets.offset[last, 0]  # sighting_beyond
+
+
+@kernel
+def writes_percept(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    percept.speed[0] = 9.0  # writes_percept
+
+
+@kernel
+def writes_parameters(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    mind.parameters[:] = 9.0  # writes_parameters
+
+
+@kernel
+def writes_noise(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    noise[0, 0] = 9.0  # writes_noise
+
+
+@kernel
+def beyond_scratch(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    room = scratch(4, np.float64)
+    for j in range(5):
+        room[j] = 1.0  # beyond_scratch
+
+
+@kernel
+def behind_its_memory(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    rows = array_at(mind.memory.real.ctypes.data, mind.memory.real.size + 1, np.float64)
+    rows[mind.memory.real.size] = 1.0
+
+
+@kernel
+def raises(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    pair = (1.0, 2.0)
+    action.distance[0] = pair[percept.heading.shape[0] + 1]
+
+
+KERNELS = [
+    slot_100, far_slot_of_a_view, nested, after_a_while, slot_for_each_target, slot_by_identity, negative,
+    undeclared_draw, noise_of_nobody, noise_as_a_whole, noise_into_memory,
+    undeclared_parameter, robot_of_nobody, robot_left_out, sighting_beyond,
+    writes_percept, writes_parameters, writes_noise, beyond_scratch, behind_its_memory, raises,
+]  # fmt: skip
+
+
+def policy_with(rule: Any) -> CompiledPolicy:
+    """Return a policy with two slots of memory, two parameters and one draw."""
+
+    class Overrun(CompiledPolicy):
+        kernel = rule
+        draws = 1  # type: ignore[assignment]
+        parameters = (1.0, 2.0)
+
+        def start(self, size: int) -> Memory:
+            return Memory(np.zeros((size, 2, 3)), np.zeros((size, 2, 3), np.int64))
+
+    return Overrun()
+
+
+def refusal(rule: Any) -> str:
+    """Return what `check_policy` says of a policy with this kernel."""
+    try:
+        check_policy(policy_with(rule))
+    except (TypeError, ValueError) as error:
+        return f"{type(error).__name__}: {error}"
+    return "passed"
+
+
+if __name__ == "__main__":
+    for rule in KERNELS:
+        print(json.dumps([rule.__name__, refusal(rule)]), flush=True)

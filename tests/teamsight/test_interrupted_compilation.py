@@ -1,0 +1,128 @@
+"""Ctrl-C and kills while kernels are compiled, saved or loaded: nothing is swallowed, and the cache stays usable."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def python(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
+    (folder / "script.py").write_text(script)
+    environment = dict(os.environ, PYTHONPATH=str(ROOT), TEAMSIGHT_CACHE_DIR=str(folder / "cache"))
+    return subprocess.run(
+        [sys.executable, "script.py", str(folder / "cache")],
+        cwd=folder, env=environment, capture_output=True, text=True, timeout=600,
+    )  # fmt: skip
+
+
+CALLBACKS = """
+import signal, sys
+from numba.core.codegen import CPUCodeLibrary
+import teamsight.kernel
+from teamsight.kernel import Entry
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+armed, compiled, interrupts = "never", [], []
+teamsight.kernel.announce = compiled.append
+
+def interrupting(name):
+    hook = getattr(CPUCodeLibrary, name)
+    def interrupted(*given):
+        if armed in name:
+            signal.raise_signal(signal.SIGINT)
+        return hook(*given)
+    setattr(CPUCodeLibrary, name, staticmethod(interrupted))
+
+def entry():
+    return Entry(lambda given: given + 5)
+
+interrupting("_object_compiled_hook")
+interrupting("_object_getbuffer_hook")
+for armed in ("compiled", "getbuffer"):  # when machine code is made, and when it is loaded
+    one = entry()
+    try:
+        one(1)
+    except KeyboardInterrupt:
+        interrupts.append(armed)
+    armed = "never"
+    assert one(1) == entry()(1) == 6
+print(interrupts, len(compiled))
+"""
+
+
+@pytest.mark.short
+def test_an_interrupt_in_a_callback_of_llvm_is_raised_when_the_entry_is_ready(tmp_path: Path) -> None:
+    done = python(tmp_path, CALLBACKS)
+    # What was under way is completed, here and in the cache.
+    assert (done.stdout, done.stderr) == ("['compiled', 'getbuffer'] 1\n", "")
+
+
+KILLS = '''
+"""Compile entries in child processes and kill them at random moments; print what went wrong."""
+import os, random, signal, sys, time
+import numpy as np
+import teamsight.kernel
+from teamsight.kernel import Entry, array_at
+
+ENTRIES = 8
+teamsight.kernel.announce = lambda name: None
+
+def make(number):
+    def fill(address):
+        row = array_at(address, 16, np.float64)
+        for i in range(16):
+            row[i] = number * i + np.sqrt(row[i])
+        return number
+    return fill
+
+def work():
+    for number in range(ENTRIES):
+        row = np.ones(16)
+        assert Entry(make(number))(row.ctypes.data) == number
+        assert np.array_equal(row, number * np.arange(16.0) + 1), row
+
+def child():
+    """Do the work in a child; leave as a command does: 0 when it is done, 130 after Ctrl-C."""
+    pid = os.fork()
+    if pid:
+        return pid
+    status = 1
+    try:
+        work()
+        status = 0
+    except KeyboardInterrupt:
+        status = 130
+    finally:
+        os._exit(status)
+
+def status_of(pid):
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+Entry(lambda given: given)(1)  # what is slow the first time
+for seed in range(30):
+    noise = random.Random(seed)
+    os.environ["TEAMSIGHT_CACHE_DIR"] = os.path.join(sys.argv[1], str(seed // 3))
+    sent = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)[seed % 3]
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    began = time.perf_counter()
+    pid = child()
+    time.sleep(noise.random() ** 2 * 0.3)
+    os.kill(pid, sent)
+    left = status_of(pid)
+    if left not in (0, 130 if sent == signal.SIGINT else -sent):
+        print(f"seed {seed}: killed by {sent.name}, left with {left}")
+    left = status_of(child())
+    if left:
+        print(f"seed {seed}: after {sent.name} the next run left with {left}")
+'''
+
+
+def test_30_kills_at_random_moments_of_compiling_and_caching_do_no_harm(tmp_path: Path) -> None:
+    done = python(tmp_path, KILLS)
+    assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)

@@ -1,0 +1,100 @@
+"""Limits of lengths and speeds: beyond them squares, quotients and sums of lengths lose their meaning as floats."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teamsight import checks
+
+if TYPE_CHECKING:
+    from teamsight.world.arena import Arena
+
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Between these all lengths lie [length]; take another unit for shorter or longer ones."""
+
+FINEST = 1e-9
+"""The shortest range, as a share of the arena's extent: shorter ones drown in the rounding of positions."""
+
+FARTHEST = 1e3
+"""The longest step, in extents of the arena."""
+
+
+def length(name: str, value: float) -> float:
+    """Return a length within the limits.
+
+    Parameters
+    ----------
+    name : str
+        What errors call it.
+    value : float
+        The length.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no number, or outside `SHORTEST` and `LONGEST`.
+    """
+    result = checks.number(name, value, above=0)
+    if not SHORTEST <= result <= LONGEST:
+        raise ValueError(
+            f"{name}={result:g}: lengths are {SHORTEST:g} to {LONGEST:g}; take another unit of length for all of them"
+        )
+    return result
+
+
+class Limits:
+    """The limits of ranges and speeds in an arena.
+
+    Parameters
+    ----------
+    arena : Arena
+        Where bodies move.
+    """
+
+    def __init__(self, arena: Arena) -> None:
+        (left, bottom), (right, top) = arena.bounds
+        self._arena = arena
+        self._extent = float(max(right - left, top - bottom))
+
+    def range(self, name: str, value: float) -> float:
+        """Return a range that is a length and can be told from the rounding of positions in the arena.
+
+        Parameters
+        ----------
+        name : str
+            What errors call it.
+        value : float
+            The range [length].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no length, too short for the arena, or too long for a torus.
+        """
+        result = length(name, value)
+        limit = FINEST * self._extent
+        if result < limit:
+            raise ValueError(f"{name}={result:g}: must be at least {limit:g} in {self._arena}; take a longer range")
+        self._arena.check_reach(result)
+        return result
+
+    def speed(self, name: str, value: float) -> float:
+        """Return a speed that does not lead through the arena more than `FARTHEST` times in a step.
+
+        Parameters
+        ----------
+        name : str
+            What errors call it.
+        value : float
+            The farthest that a body can go a step [length].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no finite number of at least 0, or too high for the arena.
+        """
+        result = checks.number(name, value, least=0)
+        limit = FARTHEST * self._extent
+        if result > limit:
+            raise ValueError(f"{name}={result:g}: must be at most {limit:g} in {self._arena}; take a lower speed")
+        return result
