@@ -126,8 +126,9 @@ def reproduce(
     Raises
     ------
     ValueError
-        If what stands where a result goes must stay; see `check_results`, which says so before the work.
+        If what stands where a result goes must stay; see `check_results`.
     """
+    check_results(plan, folder, force=force)
     unfinished = unfinished_in(folder)
     tables = _simulate(plan, crew, watch, unfinished)
     _draw(plan, folder, crew, tables, watch, force)

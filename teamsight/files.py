@@ -89,11 +89,11 @@ def complete(
         with open(draft, "xb", opener=_exclusive) as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            _sync(file.fileno())
         check_place(target)
         check(target)
         os.replace(draft, target)
-        _sync(target.parent)
+        _sync_folder(target.parent)
     except OSError as error:
         raise unwritable(target, error) from error
     finally:
@@ -148,7 +148,16 @@ def _cut(name: str) -> str:
     return os.fsdecode(os.fsencode(name)[:_MOST_OF_A_NAME])
 
 
-def _sync(folder: Path) -> None:
+def _sync(number: int) -> None:
+    """Wait until a file is on disk, where its system can say so."""
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+            raise
+
+
+def _sync_folder(folder: Path) -> None:
     """Make sure that the new name in a folder outlasts a power failure, where the system can."""
     with contextlib.suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
