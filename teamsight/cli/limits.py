@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-#: Worker processes; each takes about 200 MB.
-MOST_WORKERS = 128
 #: Steps of a run: each leaves a row in the history.
 MOST_STEPS = 10_000_000
 #: Runs, worlds and memories: each leaves a row in a table.

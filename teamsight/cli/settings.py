@@ -56,8 +56,19 @@ def seeds(*fields: str) -> Any:
 
 
 def processes(*fields: str) -> Any:
-    """Return a validator of numbers of processes."""
-    return whole(*fields, most=limits.MOST_WORKERS)
+    """Return a validator of numbers of processes; None stays None."""
+
+    def check(value: Any) -> int | None:
+        if value is None:
+            return None
+        from teamsight.analysis.crew import check_workers
+
+        try:
+            return check_workers(number_in(value))
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+    return field_validator(*fields, mode="before")(check)
 
 
 def lengths(*fields: str) -> Any:
@@ -66,8 +77,10 @@ def lengths(*fields: str) -> Any:
     def check(value: Any, info: ValidationInfo) -> float | None:
         if value is None:
             return None
+        from teamsight.world.limits import length
+
         try:
-            return checks.length(str(info.field_name), number_in(value))
+            return length(str(info.field_name), number_in(value))
         except TypeError as error:
             raise ValueError(str(error)) from None
 
