@@ -21,7 +21,7 @@ from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk,
 from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.search import RULES
 from teamsight.world.arena import Disc
-from teamsight.world.limits import Limits
+from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
 
 DEFAULTS: dict[str, Any] = {
@@ -127,7 +127,7 @@ class CMOMMT(World):
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        arena = Disc(checks.length("radius", plan["radius"]))
+        arena = Disc(length("radius", plan["radius"]))
         bounds = Limits(arena)
         sensing, aware = (bounds.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
         robot_speed, _ = (bounds.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from teamsight import checks
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.execute import run_all
@@ -20,6 +19,7 @@ from teamsight.policies.a_cmommt import ACmommt
 from teamsight.policies.lazy_memory import LazyMemory
 from teamsight.policies.learned import Learned
 from teamsight.policies.random_walk import RandomWalk
+from teamsight.world.limits import length
 
 #: What a learner is measured by.
 COOPERATIVE, COLLECTIVE, DESIGNED, RANDOM = "cooperative", "collective", "A-CMOMMT", "random walk"
@@ -63,7 +63,7 @@ def bodies_of(memory: LazyMemory) -> dict[str, float]:
     """
     told = {name: memory.settings.get(name) for name in BODIES}
     return {
-        name: checks.length(f"memory: {name}", value, zero="speed" in name)
+        name: length(f"memory: {name}", value) if value else 0.0
         for name, value in told.items()
         if isinstance(value, int | float)
     }

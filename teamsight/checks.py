@@ -10,8 +10,6 @@ from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
 
-#: Lengths and speeds that are not 0: their ratios, squares and sums stay far from the limits of a float.
-SHORTEST, LONGEST = 1e-6, 1e9
 #: Seeds are kept as 64-bit integers.
 MOST_SEED = 2**63 - 1
 
@@ -115,7 +113,7 @@ def number(
     value : Any
         A real number of any type.
     above, least, most : float, optional
-        The limits; what is above 0 may be as small as a float can be, see also `length`.
+        The limits; what is above 0 may be as small as a float can be, see `teamsight.world.limits`.
 
     Raises
     ------
@@ -147,34 +145,6 @@ def number(
         told = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
         raise ValueError(f"{name}={told}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result
-
-
-def length(name: str, value: Any, *, zero: bool = False) -> float:
-    """Return a length, or the length of a step, as a float between `SHORTEST` and `LONGEST`.
-
-    Parameters
-    ----------
-    name : str
-        What the error calls it.
-    value : Any
-        A real number of any type.
-    zero : bool
-        Whether it may be 0 too.
-
-    Raises
-    ------
-    TypeError
-        If `value` is not a real number.
-    ValueError
-        If it is outside the limits.
-    """
-    found = number(name, value, least=0.0) if zero else number(name, value, above=0.0)
-    if found and not SHORTEST <= found <= LONGEST:
-        raise ValueError(
-            f"{name}={found:g}: must be between {SHORTEST:g} and {LONGEST:g}{', or 0' if zero else ''}; scale all "
-            "lengths and speeds alike"
-        )
-    return found
 
 
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:

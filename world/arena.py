@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
 from teamsight.kernel import inlined, kernel
+from teamsight.world import limits
 
 Points = npt.NDArray[np.float64]
 
@@ -177,14 +177,14 @@ class Disc(Arena):
     Raises
     ------
     ValueError, TypeError
-        If the radius is not a number above 0 within the limits of lengths (`teamsight.checks.length`).
+        If the radius is not a number above 0 within the limits of lengths (`teamsight.world.limits`).
     """
 
     radius: float
     confine = _confine_disc
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", checks.length("radius", self.radius))
+        object.__setattr__(self, "radius", limits.length("radius", self.radius))
 
     @property
     def size(self) -> tuple[float, float]:
@@ -215,8 +215,8 @@ class _Rectangle(Arena):
     height: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "width", checks.length("width", self.width))
-        object.__setattr__(self, "height", checks.length("height", self.height))
+        object.__setattr__(self, "width", limits.length("width", self.width))
+        object.__setattr__(self, "height", limits.length("height", self.height))
 
     @property
     def size(self) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Limits of ranges and speeds in an arena: beyond them sums and quotients of lengths lose their meaning as floats."""
+"""Limits of lengths and speeds: beyond them squares, quotients and sums of lengths lose their meaning as floats."""
 
 from __future__ import annotations
 
@@ -9,11 +9,37 @@ from teamsight import checks
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
 
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Between these all lengths lie [length]; take another unit for shorter or longer ones."""
+
 FINEST = 1e-9
 """The shortest range, as a share of the arena's extent: shorter ones drown in the rounding of positions."""
 
 FARTHEST = 1e3
 """The longest step, in extents of the arena."""
+
+
+def length(name: str, value: float) -> float:
+    """Return a length within the limits.
+
+    Parameters
+    ----------
+    name : str
+        What errors call it.
+    value : float
+        The length.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no number, or outside `SHORTEST` and `LONGEST`.
+    """
+    result = checks.number(name, value, above=0)
+    if not SHORTEST <= result <= LONGEST:
+        raise ValueError(
+            f"{name}={result:g}: lengths are {SHORTEST:g} to {LONGEST:g}; take another unit of length for all of them"
+        )
+    return result
 
 
 class Limits:
@@ -45,7 +71,7 @@ class Limits:
         TypeError, ValueError
             If it is no length, too short for the arena, or too long for a torus.
         """
-        result = checks.length(name, value)
+        result = length(name, value)
         limit = FINEST * self._extent
         if result < limit:
             raise ValueError(f"{name}={result:g}: must be at least {limit:g} in {self._arena}; take a longer range")

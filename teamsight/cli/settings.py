@@ -56,13 +56,15 @@ def seeds(*fields: str) -> Any:
 
 
 def processes(*fields: str) -> Any:
-    """Return a validator of numbers of worker processes; None stays None."""
+    """Return a validator of numbers of processes; None stays None."""
 
     def check(value: Any) -> int | None:
+        if value is None:
+            return None
         from teamsight.analysis.crew import check_workers
 
         try:
-            return None if value is None else check_workers(number_in(value))
+            return check_workers(number_in(value))
         except TypeError as error:
             raise ValueError(str(error)) from None
 
@@ -75,8 +77,10 @@ def lengths(*fields: str) -> Any:
     def check(value: Any, info: ValidationInfo) -> float | None:
         if value is None:
             return None
+        from teamsight.world.limits import length
+
         try:
-            return checks.length(str(info.field_name), number_in(value))
+            return length(str(info.field_name), number_in(value))
         except TypeError as error:
             raise ValueError(str(error)) from None
 

@@ -91,7 +91,7 @@ class Unwritable:
 def test_whatever_is_given_is_refused_on_a_short_line_or_is_right(value: Any) -> None:
     checked = [
         lambda: checks.count("n", value, most=10), lambda: checks.count("n", value, least=2), lambda: checks.number("n", value, least=1, most=10),
-        lambda: checks.number("n", value), lambda: checks.length("n", value), lambda: checks.length("n", value, zero=True), lambda: checks.flag("n", value),
+        lambda: checks.number("n", value), lambda: checks.flag("n", value),
         lambda: checks.choice("n", value, ("a", "b")), lambda: checks.seed(value, None), lambda: checks.seed(1, value),
     ]  # fmt: skip
     for number, check in enumerate(checked):
@@ -108,20 +108,7 @@ def test_whatever_is_given_is_refused_on_a_short_line_or_is_right(value: Any) ->
 
 @pytest.mark.parametrize("value", [Decimal(3), Fraction(3), np.uint8(3), np.float16(3)])
 def test_numbers_of_all_kinds_are_numbers(value: Any) -> None:
-    assert (checks.count("n", value), checks.number("n", value), checks.length("n", value)) == (3, 3.0, 3.0)
-
-
-@pytest.mark.parametrize(("value", "told"), [(1e-7, "n=1e-07"), (5e-324, "n=4.94066e-324"), (1e155, "n=1e+155"), (10**10, "n=1e+10")])
-def test_lengths_are_bounded_and_name_the_limits_and_the_cure(value: float, told: str) -> None:
-    with pytest.raises(ValueError, match="must be between 1e-06 and 1e\\+09; scale all lengths and speeds alike") as caught:
-        checks.length("n", value)
-    assert str(caught.value).startswith(told)
-    with pytest.raises(ValueError, match="1e\\+09, or 0; scale"):
-        checks.length("n", value, zero=True)
-    assert checks.length("n", 0, zero=True) == 0
-    for zero, wrong in ((False, 0), (False, -1), (True, -1)):
-        with pytest.raises(ValueError, match="must be a finite number, (above|at least) 0"):
-            checks.length("n", wrong, zero=zero)
+    assert (checks.count("n", value), checks.number("n", value)) == (3, 3.0)
 
 
 def test_a_count_too_large_names_limit_and_cure() -> None:
