@@ -2,8 +2,8 @@
 
 git worktree add ../before HEAD~1 && python benchmarks/against.py ../before [--rounds 9] [--reproduce]
 
-Each round times both checkouts, one right after the other, each in a process of its own; the ratio of a round is this one
-over the other. Shown are the medians of the ratios over the rounds, with the smallest and the largest.
+Each round times both checkouts, one right after the other, each in a process of its own; the ratio of a round is this
+one over the other. Shown are the medians of the ratios over the rounds, with the smallest and the largest.
 """
 
 from __future__ import annotations
