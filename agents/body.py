@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight import checks
 from teamsight.agents.place import unwritable
+from teamsight.interrupts import deferred
 from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
@@ -99,8 +100,9 @@ class Body(mesa.Agent):  # type: ignore[misc]
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
-        self.group.bodies.heading[self.row] = vector / length
-        self.model.refresh()
+        with deferred():
+            self.group.bodies.heading[self.row] = vector / length
+            self.model.refresh()
 
     @property
     def speed(self) -> float:
@@ -179,8 +181,10 @@ class Body(mesa.Agent):  # type: ignore[misc]
         """Remove the agent from the world. Idempotent."""
         if self._row < 0:
             return
-        self.model.forget(self, super().remove)
-        self._row = -1
+        leave = super().remove
+        with deferred():
+            self.model.forget(self, leave)
+            self._row = -1
 
     def _within(self, kind: str) -> list[Any]:
         self.model.look()

@@ -141,8 +141,7 @@ class CMOMMT(World):
             sensing_range=sensing,
         )  # fmt: skip
         self.senses(self.robots, self.targets)
-        if isinstance(rules[1], Evasive):
-            self.senses(self.targets, self.robots)
+        self._let_targets_sense()
         self._begin_to_collect()
 
     @property
@@ -155,19 +154,36 @@ class CMOMMT(World):
         """The targets."""
         return self._targets
 
-    policy = LiveSetting("robots", "policy")
-    awareness = LiveSetting("robots", "awareness")
+    policy = LiveSetting("robots", "policy", lambda model, value: _robot_policy(model.settings | {"policy": value}))
+    awareness = LiveSetting(
+        "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
+    )
     sensing_range = LiveSetting("robots", "sensing_range")
     awareness_range = LiveSetting("robots", "awareness_range")
     robot_speed = LiveSetting("robots", "speed")
     target_speed = LiveSetting("targets", "speed")
-    target_policy = LiveSetting("targets", "policy")
     radius = FixedSetting("build another")
-    delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)")
+    preset = FixedSetting("build another")
+    seed = FixedSetting("begin anew with reset(rng)")
+    delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
-    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search='wander')")
-    search_when = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search_when='no-force')")
-    weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
+    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search='wander')", "policy")
+    search_when = FixedSetting("give the robots another, as model.policy = ACmommt(search_when='no-force')", "policy")
+    weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')", "policy")
+
+    @property
+    def target_policy(self) -> Any:
+        """``targets.policy``; targets that evade from now on sense robots too."""
+        return self.targets.policy
+
+    @target_policy.setter
+    def target_policy(self, value: Any) -> None:
+        self.targets.policy = _target_policy(self.settings | {"target_policy": value})
+        self._let_targets_sense()
+
+    def _let_targets_sense(self) -> None:
+        if isinstance(self.targets.policy, Evasive):
+            self.senses(self.targets, self.robots)
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew, also to collect; see `World.reset`."""
@@ -187,16 +203,25 @@ def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
     checks.choice("search", plan["search"], RULES)
     checks.choice("search_when", plan["search_when"], OCCASIONS)
     checks.choice("weights", plan["weights"], WEIGHTS)
-    policy, target_policy = plan["policy"], plan["target_policy"]
-    if policy == "a-cmommt":
+    return _robot_policy(plan), _target_policy(plan)
+
+
+def _robot_policy(plan: dict[str, Any]) -> Any:
+    policy = plan["policy"]
+    if isinstance(policy, str) and policy == "a-cmommt":
         policy = ACmommt(search=plan["search"], search_when=plan["search_when"], weights=plan["weights"])
-    elif policy == "centroid":
+    elif isinstance(policy, str) and policy == "centroid":
         policy = Centroid(search=plan["search"])
-    if isinstance(target_policy, str):
-        checks.choice("target_policy", target_policy, POLICIES)
-        if target_policy == "random-walk":
-            target_policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
-    return policy_of(policy), policy_of(target_policy, "target_policy")
+    return policy_of(policy)
+
+
+def _target_policy(plan: dict[str, Any]) -> Any:
+    policy = plan["target_policy"]
+    if isinstance(policy, str):
+        checks.choice("target_policy", policy, POLICIES)
+        if policy == "random-walk":
+            policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
+    return policy_of(policy, "target_policy")
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:

@@ -10,6 +10,7 @@ from teamsight.agents.place import unwritable
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
+    from teamsight.agents.group import Group
 
 
 class ColumnAttribute:
@@ -52,10 +53,38 @@ class ColumnAttribute:
             raise AttributeError(self._name)
 
 
-def install(agent_class: type, name: str) -> None:
-    """Let a class of agents have a column as an attribute."""
-    if not isinstance(getattr(agent_class, name, None), ColumnAttribute):
-        setattr(agent_class, name, ColumnAttribute(name))
+class GroupColumn:
+    """An attribute of groups that is a column in some of them: ``robots.battery = 1.0`` sets the elements of all.
+
+    Parameters
+    ----------
+    name : str
+        The name of the column.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, group: Group | None, owner: type | None = None) -> Any:
+        if group is None:
+            return self
+        if self._name not in group.columns:
+            raise AttributeError(f"{group!r} has no column {self._name!r}")
+        return group.columns[self._name]
+
+    def __set__(self, group: Group, value: Any) -> None:
+        if self._name not in group.columns:
+            raise AttributeError(f"{group!r} has no column {self._name!r}; make it with add_column({self._name!r})")
+        group.columns[self._name] = value
+
+
+def install(group: Group, name: str) -> None:
+    """Let a group and its agents have a column as an attribute."""
+    for kind in {type(agent) for agent in group.agents}:
+        if not isinstance(getattr(kind, name, None), ColumnAttribute):
+            setattr(kind, name, ColumnAttribute(name))
+    if not name.startswith("_") and not hasattr(group, name):
+        setattr(type(group), name, GroupColumn(name))
 
 
 def is_free(agent: Any, name: str) -> bool:

@@ -34,8 +34,8 @@ def _counted_step(model: World, *arguments: Any, **named: Any) -> None:
     steps, tick = model.steps, model.tick
     if has_events(model):
         _let_happen(model, (steps + 1.0, _HIGH, model._step_event))
-    count_steps(model, 1)
     try:
+        count_steps(model, 1)
         model._user_step(*arguments, **named)
     except BaseException:
         set_counters(model, steps + model.tick - tick)

@@ -118,11 +118,25 @@ class Deliberation:
             action, _ = self._decision_of_all()
             self._asked[row] = None
             return _turn(percept.heading, action.heading[row]), float(action.distance[row])
+        self._check_situation(row, percept)
         own, rows = percept_of_group_of_one(percept), np.array([row])
         before = take_rows(group.memory, rows, len(group))
         action, after = _ask(group.policy, own, before, np.ascontiguousarray(self.noise[:, rows]))
         self._asked[row] = (after,)
         return _turn(percept.heading, action.heading[0]), float(action.distance[0])
+
+    def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
+        """Refuse sightings that were changed for a policy which does not read them, but the situation made of them."""
+        if row >= len(self._handed) or not getattr(self.group.policy, "inputs", 0):
+            return
+        given = self._handed[row]
+        names = ("targets", "mates", "reports")
+        changed = [name for name in names if getattr(percept, name) is not getattr(given, name)]
+        if changed and percept.situation is given.situation:
+            raise ValueError(
+                f"percept.{changed[0]}: was changed, but {_name(self.group.policy)} reads percept.situation, which was "
+                f"not; change both, as in percept._replace({changed[0]}=…, situation=…)"
+            )
 
     def _decision_of_all(self) -> tuple[Action, Any]:
         if self._whole is None:

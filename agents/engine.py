@@ -15,6 +15,7 @@ from teamsight.agents.failures import check_places, failure, insatiable
 from teamsight.agents.layout import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
 from teamsight.agents.relation import Relation
 from teamsight.agents.rollout import BEGIN_STEP, END_STEP, RUN, SEE
+from teamsight.agents.timeline import DECIDE
 from teamsight.agents.views import Trail
 from teamsight.interrupts import deferred
 from teamsight.world.motion import is_watched
@@ -151,7 +152,8 @@ class Engine:
         world = self._world
         for group in groups:
             group.deliberation = Deliberation(group, world.tick, world.key, group.noise(world.tick))
-        return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
+        with world._calling(DECIDE):
+            return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
 
     def _decide_again(self) -> None:
         """From now on let all policies with kernels decide that had decided in a step that failed."""
@@ -298,8 +300,8 @@ class Engine:
 
     def _read_back(self) -> None:
         record = self._world_record
-        self._world.tick = int(record["tick"])
-        self._world.clock.set(self._world.tick)
+        self._world._tick = int(record["tick"])
+        self._world.clock.set(self._world._tick)
         # 1 only when there was no room for sightings: the step is then completed by the next call.
         self._phase = int(record["phase"])
         if record["history"]:

@@ -44,9 +44,9 @@ class Group:
     agents : list of mesa.Agent
         The agents, one for each row of the arrays.
     bodies : Bodies
-        Where they are and how they can move.
+        The arrays behind `position`, `heading`, `speed` and `turn_limit`. What is written into them is not checked.
     ranges : tuple of two ndarray, shape (n,), float64
-        How far each senses targets and teammates [length].
+        The arrays behind `sensing_range` and `awareness_range`, likewise.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     columns : mapping of str to Column
@@ -207,8 +207,7 @@ class Group:
             value = value.astype(object)
         if value.ndim and len(value) != len(self):
             raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
-        for kind in {type(agent) for agent in self.agents}:
-            install(kind, name)
+        install(self, name)
         return self.columns.create(name, np.array(value if value.ndim else np.full(len(self), value)))
 
     @property

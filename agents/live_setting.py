@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from teamsight import checks
@@ -16,10 +17,12 @@ class LiveSetting:
         The model's attribute that holds the group.
     name : str
         The group's attribute.
+    resolve : callable, optional
+        ``resolve(model, value)`` returns what the group is given for a value.
     """
 
-    def __init__(self, group: str, name: str) -> None:
-        self._group, self._name = group, name
+    def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
+        self._group, self._name, self._resolve = group, name, resolve
         self.__doc__ = f"``{group}.{name}``; what is set takes effect from the next step on."
 
     def __get__(self, model: Any, owner: type | None = None) -> Any:
@@ -29,26 +32,57 @@ class LiveSetting:
         group = getattr(model, self._group, None)
         if group is None:
             raise AttributeError(f"{self._name}: belongs to {self._group}; set it after super().__init__(…)")
-        setattr(group, self._name, value)
+        setattr(group, self._name, self._resolve(model, value))
 
 
 class FixedSetting:
-    """A parameter with which a model was built, and which cannot be changed.
+    """A parameter that cannot be changed by itself.
 
     Parameters
     ----------
     cure : str
         What to do instead.
+    source : str, optional
+        The model's attribute in whose own attribute of this name the present value is found; by default the value with
+        which the model was built.
     """
 
-    def __init__(self, cure: str) -> None:
-        self._cure = cure
+    def __init__(self, cure: str, source: str | None = None) -> None:
+        self._cure, self._source = cure, source
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
     def __get__(self, model: Any, owner: type | None = None) -> Any:
-        return self if model is None else model.settings[self._name]
+        if model is None:
+            return self
+        built = model.settings.get(self._name)
+        return built if self._source is None else getattr(getattr(model, self._source), self._name, built)
 
     def __set__(self, model: Any, value: Any) -> None:
         raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
+
+
+class SettingOfGroups:
+    """What each group of a world has for itself, and the world has not.
+
+    In a subclass of the world it is an ordinary attribute, so that a model may keep its parameters under these names.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._owner, self._name = owner, name
+
+    def __get__(self, model: Any, owner: type | None = None) -> Any:
+        if model is None:
+            return self
+        try:
+            return vars(model)[self._name]
+        except KeyError:
+            name = self._name
+            raise AttributeError(f"{type(model).__name__!r} object has no attribute {name!r}; groups have") from None
+
+    def __set__(self, model: Any, value: Any) -> None:
+        if type(model) is self._owner:
+            name = self._name
+            raise AttributeError(f"{name}={checks.shown(value)}: belongs to each group; set group.{name}")
+        model.__dict__[self._name] = value

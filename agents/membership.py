@@ -17,6 +17,7 @@ from teamsight.agents.body import Body
 from teamsight.agents.fit import awareness_of, check_fit, check_needs, policy_of
 from teamsight.agents.group import Group, first_memory
 from teamsight.agents.memory_rows import take_rows
+from teamsight.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_memory
 from teamsight.world import placement as placements
 from teamsight.world.bodies import Bodies
@@ -162,18 +163,24 @@ def populate(world: World, group: Group, agent_class: type[Body]) -> None:
 
     When an agent cannot be made, the world is left as it was.
     """
-    first = compat.next_identity(world)
-    world.groups.append(group)
+    first, before = compat.next_identity(world), len(world.groups)
     try:
+        world.groups.append(group)
         group.agents = [agent_class(world, group, row) for row in range(len(group))]
         group.bodies.identity[:] = [agent.unique_id for agent in group.agents]
         group.decides_alone = agent_class.decide is not Body.decide
+        world.change()
     except BaseException:
-        world.groups.remove(group)
-        # Those of a class that failed after mesa had registered them too.
-        for agent in [agent for agent in world.agents if vars(agent).get("group") is group]:
-            world.deregister_agent(agent)
-        compat.set_next_identity(world, first)
+        with deferred():
+            # Groups too that the class has added while its agents were made.
+            gone = world.groups[before:]
+            del world.groups[before:]
+            # Those of a class that failed after mesa had registered them too.
+            for agent in [agent for agent in world.agents if vars(agent).get("group") in gone]:
+                world.deregister_agent(agent)
+            compat.set_next_identity(world, first)
+            for other in gone:
+                world.leave_out(other)
         raise
 
 
@@ -194,29 +201,36 @@ def adjust(world: World, group: Group, **changes: Any) -> None:
         awareness = awareness_of(given["awareness"])
     if "policy" in given:
         policy = policy_of(given["policy"])
-    group.rules = policy, awareness
     try:
+        group.rules = policy, awareness
         check_fit(group, team_of(world.groups, group))
         memory = first_memory(policy, size) if policy is not before[0] else None
     except BaseException:
         group.rules = before
         raise
-    group.ranges = ranges[0], ranges[1]
-    bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
-    if policy is not before[0]:
-        group.begin(memory)
+    with deferred():
+        group.ranges = ranges[0], ranges[1]
+        bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
+        if policy is not before[0]:
+            group.begin(memory)
+        world.change()
 
 
 def adjust_one(world: World, agent: Body, name: str, value: float) -> None:
     """Change what one agent can do: its speed, its turning limit, or one of its ranges."""
     group, row, bodies = agent.group, agent.row, agent.group.bodies
+    if name == "turn_limit":
+        (cosine,), (sine,) = _turn_columns(value, 1)
+        with deferred():
+            bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
+        return
+    number = _column(name, value, 1, world.limits.speed if name == "speed" else world.limits.range)[0]
     if name == "speed":
-        bodies.speed[row] = _column("speed", value, 1, world.limits.speed)[0]
-    elif name == "turn_limit":
-        cosine, sine = _turn_columns(value, 1)
-        bodies.turn_cosine[row], bodies.turn_sine[row] = cosine[0], sine[0]
+        bodies.speed[row] = number
     else:
-        group.ranges[name == "awareness_range"][row] = _column(name, value, 1, world.limits.range)[0]
+        with deferred():
+            group.ranges[name == "awareness_range"][row] = number
+            world.change()
 
 
 def drop(group: Group, agent: Body, leave: Callable[[], None]) -> None:

@@ -55,5 +55,16 @@ def put_rows(memory: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
     return part
 
 
+def layout(memory: Any) -> str:
+    """Return what kind of arrays a memory is made of; a policy that remembers otherwise could not go on from it."""
+    if isinstance(memory, np.ndarray):
+        return f"{memory.dtype}{list(memory.shape)}"
+    if isinstance(memory, dict):
+        return "{" + ", ".join(f"{name}: {layout(part)}" for name, part in memory.items()) + "}"
+    if isinstance(memory, (tuple, list)) and any(isinstance(part, (np.ndarray, dict, tuple, list)) for part in memory):
+        return f"{type(memory).__name__}({', '.join(layout(part) for part in memory)})"
+    return type(memory).__name__
+
+
 def _rebuilt(memory: Any, parts: list[Any]) -> Any:
     return type(memory)(*parts) if hasattr(memory, "_fields") else type(memory)(parts)

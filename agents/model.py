@@ -18,9 +18,11 @@ from teamsight.agents.collector import HistoryCollector
 from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.history import History
+from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.readings import Readings
 from teamsight.agents.state import Stateful
 from teamsight.agents.stepping import Stepping
+from teamsight.interrupts import deferred
 from teamsight.policies.interface import PerceptOfOne
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
@@ -70,7 +72,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
         self._arena, self.limits = arena, Limits(arena)
         self._seed_used = checks.seed(rng, seed)
-        self.tick = 0
+        self._tick = 0
         super().__init__(rng=self._seed_used)
         self.random = random.Random(self._seed_used)
         self.agents.random = self.random
@@ -83,6 +85,13 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         self._engine = Engine(self)
         self._collector: mesa.DataCollector = HistoryCollector()
         self._warned: set[str] = set()
+
+    policy = SettingOfGroups()
+    awareness = SettingOfGroups()
+    speed = SettingOfGroups()
+    turn_limit = SettingOfGroups()
+    sensing_range = SettingOfGroups()
+    awareness_range = SettingOfGroups()
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)
@@ -149,12 +158,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             self, agent_class, count,
             membership.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
         )  # fmt: skip
-        try:
-            membership.populate(self, group, agent_class)
-        except BaseException:
-            self._engine.leave_out(group)
-            raise
-        self.change()
+        membership.populate(self, group, agent_class)
         return group
 
     def senses(self, observers: Group, observed: Group) -> None:
@@ -197,13 +201,13 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
+        self._check_undecided("adjust()", "plan it with world.at(world.now, …)")
         if group not in self.groups:
             raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
         membership.adjust(
             self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
-        self.change()
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change what one agent can do; setting its attribute calls this.
@@ -223,8 +227,6 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             As for `add`; then nothing is changed.
         """
         membership.adjust_one(self, agent, name, value)
-        if name.endswith("range"):
-            self.change()
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Put an agent somewhere in the arena.
@@ -235,8 +237,10 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             If `position` is not two finite numbers, or lies outside the arena.
         """
         group, row = agent.group, agent.row
-        group.bodies.position[row] = membership.checked_positions(self.arena, position, (2,))
-        self.refresh()
+        place = membership.checked_positions(self.arena, position, (2,))
+        with deferred():
+            group.bodies.position[row] = place
+            self.refresh()
 
     def perceive(self, group: Group) -> None:
         """Bring ``group.percept`` up to date; steps do so by themselves."""
@@ -278,8 +282,13 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
 
     def forget(self, agent: Body, leave: Callable[[], None]) -> None:
         """Take an agent out of its group's arrays; `leave` takes it out of mesa's sets."""
+        self._check_undecided("remove()", "plan it with world.at(world.now, robot.remove)")
         membership.drop(agent.group, agent, leave)
         self.change()
+
+    def leave_out(self, group: Group) -> None:
+        """Forget what was said of a group that could not be added."""
+        self._engine.leave_out(group)
 
     def close(self) -> None:
         """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""

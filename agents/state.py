@@ -17,6 +17,7 @@ from teamsight.agents.engine import Engine
 from teamsight.agents.group import Group, first_memory
 from teamsight.agents.history import History
 from teamsight.agents.membership import make_bodies
+from teamsight.agents.memory_rows import layout
 from teamsight.interrupts import deferred
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
@@ -32,6 +33,7 @@ class GroupState(NamedTuple):
 
     name: str
     policy: str
+    awareness: str
     bodies: Bodies
     ranges: Any
     memory: Any
@@ -71,7 +73,8 @@ class Stateful:
     key: npt.NDArray[np.uint64]
     random: random.Random
     running: bool
-    tick: int
+    _tick: int
+    _jumps: int
     _seed_used: int
     _collector: mesa.DataCollector
     _engine: Engine
@@ -81,14 +84,13 @@ class Stateful:
         """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
         groups = tuple(
             GroupState(
-                group.name, type(group.policy).__name__, group.bodies, group.ranges, group.memory,
-                group.columns.arrays(),
+                *_described_group(group), group.bodies, group.ranges, group.memory, group.columns.arrays()
             )
             for group in self.groups
         )  # fmt: skip
         collector = self._collector if isinstance(self._collector, HistoryCollector) else None
         arena = _described(cast("World", self).arena)
-        return copy.deepcopy(State(self._seed_used, self.tick, arena, groups, self._history, collector))
+        return copy.deepcopy(State(self._seed_used, self._tick, arena, groups, self._history, collector))
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state of this world, or of one that was made in the same way.
@@ -103,6 +105,7 @@ class Stateful:
             If the state belongs to a world with another arena, other groups or other policies. Nothing has changed
             then.
         """
+        cast("World", self)._check_undecided("restore()", "plan it with world.at(world.now, …)")
         if not isinstance(saved, State):
             raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
         arena = cast("World", self).arena
@@ -111,12 +114,17 @@ class Stateful:
                 f"restore(…): the state is of a world in {_named(saved.arena)}, this one is {arena}; make one "
                 "like that"
             )
-        mine = [(group.name, type(group.policy).__name__, len(group)) for group in self.groups]
-        theirs = [(group.name, group.policy, len(group.bodies)) for group in saved.groups]
+        mine = [(*_described_group(group), len(group)) for group in self.groups]
+        theirs = [(old.name, old.policy, old.awareness, len(old.bodies)) for old in saved.groups]
         if mine != theirs:
-            raise ValueError(
-                f"restore(…): the state is of a world with {theirs}, this one has {mine}; make one like that"
-            )
+            differing = _difference(theirs, mine)
+            raise ValueError(f"restore(…): the state is of a world with {differing}; make one like that")
+        for group, old in zip(self.groups, saved.groups, strict=True):
+            if group.is_compiled and layout(old.memory) != layout(group.memory):
+                raise ValueError(
+                    f"restore(…): {group.name} remembered {layout(old.memory)}, and here {layout(group.memory)}; make "
+                    "a world whose policies have the same constants"
+                )
         saved = copy.deepcopy(saved)
         with deferred():
             for group, old in zip(self.groups, saved.groups, strict=True):
@@ -139,6 +147,7 @@ class Stateful:
         rng : int, optional
             The seed; by default the one in use.
         """
+        cast("World", self)._check_undecided("reset()", "plan it with world.at(world.now, world.reset)")
         seed = self._seed_used if rng is None else checks.seed(rng, None)
         collector = _emptied(self._collector)
         # All that can fail comes first, under the new key and without changing anything that lasts.
@@ -162,9 +171,10 @@ class Stateful:
 
     def _go_on(self, seed: int, tick: int, history: History) -> None:
         self._seed_used, self.key = seed, key_of(seed)
-        self.tick = tick
+        self._jumps += tick - self._tick
+        self._tick = tick
         compat.set_counters(cast("World", self), tick)
-        self.clock = Clock(tick)
+        self.clock.begin(tick)
         self.running = True
         self._history = history
         self._engine.forget()
@@ -179,6 +189,24 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
         return HistoryCollector()
     names = ("model_reporters", "agent_reporters", "agenttype_reporters")
     return type(collector)(**{name: getattr(collector, name) for name in names})
+
+
+def _described_group(group: Group) -> tuple[str, str, str]:
+    """Return what tells a group from others: its name, policy and degree of awareness, with their constants."""
+    policy = repr(group.policy)
+    # What says only where it lies in memory would differ from itself once it was saved.
+    return group.name, type(group.policy).__name__ if " at 0x" in policy else policy, repr(group.awareness)
+
+
+def _difference(theirs: list[Any], mine: list[Any]) -> str:
+    """Return the first difference between the groups of two worlds."""
+    if len(theirs) != len(mine):
+        return f"{len(theirs)} groups, and here are {len(mine)}"
+    one, other = next((one, other) for one, other in zip(theirs, mine, strict=True) if one != other)
+    # Of two policies of one kind, the constants that differ.
+    parts = [", ".join(map(str, group)).replace("(", ", ").replace(")", "").split(", ") for group in (one, other)]
+    first, second = (", ".join(part for part in a if part not in b)[:120] for a, b in (parts, parts[::-1]))
+    return f"{one[0]} that have {first}, and {other[0]} have {second} here"
 
 
 def _described(arena: Arena) -> tuple[Any, ...]:

@@ -37,7 +37,13 @@ class Stepping(Timeline):
 
     def step(self) -> None:
         """Make one step, unless an event stops the model before it."""
-        if self._let_events_happen():
+        self._check_outside("step()")
+        tick = self.tick
+        goes_on = self._let_events_happen()
+        if self.tick != tick:
+            # An event has reset or restored the world, and its counters with it.
+            compat.count_steps(self._world, 1)
+        if goes_on:
             self._make_step()
         else:
             compat.count_steps(self._world, -1)
@@ -55,18 +61,20 @@ class Stepping(Timeline):
         TypeError, ValueError
             If `steps` is no whole number of at least 0.
         """
-        end = self.tick + checks.count("steps", steps, least=0)
+        self._check_outside("run()")
+        # An event may reset the world, and its tick with it: so many steps are still made.
+        end = self.tick - self._jumps + checks.count("steps", steps, least=0)
         reason = self._needs_python()
-        if reason and end > self.tick and self.running and reason not in self._warned:
+        if reason and steps > 0 and self.running and reason not in self._warned:
             self._warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
-        while self.tick < end and self.running:
+        while (left := end + self._jumps - self.tick) > 0 and self.running:
             if reason or compat.has_events(self._world):
                 # mesa has put its own wrapper, which counts, around the method.
                 mesa_step: Callable[[], None] = self.step
                 mesa_step()
             else:
-                reason = self._run_to_next_event(end)
+                reason = self._run_to_next_event(left)
 
     def run_for(self, duration: int) -> None:
         """Make this many steps: mesa's other name for `run`."""
@@ -80,33 +88,49 @@ class Stepping(Timeline):
     def _world(self) -> World:
         return cast("World", self)
 
-    def _run_to_next_event(self, end: int) -> str:
+    def _run_to_next_event(self, most: int) -> str:
         """Let the events happen that are due, make the steps up to the next one; return why the next need Python."""
-        world, tick = self._world, self.tick
-        # mesa counts a step before the events that precede it.
-        compat.count_steps(world, 1)
+        if self.clock.ticks_until_event(self.tick) > 0:
+            # Nothing of the user's is called: the steps are made and counted as one.
+            with deferred():
+                tick = self.tick
+                try:
+                    self._run_quiet_stretch(most)
+                finally:
+                    compat.count_steps(self._world, self.tick - tick)
+            return ""
+        world = self._world
+        offset = world.steps - self.tick
         try:
-            planned = self.clock.ticks_until_event(tick)
-            if planned == 0 and not self._let_events_happen():
+            # mesa counts a step before the events that precede it.
+            compat.count_steps(world, 1)
+            if not self._let_events_happen():
                 return ""
-            # An event may have brought in what needs Python, or planned another.
-            reason = self._needs_python() if planned == 0 else ""
+            # An event may have brought in what needs Python.
+            reason = self._needs_python()
             if reason or compat.has_events(world):
                 self._make_step()
                 compat.end_step(world)
-                return reason
-            quiet = max(self.clock.ticks_until_event(tick), 1)
-            self._run_stretch(int(min(end - tick, quiet, self._engine.longest_call)))
-            return ""
+            else:
+                self._run_quiet_stretch(most)
+            return reason
         finally:
-            compat.set_counters(world, world.steps - 1 + self.tick - tick)
+            compat.set_counters(world, offset + self.tick)
+
+    def _run_quiet_stretch(self, most: int) -> None:
+        """Make steps up to the next event, at most so many and no more than one call takes."""
+        quiet = max(self.clock.ticks_until_event(self.tick), 1)
+        self._run_stretch(int(min(most, quiet, self._engine.longest_call)))
 
     def _make_step(self) -> None:
         for group in self.groups:
             if membership.steps_by_itself(group):
                 self._engine.prepare()
-                for agent in list(group.agents):
-                    agent.step()
+                with self._calling("an agent's own step"):
+                    for agent in list(group.agents):
+                        # Another may have removed it meanwhile.
+                        if agent._row >= 0:
+                            agent.step()
         if all(group.is_compiled for group in self.groups):
             self._run_stretch(1)
         else:
@@ -116,8 +140,10 @@ class Stepping(Timeline):
                 self._engine.step()
             finally:
                 self._collect(before)
-        for recorder in self.recorders:
-            recorder(self._world)
+        if self.recorders:
+            with self._calling("a recorder"):
+                for recorder in list(self.recorders):
+                    recorder(self._world)
         if not isinstance(self._collector, HistoryCollector):
             self._collector.collect(self)
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+import contextlib
+from collections.abc import Callable, Generator, Iterator
 from typing import Any
 
 from teamsight.world.clock import Clock
+
+DECIDE = "decide"
 
 
 class Timeline:
@@ -15,20 +18,49 @@ class Timeline:
     ----------
     clock : Clock
         The SimPy environment that drives the model; SimPy's own classes accept it, as in ``simpy.Resource(clock)``.
-    tick : int
-        How many steps have been made.
     running : bool
         Whether `run` goes on.
     """
 
     clock: Clock
-    tick: int
     running: bool
+    _tick: int
+    # By how much resets and restored states have moved the tick, all together.
+    _jumps = 0
+    # What of the user's is being called, if anything: the world cannot be advanced meanwhile.
+    _inside = ""
+
+    @property
+    def tick(self) -> int:
+        """How many steps have been made."""
+        return self._tick
+
+    @contextlib.contextmanager
+    def _calling(self, what: str) -> Iterator[None]:
+        """Call something of the user's, in which the world cannot be advanced."""
+        before, self._inside = self._inside, what
+        try:
+            yield
+        finally:
+            self._inside = before
+
+    def _check_outside(self, what: str) -> None:
+        """Refuse what advances the world while something of the user's is being called."""
+        if self._inside:
+            raise RuntimeError(f"{what}: called in {self._inside}, in the middle of a step; call it between steps")
+
+    def _check_undecided(self, what: str, cure: str) -> None:
+        """Refuse what changes groups while they decide."""
+        if self._inside == DECIDE:
+            raise RuntimeError(f"{what}: called in {DECIDE}, while others are still to decide; {cure}")
 
     def _let_events_happen(self) -> bool:
         """Let everything happen that is due; return False if that has stopped the model."""
+        if self.clock.ticks_until_event(self._tick) > 0:
+            return True
         was_running = self.running
-        self.clock.advance(self.tick)
+        with self._calling("an event"):
+            self.clock.advance(self._tick)
         return self.running or not was_running
 
     @property

@@ -201,6 +201,10 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
     TypeError, ValueError
         If a number is not whole or outside its limits, or no group of the model is on a team; the model stays as it is.
     """
+    from teamsight.agents.model import World
+
+    if not isinstance(model, World):
+        raise TypeError(f"model={checks.shown(model)}: must be a World, such as CMOMMT(robots=5)")
     steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
     if all(group.team is None for group in model.groups):
         raise ValueError(

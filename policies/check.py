@@ -21,7 +21,7 @@ _MANY_STEPS = 64
 _MUCH_KNOWLEDGE = 1_000_000
 
 # How many things a robot sees at most, decision after decision: some, a crowd, and none at all.
-_MOST_SEEN = (3, 40, 0)
+_MOST_SEEN = (3, 40, 0, 250)
 
 
 def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3) -> Percept:
@@ -58,7 +58,7 @@ def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> Sightin
     total = int(count.sum())
     angle = rng.uniform(0, 2 * np.pi, total)
     distance = np.sqrt(rng.random(total))
-    identity = np.concatenate([np.sort(rng.choice(50, c, replace=False)) for c in count] or [np.zeros(0)])
+    identity = np.concatenate([np.sort(rng.choice(most + 50, c, replace=False)) for c in count] or [np.zeros(0)])
     return Sightings(
         np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
         identity.astype(np.int64) + 1,
@@ -89,6 +89,8 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         it did not declare, or elements of arrays that they do not have.
     """
     name = getattr(policy, "__name__", type(policy).__name__)
+    if isinstance(policy, type):
+        raise TypeError(f"{name}: is a class; give an object, {name}()")
     if callable(policy) and not hasattr(policy, "decide"):
         for size in sizes:
             _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))

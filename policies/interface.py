@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from teamsight import checks
+
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
@@ -210,9 +212,9 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
     return Percept(
         _row("heading", percept.heading),
         _row("moved", percept.moved),
-        np.array([float(percept.speed)]),
-        np.array([float(percept.sensing_range)]),
-        np.array([float(percept.awareness_range)]),
+        _number("speed", percept.speed),
+        _number("sensing_range", percept.sensing_range),
+        _number("awareness_range", percept.awareness_range),
         _sightings_of_group_of_one("targets", percept.targets),
         _sightings_of_group_of_one("mates", percept.mates),
         _sightings_of_group_of_one("reports", percept.reports),
@@ -220,10 +222,16 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
     )
 
 
+def _number(name: str, value: Any) -> Floats:
+    return np.array([checks.number(f"percept.{name}", value, least=0)])
+
+
 def _row(name: str, value: npt.ArrayLike) -> Floats:
     array = np.asarray(value, float)
     if array.shape != (2,):
         raise ValueError(f"percept.{name}: has the shape {array.shape}; it must be (2,)")
+    if not np.isfinite(array).all():
+        raise ValueError(f"percept.{name}={tuple(array.tolist())}: must be two finite numbers")
     return np.ascontiguousarray(array[None])
 
 

@@ -73,6 +73,37 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """
         return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
 
+    def schedule(self, event: Any, priority: Any = simpy.events.NORMAL, delay: float = 0) -> None:
+        """Put an event into the queue, `delay` [ticks] from now; SimPy's own classes call this.
+
+        Parameters
+        ----------
+        event : simpy.Event
+            What happens.
+        priority : int
+            Among events of one time, the lowest first.
+        delay : float
+            When, from now.
+
+        Raises
+        ------
+        ValueError
+            If the delay is negative or no number.
+        """
+        if not 0 <= delay < math.inf:
+            raise ValueError(f"delay={delay}: must be a finite number, at least 0")
+        super().schedule(event, priority, delay)
+
+    def step(self) -> None:
+        """Refused, as `run` is.
+
+        Raises
+        ------
+        TypeError
+            Always.
+        """
+        raise TypeError("clock.step(): the world drives its clock; call world.step()")
+
     def run(self, until: Any = None) -> Any:
         """Refused: physics would stand still meanwhile.
 
@@ -93,11 +124,16 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         happened = False
         try:
             while self.peek() <= tick + _ROUNDING:
-                self.step()
+                super().step()
                 happened = True
         finally:
             self.set(tick)
         return happened
+
+    def begin(self, tick: int) -> None:
+        """Drop all events and set the time to `tick`. Resources stay usable; processes that wait do so for ever."""
+        self._queue.clear()
+        self._now = tick
 
     def set(self, tick: int) -> None:
         """Set the time between two steps to `tick`; what is due by then happens with the next `advance`."""

@@ -151,3 +151,45 @@ def test_settings_that_cannot_change_are_refused(name: str, value: Any, message:
         world.run(5)
     assert np.array_equal(model.robots.position, other.robots.position)
     assert model.radius == 5.0
+
+
+def test_targets_that_come_to_evade_sense_the_robots() -> None:
+    late, early = CMOMMT(radius=2.0, rng=1), CMOMMT(radius=2.0, target_policy="evasive", rng=1)
+    late.target_policy = "evasive"
+    for model in (late, early):
+        model.run(20)
+    assert np.array_equal(late.targets.position, early.targets.position)
+    late.target_policy = "random-walk"
+    assert late.targets.policy == CMOMMT(rng=1).targets.policy
+
+
+def test_names_that_are_set_stand_for_what_they_stand_for_in_the_constructor() -> None:
+    model = CMOMMT(awareness="ring", delta=8, search="stay", rng=1)
+    model.awareness = "pairwise"
+    model.awareness = "ring"
+    assert model.robots.awareness == RingAwareness(8)
+    assert model.delta == 8
+    model.policy = "centroid"
+    model.policy = "a-cmommt"
+    assert model.search == model.robots.policy.search == "stay"
+    model.awareness = RingAwareness(5)
+    assert model.delta == 5
+    for name in ("preset", "seed"):
+        with pytest.raises(AttributeError, match=f"{name}=.*is fixed when the model is built"):
+            setattr(model, name, 3)
+
+
+def test_a_world_has_no_abilities_of_its_own() -> None:
+    world = World(Disc(3.0), rng=1)
+    world.add(Robot, 2, policy=Stationary())
+    for name in ("policy", "awareness", "speed", "sensing_range", "awareness_range", "turn_limit"):
+        with pytest.raises(AttributeError, match=rf"{name}=3: belongs to each group; set group\.{name}"):
+            setattr(world, name, 3)
+        assert not hasattr(world, name)
+
+    class Sized(World):
+        def __init__(self, speed: float) -> None:
+            super().__init__(Disc(3.0), rng=1)
+            self.speed = speed
+
+    assert Sized(0.3).speed == 0.3

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import Disc, Robot, Target, World
-from teamsight.policies import Action, RandomWalk
+from teamsight import CMOMMT, Disc, Robot, Target, World
+from teamsight.agents.exploration import explore
+from teamsight.policies import Action, LazyQ, RandomWalk
 from teamsight.policies.interface import PerceptOfOne, SightingsOfOne
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -139,3 +140,38 @@ def test_a_percept_that_a_kernel_could_not_read_is_refused(change: dict[str, Any
 
     with pytest.raises((TypeError, ValueError), match=message):
         world_of(Wrong, "a-cmommt").step()
+
+
+def test_a_learner_that_reads_the_situation_is_not_given_changed_sightings_alone() -> None:
+    class Honest(Robot):
+        def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
+            nothing = np.ones_like(percept.situation)
+            return super().decide(percept._replace(targets=NOTHING, situation=nothing), rng)
+
+    learner = CMOMMT(robots=5, policy="learned", awareness="ring", rng=1)
+    assert not getattr(learner.robots.policy, "inputs", 0)
+    memory = explore(CMOMMT(robots=5, awareness="ring", policy="random-walk", rng=1), 30)
+    for kind, refused in ((Blind, True), (Honest, False)):
+        world = World(Disc(3.0), rng=1)
+        robots = world.add(kind, 5, policy=LazyQ(memory), awareness="ring")
+        world.senses(robots, world.add(Target, 5, policy="random-walk"))
+        if refused:
+            with pytest.raises(ValueError, match=r"percept\.targets: was changed, but LazyQ reads percept\.situation"):
+                world.run(2)
+        else:
+            world.run(2)
+        assert world.tick == (0 if refused else 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": "fast"}, r"percept\.speed='fast': must be a number"),
+        ({"speed": np.nan}, r"percept\.speed=nan: must be a finite number"),
+        ({"heading": (np.nan, 0.0)}, r"percept\.heading=\(nan, 0\.0\): must be two finite numbers"),
+    ],
+)
+def test_a_field_of_a_percept_that_is_no_number_is_named(change: dict[str, Any], message: str) -> None:
+    robot = world_of(Robot, "a-cmommt").groups[0][0]
+    with pytest.raises((TypeError, ValueError), match=message):
+        robot.decide(robot.percept._replace(**change), np.random.default_rng(1))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import simpy
 
-from teamsight import CMOMMT, World
+from teamsight import CMOMMT, Robot, World
 
 ROADS: list[Callable[[World, int], Any]] = [
     lambda model, steps: model.run(steps),
@@ -108,3 +108,118 @@ def test_an_interrupted_process_goes_on_where_it_says() -> None:
     model.at(7.25, lambda: process.interrupt("fog"))
     model.run(20)
     assert log == [("fog", 7.25)]
+
+
+@pytest.mark.parametrize("again", ["reset", "restore"])
+def test_a_resource_outlives_a_reset(again: str) -> None:
+    model, log = CMOMMT(rng=1), []
+    clock, charger = model.clock, simpy.Resource(model.clock)
+    saved = model.state()
+    model.at(9, lambda: log.append("planned before"))
+    model.run(5)
+    model.reset() if again == "reset" else model.restore(saved)
+
+    def charge() -> Generator[Any, Any, None]:
+        with charger.request() as place:
+            yield place
+            log.append(model.now)
+
+    model.process(charge())
+    model.run(20)
+    assert model.clock is clock
+    assert log == [0]
+
+
+@roads
+def test_a_reset_in_an_event_keeps_the_counters_together(advance: Callable[[World, int], Any]) -> None:
+    model = CMOMMT(rng=1)
+    model.at(2, model.reset)
+    advance(model, 2)
+    advance(model, 1)
+    assert (model.tick, model.steps, model.now, len(model.history)) == (1, 1, 1, 1)
+    other = CMOMMT(rng=1)
+    other.run(1)
+    assert model.history.equals(other.history)
+
+
+@roads
+@pytest.mark.parametrize("deed", ["run", "step"])
+@pytest.mark.parametrize("where", ["event", "decide", "own step", "recorder"])
+@pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+def test_the_world_does_not_advance_within_a_step(where: str, deed: str, advance: Callable[[World, int], Any]) -> None:
+    def again(*anything: Any) -> tuple[float, float]:
+        if model.tick == (3 if where == "recorder" else 2) and armed:
+            model.run(1) if deed == "run" else model.step()
+        return 0.0, 0.0
+
+    class Impatient(Robot):
+        def step(self) -> None:
+            again()
+
+    armed = [True]
+    model = World(CMOMMT(rng=1).arena, rng=1)
+    policy: Any = again if where == "decide" else "random-walk"
+    model.add(Impatient if where == "own step" else Robot, 2, policy=policy)
+    if where == "event":
+        model.at(2, again)
+    if where == "recorder":
+        model.recorders.append(again)
+    with pytest.raises(RuntimeError, match=rf"{deed}\(\): called in .*{where}.*; call it between steps"):
+        advance(model, 5)
+    armed.clear()
+    advance(model, 2)
+    assert model.tick == model.steps == len(model.history)
+
+
+@pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+@pytest.mark.parametrize(
+    "deed",
+    [
+        lambda robot: robot.remove(), lambda robot: setattr(robot.group, "policy", "centroid"),
+        lambda robot: robot.model.reset(), lambda robot: robot.model.restore(robot.model.state()),
+    ],
+)  # fmt: skip
+def test_groups_do_not_change_while_they_decide(deed: Callable[[Any], Any]) -> None:
+    class Fickle(Robot):
+        def decide(self, percept: Any, rng: Any) -> tuple[float, float]:
+            if self.model.tick == 2 and self.row == 1 and armed:
+                deed(self)
+            return super().decide(percept, rng)
+
+    armed = [True]
+    model = World(CMOMMT(rng=1).arena, rng=1)
+    model.add(Fickle, 4, policy="a-cmommt", awareness="pairwise")
+    with pytest.raises(RuntimeError, match=r"called in decide, while others are still to decide; plan it with world\.at"):
+        model.run(5)
+    armed.clear()
+    model.run(3)
+    assert model.tick == 5
+
+
+@pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+def test_an_agent_that_another_has_removed_in_this_step_makes_none() -> None:
+    made: list[int] = []
+
+    class Ruthless(Robot):
+        def step(self) -> None:
+            made.append(self.unique_id)
+            if self.row == 0 and len(self.group) > 1:
+                self.group[1].remove()
+
+    model = World(CMOMMT(rng=1).arena, rng=1)
+    model.add(Ruthless, 3, policy="random-walk")
+    model.run(1)
+    assert made == [1, 3]
+
+
+def test_what_only_the_world_may_do_to_its_clock() -> None:
+    model = CMOMMT(rng=1)
+    model.timeout(5)
+    with pytest.raises(TypeError, match=r"the world drives its clock; call world\.step\(\)"):
+        model.clock.step()
+    with pytest.raises(ValueError, match="delay=nan: must be a finite number"):
+        model.clock.schedule(model.clock.event(), delay=float("nan"))
+    with pytest.raises(AttributeError):
+        model.tick = 3  # type: ignore[misc]
+    model.run(7)
+    assert (model.tick, model.steps) == (7, 7)

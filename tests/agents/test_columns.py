@@ -163,3 +163,19 @@ def test_a_column_that_is_newer_than_a_state_survives_its_restoring() -> None:
     charge = model.robots.add_column("charge", 3.0)
     model.restore(saved)
     assert charge.tolist() == [3.0] * 5
+
+
+def test_a_column_is_an_attribute_of_its_group() -> None:
+    model, battery = five()
+    model.robots.battery = 0.5
+    assert battery.tolist() == model.robots.battery.tolist() == [0.5] * 5
+    model.robots.battery -= 0.25
+    assert battery.tolist() == [0.25] * 5
+    with pytest.raises(AttributeError, match=r"add_column\('battery'\)"):
+        model.targets.battery = 1.0
+    assert not hasattr(model.targets, "battery")
+    # What groups have for themselves stays theirs.
+    model.robots.add_column("memory", 1.0)
+    assert type(model.robots.memory).__name__ == "Memory"
+    assert model.robots.columns["memory"].tolist() == [1.0] * 5
+    model.run(2)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -261,3 +263,85 @@ def test_a_reset_that_fails_keeps_the_seed_and_the_collector() -> None:
     with pytest.raises(TypeError):
         model.reset(8)
     assert facts(model) == before
+
+
+def test_groups_that_a_class_has_added_leave_with_it() -> None:
+    class Bringing(Robot):
+        def __init__(self, model: World, group: Any, row: int) -> None:
+            super().__init__(model, group, row)
+            if row == 0:
+                model.add(Target, 2, policy="random-walk", name="nested")
+            else:
+                raise RuntimeError("no more")
+
+    tried = make()
+    before = facts(tried)
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="no more"):
+            tried.add(Bringing, 2, policy="random-walk")
+        assert facts(tried) == before
+
+
+@pytest.mark.parametrize("deed", ["remove", "adjust", "place", "range", "add"])
+def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
+    """Ctrl-C comes at each line of the operation in turn, as a debugger would stop there."""
+    before_handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for line in range(400):
+            world = make()
+            robots = world.groups[0]
+            robots.add_column("battery", 1.0)
+            done = interrupted_at(line, lambda world=world, robots=robots: _do(deed, world, robots))
+            sizes = {
+                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.memory.real),
+                len(robots.columns["battery"]), sum(agent.group is robots for agent in world.agents),
+                len(robots.perception.situation), robots.action.distance.shape[0],
+            }  # fmt: skip
+            assert len(sizes) == 1, (line, sizes)
+            assert sum(map(len, world.groups)) == len(world.agents)
+            # What the compiled loop works on is what can be read.
+            world.step()
+            twin = World(Disc(3.0), rng=4)
+            assert twin is not world
+            if done:
+                break
+        assert done
+    finally:
+        signal.signal(signal.SIGINT, before_handler)
+
+
+def _do(deed: str, world: World, robots: Any) -> None:
+    if deed == "remove":
+        robots[1].remove()
+    elif deed == "adjust":
+        world.adjust(robots, policy="centroid", speed=0.2, awareness_range=0.5)
+    elif deed == "place":
+        robots[1].position = (0.1, 0.2)
+    elif deed == "range":
+        robots[1].awareness_range = 0.3
+    else:
+        world.add(Robot, 2, policy="random-walk", name="late")
+
+
+def interrupted_at(line: int, deed: Callable[[], Any]) -> bool:
+    """Do something and send Ctrl-C when this package comes to its line of this number; return whether it was done before."""
+    count = [0]
+
+    def trace(frame: Any, event: str, argument: Any) -> Any:
+        if "/agents/" not in frame.f_code.co_filename or "/tests/" in frame.f_code.co_filename:
+            return None
+        if event == "line":
+            count[0] += 1
+            if count[0] == line + 1:
+                signal.raise_signal(signal.SIGINT)
+        return trace
+
+    kept = sys.gettrace()
+    try:
+        sys.settrace(trace)
+        deed()
+    except KeyboardInterrupt:
+        return False
+    finally:
+        sys.settrace(kept)
+    return count[0] <= line

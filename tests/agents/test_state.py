@@ -126,3 +126,27 @@ def test_a_reset_world_shuffles_like_a_new_one() -> None:
     first = model.agents.shuffle().get("unique_id")
     model.reset()
     assert model.agents.shuffle().get("unique_id") == first
+
+
+def test_a_state_of_a_policy_with_other_constants_is_refused() -> None:
+    from teamsight.policies import ACmommt
+
+    few, many = (CMOMMT(policy=ACmommt(tracks=tracks), rng=1) for tracks in (4, 64))
+    few.run(5)
+    many.run(5)
+    before = many.robots.position.copy()
+    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world with robots that have tracks=4, and robots have tracks=64 here"):
+        many.restore(few.state())
+    with pytest.raises(ValueError, match=r"robots that have RingAwareness, delta=16, and robots have PairwiseAwareness here"):
+        CMOMMT(rng=1).restore(CMOMMT(awareness="ring", rng=1).state())
+    assert np.array_equal(many.robots.position, before)
+    many.run(5)
+
+
+def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
+    saved = CMOMMT(rng=1).state()
+    group = saved.groups[0]
+    shorter = type(group.memory)(group.memory.real[:, :2].copy(), group.memory.whole[:, :2].copy())
+    forged = saved._replace(groups=(group._replace(memory=shorter), *saved.groups[1:]))
+    with pytest.raises(ValueError, match=r"restore\(…\): robots remembered .*\[10, 2, 4\].*\[10, 16, 4\]"):
+        CMOMMT(rng=1).restore(forged)
