@@ -205,7 +205,7 @@ def _difference(theirs: list[Any], mine: list[Any]) -> str:
     one, other = next((one, other) for one, other in zip(theirs, mine, strict=True) if one != other)
     # Of two policies of one kind, the constants that differ.
     parts = [", ".join(map(str, group)).replace("(", ", ").replace(")", "").split(", ") for group in (one, other)]
-    first, second = (", ".join(part for part in a if part not in b)[:120] for a, b in (parts, parts[::-1]))
+    first, second = (", ".join(part for part in a if part and part not in b)[:120] for a, b in (parts, parts[::-1]))
     return f"{one[0]} that have {first}, and {other[0]} have {second} here"
 
 
