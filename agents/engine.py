@@ -274,7 +274,8 @@ class Engine:
 
     def _fail(self, status: int, where: int) -> ValueError:
         """Return what is to be raised when a step cannot be made; its decisions stand."""
-        for group in self._world.groups:
+        groups = self._world.groups
+        for group in groups if status == OUTSIDE else groups[: where + 1]:
             group.has_decided = group.is_compiled
         self.is_bound = False
         return failure(self._world, status, where, int(self._world_record["tick"]))

@@ -68,13 +68,13 @@ def _decide(world: Any) -> int:
     """Let the policies decide that have kernels, and check the actions of all groups before anybody moves."""
     groups = array_at(world.groups, world.group_count, GROUP)
     for g in range(world.group_count):
-        if groups[g].decide != 0:
-            call(groups[g].decide, groups[g].decision)
-    for g in range(world.group_count):
-        move = array_at(groups[g].move, 1, MOVE)[0]
-        heading = array_at(move.action_heading, (move.size, 2), np.float64)
-        distance = array_at(move.action_distance, move.size, np.float64)
-        for i in range(move.size):
+        group = groups[g]
+        if group.decide != 0:
+            call(group.decide, group.decision)
+        move = array_at(group.move, 1, MOVE)[0]
+        heading = array_at(move.action_heading, (group.size, 2), np.float64)
+        distance = array_at(move.action_distance, group.size, np.float64)
+        for i in range(group.size):
             if not is_action(heading[i, 0], heading[i, 1], distance[i]):
                 world.where = g
                 return BAD_ACTION
@@ -107,7 +107,8 @@ def _keep(world: Any, back: bool) -> None:
 
 @kernel
 def _move(world: Any) -> int:
-    note_before(world)
+    if world.log_count > 0:
+        note_before(world)
     groups = array_at(world.groups, world.group_count, GROUP)
     if world.kept != 0:
         _keep(world, False)
@@ -202,7 +203,8 @@ def _finish(world: Any) -> int:
     status = _look(world)
     if status != DONE:
         return status
-    note_after(world)
+    if world.log_count > 0:
+        note_after(world)
     _record(world)
     world.tick += 1
     world.phase = 0

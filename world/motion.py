@@ -81,6 +81,9 @@ def _advance(address: int) -> int:
     action_heading = array_at(move.action_heading, (size, 2), np.float64)
     action_distance = array_at(move.action_distance, size, np.float64)
     arena_size = array_at(move.arena_size, 2, np.float64)
+    # Read once: the compiler cannot know that what the loop writes leaves the record alone.
+    period_x = move.period_x
+    period_y = move.period_y
     outside = 0
     for i in range(size):
         aim_x = action_heading[i, 0]
@@ -99,9 +102,9 @@ def _advance(address: int) -> int:
         outside += is_outside(move, new_x, new_y)  # type: ignore[name-defined]  # noqa: F821
         step_x = new_x - x
         step_y = new_y - y
-        if move.period_x > 0.0:
-            step_x -= move.period_x * np.rint(step_x / move.period_x)
-            step_y -= move.period_y * np.rint(step_y / move.period_y)
+        if period_x > 0.0:
+            step_x -= period_x * np.rint(step_x / period_x)
+            step_y -= period_y * np.rint(step_y / period_y)
         position[i, 0] = new_x
         position[i, 1] = new_y
         heading[i, 0] = heading_x
