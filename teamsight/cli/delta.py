@@ -81,8 +81,9 @@ def _prepare(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
 
 
 def _show(report: DeltaReport, settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
-    console = wide_console()
-    console.print(report)
-    if settings.out:
+    files = []
+    if settings.out:  # before anything is printed, which may fail
         files = report.save(settings.out, force=settings.force, settings=_asked(settings))
+    wide_console().print(report)
+    if settings.out:
         say(f"{len(files)} files in {settings.out}")
