@@ -62,9 +62,7 @@ def check_folder(path: str | os.PathLike[str]) -> None:
 
 
 @contextlib.contextmanager
-def complete(
-    path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None
-) -> Iterator[BinaryIO]:
+def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None) -> Iterator[BinaryIO]:
     """Open a draft beside `path`, and put it in the place of `path` only when all of it is on disk.
 
     An error or Ctrl-C leaves what stood at `path` before, and no other trace.

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 
-#: Steps of a run: each leaves a row in the history.
-MOST_STEPS = 10_000_000
-#: Runs, worlds and memories: each leaves a row in a table.
-MOST_RUNS = 1_000_000
+from teamsight.analysis.limits import MOST_RUNS, MOST_STEPS
+
+__all__ = [
+    "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_STEPS", "STEPS_CURE", "added_inputs",
+    "check_pairs", "check_rows", "check_sightings", "check_work", "runs_within",
+]  # fmt: skip
+
+#: What to do instead of a run of more steps.
+STEPS_CURE = "give fewer steps, or another seed for more of them"
 #: Runs of each cell of `reproduce`, which has thousands of cells.
 MOST_CELL_RUNS = 1_000
 #: Agents of a kind: each pair of them may be neighbours.

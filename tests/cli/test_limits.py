@@ -19,7 +19,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         ([*EXPLORE, "--steps", "1000000000"], ["steps=1000000000: must be at most 10000000"]),
         ([*EXPLORE, "--steps", "10000000", "--runs", "10"], ["steps=10000000, runs=10: makes 5.0e+08 pairs of 75 numbers, 150 GB, at most 5 GB; give less"]),
         ([*EXPLORE, "--awareness", "shared", "--robots", "1000"], ["makes 1.2e+05 pairs of 32011 numbers, 15.4 GB"]),
-        (["run", "--steps", "1000000000000"], ["steps=1000000000000: must be at most 10000000"]),
+        (["run", "--steps", "1000000000000"], ["steps=1000000000000: must be at most 10000000; give fewer steps"]),
         (["run", "--steps", "1" + "0" * 400], ["steps=(about 10^400): must be at most 10000000"]),
         (["run", "--steps", "9" * 10_000], ["steps='999999999999999999999999999999'… (10000 characters): must be a whole number"]),
         (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 sightings a step, at most 2e+08 fit in memory; give fewer"]),
