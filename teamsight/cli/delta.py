@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli.paths import check_apart
 from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
 from teamsight.cli.show import say, watching, wide_console
 
@@ -49,8 +50,11 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
 
 
 def _from_tracks(settings: TracksDeltaSettings) -> None:
+    from teamsight.analysis.delta_report import files_in
     from teamsight.analysis.tracks import delta_from_tracks, read_tracks
 
+    for file in files_in(settings.out) if settings.out else ():
+        check_apart("out", file, "tracks", settings.tracks)
     _prepare(settings)
     with watching() as watch:
         tracks = read_tracks(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.learn_settings import EvaluateSettings
+from teamsight.cli.paths import check_apart
 from teamsight.cli.show import Watch, interval, plural, say, watching, wide_console
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ def execute(**given: Any) -> None:
     from teamsight.analysis.learners import check_lesson
     from teamsight.analysis.provenance import differing
 
+    if settings.save:
+        check_apart("save", settings.save, "memory", settings.memory)
     check_lesson((settings.learner,), settings.reward, settings.k)
     memory = _memory(settings)
     check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
