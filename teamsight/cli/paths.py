@@ -30,7 +30,9 @@ def _path(value: Any, info: ValidationInfo, wanted: str) -> Path | None:
     expanded = os.path.expanduser(text)
     if expanded.startswith("~"):
         raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
-    return Path(expanded)
+    path = Path(expanded)
+    # The path of ./~ has lost what tells it from the home folder.
+    return path.absolute() if os.fspath(path).startswith("~") else path
 
 
 def check_apart(option: str, path: Path, name: str, read: Path) -> None:
