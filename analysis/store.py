@@ -163,7 +163,8 @@ def forget(folder: Path, key: str) -> None:
     # Drafts are left behind where a process was killed.
     for pattern in (f"{key}-*", f".{key}-*.part"):
         for file in folder.glob(pattern):
-            file.unlink(missing_ok=True)
+            if file.is_symlink() or not file.is_dir():  # a folder of such a name is none of ours
+                file.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         folder.rmdir()
 

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis import store
+from teamsight.analysis.explore import Exploration, explore
 
 
 def test_a_table_comes_back_with_its_metadata(tmp_path: Path) -> None:
@@ -169,3 +170,23 @@ def test_a_place_that_cannot_be_meant_is_refused(
         with pytest.raises(store.UnwritableError, match=told):
             write(name)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_forgetting_leaves_folders(tmp_path: Path) -> None:
+    (tmp_path / "key-folder").mkdir()
+    (tmp_path / "key-file").touch()
+    store.forget(tmp_path, "key")
+    assert os.listdir(tmp_path) == ["key-folder"]
+
+
+def test_a_disk_that_fills_while_a_memory_is_saved_is_named(tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    memory = explore(Exploration())
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
+    try:
+        with pytest.raises(ValueError, match="cannot be written .File too large."):
+            memory.save(tmp_path / "m")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert os.listdir(tmp_path) == []

@@ -24,6 +24,8 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         (["run", "--steps", "9" * 10_000], ["steps='999999999999999999999999999999'… (10000 characters): must be a whole number"]),
         (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 sightings a step, at most 2e+08 fit in memory; give fewer"]),
         (["run", "--robots", "1000", "--targets", "1000", "--radius", "1", "--awareness", "shared"], ["makes about 1.0e+09 sightings a step"]),
+        (["run", "--radius", "1e9"], ["radius=1e+09: must be 0.001 to 1e+08 sensing ranges"]),
+        (["run", "--radius", "1e-6"], ["radius=1e-06: must be 0.001 to 1e+08 sensing ranges"]),
         (["run", "--radius", "1e-320"], ["radius=9.99989e-321: lengths are 1e-09 to 1e+09; take another unit"]),
         (["run", "--awareness-range", "1e155"], ["awareness_range=1e+155: lengths are 1e-09 to 1e+09"]),
         (["run", "--seed", "1" + "0" * 400], ["seed=(about 10^400): must be at most 9223372036854775807"]),
