@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight import checks
-from teamsight.analysis import delta_report, occupancy, team_conditions
+from teamsight.analysis import delta_report, limits, occupancy, team_conditions
 from teamsight.analysis.closed_form import Prediction
 from teamsight.analysis.delta_report import DeltaReport
 from teamsight.analysis.occupancy import Bearings
@@ -93,7 +93,7 @@ def explore(
 
     *Source:* §4, with 5 runs of 600 steps; §10 recommends it "in the beginning of the learning phase (exploration)".
     """
-    runs, steps = checks.count("runs", runs), checks.count("steps", steps)
+    runs, steps = limits.runs(runs), limits.steps(steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
     make, seed_of = _factory(model, root)
     rows, looks, looked_at, size, met = [], [], 0, 0, set[Conditions]()
@@ -186,6 +186,11 @@ def choose_delta(
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
+    if runs is None and 10 / risk > limits.MOST_RUNS:
+        raise ValueError(
+            f"risk={risk:g}: asks for {10 / risk:.1e} runs, at most {limits.MOST_RUNS}; give a risk of at least "
+            f"{10 / limits.MOST_RUNS:g}, or runs"
+        )
     runs = runs_for(risk) if runs is None else runs
     found = explore(model, runs=runs, steps=steps, rng=rng, progress=progress)
     return delta_report.build(

@@ -246,10 +246,17 @@ def check_report(
     ValueError
         If what stands there must stay.
     """
-    for name in _TABLES:
-        store.check_replaceable(Path(folder) / f"delta_{name}.parquet", about, force=force)
-    for page in ("delta_exceedance.png", "delta.md"):
-        store.check_replaceable(Path(folder) / page, force=force)
+    *tables, picture, page = files_in(folder)
+    for table in tables:
+        store.check_replaceable(table, about, force=force)
+    store.check_replaceable(picture, force=force)
+    store.check_replaceable(page, force=force)
+
+
+def files_in(folder: str | os.PathLike[str]) -> list[Path]:
+    """Return the files that a report may write in a folder: the tables, the picture and the page."""
+    names = [*(f"delta_{name}.parquet" for name in _TABLES), "delta_exceedance.png", "delta.md"]
+    return [Path(folder) / name for name in names]
 
 
 def ring_size(exceedance: pd.DataFrame, risk: float, supported: bool) -> int:

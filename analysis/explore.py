@@ -15,6 +15,7 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.exploration import meet, memory_of, settings_of
 from teamsight.agents.fit import awareness_of
 from teamsight.agents.noting import FACTS
+from teamsight.analysis import limits
 from teamsight.analysis.crew import Crew
 from teamsight.analysis.store import forget, key_of, prepare_folder
 from teamsight.analysis.study import model_seed
@@ -54,7 +55,7 @@ class Exploration:
     Raises
     ------
     TypeError, ValueError
-        If a number is no whole one, or too small. `CMOMMT` checks the rest.
+        If a number is no whole one, too small, or makes more than a memory can hold. `CMOMMT` checks the rest.
 
     Notes
     -----
@@ -73,8 +74,15 @@ class Exploration:
     world: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("robots", "targets", "steps", "runs"):
+        for name in ("robots", "targets"):
             checks.count(name, getattr(self, name))
+        limits.steps(self.steps)
+        limits.runs(self.runs)
+        if self.pairs > limits.MOST_PAIRS:
+            raise ValueError(
+                f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.pairs:.1e} pairs, at most "
+                f"{limits.MOST_PAIRS:.0e} fit in memory; give less of one"
+            )
         checks.count("seed", self.seed, least=0)
 
     @property

@@ -20,7 +20,7 @@ from typing import Any
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.files import UnwritableError, check_folder, check_place, complete, open_regular, unwritable
+from teamsight.files import UnwritableError, check_folder, check_name, check_place, complete, open_regular, unwritable
 
 __all__ = [
     "UnwritableError", "check_folder", "check_replaceable", "complete", "forget", "key_of", "prepare_folder",
@@ -51,6 +51,7 @@ def prepare_folder(folder: str | os.PathLike[str], *, follow: bool = True) -> Pa
     UnwritableError
         If it cannot be made or written: better now than after the simulation.
     """
+    check_name(folder)
     path = Path(folder)
     if not follow:
         check_folder(path)
@@ -162,7 +163,8 @@ def forget(folder: Path, key: str) -> None:
     # Drafts are left behind where a process was killed.
     for pattern in (f"{key}-*", f".{key}-*.part"):
         for file in folder.glob(pattern):
-            file.unlink(missing_ok=True)
+            if file.is_symlink() or not file.is_dir():  # a folder of such a name is none of ours
+                file.unlink(missing_ok=True)
     with contextlib.suppress(OSError):
         folder.rmdir()
 

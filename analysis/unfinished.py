@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import importlib
 import json
+import re
 import zlib
 from collections.abc import Iterable, Mapping
 from functools import cache
@@ -18,6 +19,9 @@ Key = tuple[str, ...]
 Numbers = tuple[float, int]
 
 _ROOMS = ("agents", "policies", "world")
+# How our own begins: a break, and the digest of a run's key, which may have been cut off.
+_BEGINNING_LENGTH = 36
+_BEGINNING = re.compile(rb'\n(\["?|\["[0-9a-f]{1,32}|\["[0-9a-f]{32}",?)')
 _KINDS = ("*.py", "*.json", "*.safetensors")
 
 
@@ -53,7 +57,7 @@ class Unfinished:
         """
         if files.check_place(self.path):
             with files.open_regular(self.path) as file:
-                if file.read(2) not in (b"", b"\n", b"\n["):
+                if not _BEGINNING.fullmatch(file.read(_BEGINNING_LENGTH)):
                     raise ValueError(f"{self.path}: holds something else; move it away, or give another folder")
 
     def outcomes(self, keys: Iterable[Key]) -> dict[Key, Numbers]:
@@ -84,9 +88,18 @@ def _read(path: Path) -> dict[str, Numbers]:
             text, _, sum_ = line.partition(b"\t")
             # The last line may have been cut off.
             if sum_ == b"%08x" % zlib.crc32(text):
-                name, fraction, neighbours = json.loads(text)
-                found[name] = (fraction, neighbours)
+                with contextlib.suppress(ValueError, TypeError, RecursionError):
+                    name, numbers = _outcome(json.loads(text))
+                    found[name] = numbers
     return found
+
+
+def _outcome(line: list[object]) -> tuple[str, Numbers]:
+    """Return what a line tells; raise a ValueError or TypeError if it is of another form, be its sum right."""
+    name, fraction, neighbours = line
+    if not isinstance(name, str) or type(fraction) is not float or type(neighbours) is not int:
+        raise TypeError
+    return name, (fraction, neighbours)
 
 
 def _name(key: Key) -> str:

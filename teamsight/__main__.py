@@ -42,8 +42,10 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     if _is_loading(frame):
         # Modules that are interrupted while they load report other errors instead, or go on half loaded. Nothing has
         # begun that would have to be cleared up.
-        os.write(2, b"teamsight: interrupted\n")
-        os._exit(_INTERRUPTED)
+        try:
+            os.write(2, b"teamsight: interrupted\n")
+        finally:  # nobody may be there to read it
+            os._exit(_INTERRUPTED)
     raise KeyboardInterrupt
 
 
@@ -66,10 +68,11 @@ def _leave(message: str = "") -> NoReturn:
     import atexit
     import contextlib
 
-    sys.stderr.write(message)
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody may be there to read it
+        sys.stderr.write(message)
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError, AttributeError):
             stream.flush()
     os._exit(_INTERRUPTED)
 

@@ -16,6 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from teamsight.checks import shown
+
 #: The environment variable that names the folder.
 VARIABLE = "TEAMSIGHT_CACHE_DIR"
 
@@ -104,10 +106,10 @@ def _choose(named: str | None) -> Path | None:
     except (OSError, RuntimeError, ValueError) as error:
         # Nothing of the user's is writable, as on some cluster nodes: no news, unless the user named the folder.
         if named:
-            reasons.append(f"{named!r} cannot be used ({getattr(error, 'strerror', None) or error})")
+            reasons.append(f"{shown(named)} cannot be used ({getattr(error, 'strerror', None) or shown(str(error))})")
     folder, how_long = _temporary(reasons)
     if reasons:
-        where = f"are kept in {folder}{how_long}" if folder else "are not kept"
+        where = f"are kept in {_named(folder)}{how_long}" if folder else "are not kept"
         cure = f"set {VARIABLE} to a folder of your own that nobody else can write to"
         print(f"teamsight: compiled kernels {where}: {' and '.join(reasons)}; {cure}", file=sys.stderr)
     return folder
@@ -128,7 +130,7 @@ def _temporary(reasons: list[str]) -> tuple[Path | None, str]:
     try:
         return _ready(Path(tempfile.gettempdir()) / f"teamsight-{user}", follow=False), ""
     except OSError as error:
-        reasons.append(str(error))
+        reasons.append(error.strerror or str(error))
     try:
         folder = Path(tempfile.mkdtemp(prefix="teamsight-"))
     except OSError:
@@ -143,15 +145,20 @@ def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
         folder.mkdir(mode=0o700, parents=True)
     found = folder.stat(follow_symlinks=follow)
     if not stat.S_ISDIR(found.st_mode):
-        raise _UnsafeError(f"{folder} is not a folder")
+        raise _UnsafeError(f"{_named(folder)} is not a folder")
     if ours and _is_own(found) and found.st_mode & _OTHERS_MAY_WRITE:
         # Made by an earlier version, where new folders are open to the user's group.
         folder.chmod(0o700)
         found = folder.stat()
     if control := _others_control(found):
-        raise _UnsafeError(f"{folder} {control}")
+        raise _UnsafeError(f"{_named(folder)} {control}")
     tempfile.TemporaryFile(dir=folder).close()
     return folder
+
+
+def _named(folder: Path) -> str:
+    """Return how a notice shows a folder: a long name cut, and nothing that a terminal would obey."""
+    return shown(str(folder), 120).strip("'\"")
 
 
 def _remove(folder: Path, maker: int) -> None:

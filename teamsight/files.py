@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from teamsight.checks import shown
+
 # A name may have 255 bytes, and that of a draft is longer by 23.
 _MOST_OF_A_NAME = 200
 _KINDS = (
@@ -25,6 +27,25 @@ _KINDS = (
 
 class UnwritableError(ValueError):
     """Raised when results cannot be written where they were asked for."""
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Refuse a path that cannot be meant: paths are taken literally, and no text stands for the current folder.
+
+    Raises
+    ------
+    UnwritableError
+        If it is empty, has a null character, or begins with a home folder that was not expanded.
+    """
+    text = os.fsdecode(path)
+    if not text.strip():
+        raise UnwritableError(f"path={text!r}: is empty; give a file or a folder, such as results")
+    if "\0" in text:
+        raise UnwritableError(f"path={shown(text)}: has a null character, as no path can; leave it out")
+    if text.startswith("~"):
+        raise UnwritableError(
+            f"path={shown(text)}: ~ is not expanded; give Path(...).expanduser(), or an absolute path"
+        )
 
 
 def check_place(path: str | os.PathLike[str]) -> bool:
@@ -62,9 +83,7 @@ def check_folder(path: str | os.PathLike[str]) -> None:
 
 
 @contextlib.contextmanager
-def complete(
-    path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None
-) -> Iterator[BinaryIO]:
+def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None) -> Iterator[BinaryIO]:
     """Open a draft beside `path`, and put it in the place of `path` only when all of it is on disk.
 
     An error or Ctrl-C leaves what stood at `path` before, and no other trace.
@@ -72,7 +91,7 @@ def complete(
     Parameters
     ----------
     path : path
-        Where to write; taken literally, without expanding ``~``.
+        Where to write; taken literally, so one that begins with ``~`` is refused.
     check : callable
         Called with the path right before the draft is moved there; raises if what stands there must stay.
 
@@ -81,6 +100,7 @@ def complete(
     UnwritableError
         If the draft cannot be made or written, or what stands at `path` is no regular file.
     """
+    check_name(path)
     target = Path(path)
     check_place(target)
     # Nobody can put a link in the way of a name that nobody can guess, and O_EXCL would refuse it.

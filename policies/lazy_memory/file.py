@@ -69,8 +69,8 @@ def write(
     try:
         with files.complete(path, lambda target: _check_replaceable(target, force)) as file:
             file.write(len(header).to_bytes(8, "little") + header)
-            file.flush()
-            table.astype("<f4", copy=False).tofile(file)
+            # Not tofile, which does not tell why a disk took only a part.
+            file.write(np.ascontiguousarray(table, "<f4").data.cast("B"))
     except files.UnwritableError as error:
         raise MemoryFileError(str(error)) from error
 

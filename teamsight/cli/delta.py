@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli.paths import check_apart
 from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
 from teamsight.cli.show import say, watching, wide_console
 
@@ -49,8 +50,11 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
 
 
 def _from_tracks(settings: TracksDeltaSettings) -> None:
+    from teamsight.analysis.delta_report import files_in
     from teamsight.analysis.tracks import delta_from_tracks, read_tracks
 
+    for file in files_in(settings.out) if settings.out else ():
+        check_apart("out", file, "tracks", settings.tracks)
     _prepare(settings)
     with watching() as watch:
         tracks = read_tracks(
@@ -81,8 +85,9 @@ def _prepare(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
 
 
 def _show(report: DeltaReport, settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
-    console = wide_console()
-    console.print(report)
-    if settings.out:
+    files = []
+    if settings.out:  # before anything is printed, which may fail
         files = report.save(settings.out, force=settings.force, settings=_asked(settings))
+    wide_console().print(report)
+    if settings.out:
         say(f"{len(files)} files in {settings.out}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.learn_settings import EvaluateSettings
+from teamsight.cli.paths import check_apart
 from teamsight.cli.show import Watch, interval, plural, say, watching, wide_console
 
 if TYPE_CHECKING:
@@ -28,7 +29,10 @@ def execute(**given: Any) -> None:
     from teamsight.analysis.crew import Crew
     from teamsight.analysis.execute import IMPORTS
     from teamsight.analysis.learners import check_lesson
+    from teamsight.analysis.provenance import differing
 
+    if settings.save:
+        check_apart("save", settings.save, "memory", settings.memory)
     check_lesson((settings.learner,), settings.reward, settings.k)
     memory = _memory(settings)
     check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
@@ -43,6 +47,12 @@ def execute(**given: Any) -> None:
         policies = _learned(settings, memory, watch)
         with Crew(settings.workers, IMPORTS, watch.tell) as crew:
             table = evaluation.evaluate(policies, stage, crew, lambda done, total: watch("simulating", done, total))
+    if settings.save:  # before anything is printed, which may fail
+        store.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
+    for name, values in differing(memory).items():
+        say(
+            f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
+        )
     say(
         f"{settings.learner} on {plural(len(memory), 'pair')}, reward {settings.reward}, gamma {settings.gamma:g}: "
         f"{plural(stage.robots, 'robot')}, {plural(stage.targets, 'target')}, R = {stage.radius:g}, "
@@ -51,7 +61,6 @@ def execute(**given: Any) -> None:
     wide_console().print(_shown(evaluation.summary(table)), highlight=False)
     say(f"{time.perf_counter() - began:.1f} s")
     if settings.save:
-        store.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
         say(f"every run in {settings.save}")
 
 
@@ -73,7 +82,6 @@ def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     """Return the worlds, in which robots are as many, as fast and as far-sighted as they were when they explored."""
     from teamsight import checks
     from teamsight.analysis import evaluation
-    from teamsight.analysis.provenance import differing
     from teamsight.cli import limits
 
     explored = memory.settings.get("robots", 5)
@@ -83,10 +91,6 @@ def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     limits.check_work(robots, settings.targets, settings.steps, settings.runs)
     limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
-    for name, values in differing(memory).items():
-        say(
-            f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
-        )
     world = evaluation.bodies_of(memory)
     return evaluation.Stage(
         robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, world

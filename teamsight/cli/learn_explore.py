@@ -87,17 +87,19 @@ def _explorer(settings: ExploreSettings) -> Any:
 
 
 def _held(settings: ExploreSettings) -> LazyMemory | None:
-    """Return the memory that stands where the new one goes, unless it is to be replaced."""
+    """Return the memory that stands where the new one goes, unless it is to be replaced; with both, it is added to."""
     from teamsight.files import check_place
     from teamsight.policies.lazy_memory import LazyMemory
 
     if settings.out.is_dir():
         raise ValueError(f"out={settings.out}: is a folder; give a file, such as {settings.out / 'pairs.safetensors'}")
-    if not check_place(settings.out) or settings.force:
+    if not check_place(settings.out) or (settings.force and not settings.append):
         return None
     try:
         return LazyMemory.load(settings.out)
     except ValueError as error:
+        if settings.force:
+            return None
         # What is wrong with the file is told there, but the cure here is another.
         told = str(error).partition(";")[0]
         raise ValueError(f"{told}; give --force to replace it, or another file") from error

@@ -67,7 +67,7 @@ class ExploreSettings(RingSettings):
     force: bool
 
     _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _runs = whole("runs", most=limits.MOST_RUNS)
     _workers = processes("workers")
     _lengths = lengths("radius", "robot_speed")
@@ -122,7 +122,7 @@ class EvaluateSettings(Settings):
 
     _counts = whole("k", "sample")
     _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _runs = whole("runs", most=limits.MOST_RUNS)
     _workers = processes("workers")
     _lengths = lengths("radius")
@@ -161,7 +161,7 @@ class FigureSettings(Settings):
 
     _k = whole("k")
     _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _runs = whole("memories", "worlds", most=limits.MOST_RUNS)
     _workers = processes("workers")
     _lengths = lengths("radius")

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 
-#: Steps of a run: each leaves a row in the history.
-MOST_STEPS = 10_000_000
-#: Runs, worlds and memories: each leaves a row in a table.
-MOST_RUNS = 1_000_000
+from teamsight.analysis.limits import MOST_RUNS, MOST_STEPS
+
+__all__ = [
+    "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_STEPS", "STEPS_CURE", "added_inputs",
+    "check_pairs", "check_rows", "check_sightings", "check_work", "runs_within",
+]  # fmt: skip
+
+#: What to do instead of a run of more steps.
+STEPS_CURE = "give fewer steps, or another seed for more of them"
 #: Runs of each cell of `reproduce`, which has thousands of cells.
 MOST_CELL_RUNS = 1_000
 #: Agents of a kind: each pair of them may be neighbours.
@@ -21,6 +26,8 @@ _MOST_AGENT_STEPS = 1e14
 _MOST_SIGHTINGS = 2e8
 # Bytes of the pairs that are explored; to put them in order takes as much again, and more.
 _MOST_BYTES = 5e9
+# Of the arena, so that its sensing range, which is 1, and its speeds are within the limits of a world.
+_LEAST_RADIUS, _MOST_RADIUS = 1e-3, 1e8
 # Rows that a command writes.
 _MOST_ROWS = 2e6
 _FACTS, _OWN = 9, 16
@@ -57,8 +64,13 @@ def check_sightings(robots: int, targets: int, radius: float, awareness_range: f
     Raises
     ------
     ValueError
-        Naming their number.
+        Naming their number, or the radius.
     """
+    if not _LEAST_RADIUS <= radius <= _MOST_RADIUS:
+        raise ValueError(
+            f"radius={radius:g}: must be {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, or its ranges and "
+            "speeds drown in rounding; give another radius"
+        )
     edges = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
     sensed = targets * min(1.0, 1 / radius**2)
     made = edges * (1.0 + sensed if shared else 1.0) + robots * sensed

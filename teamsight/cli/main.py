@@ -5,6 +5,7 @@ Nothing slow is imported here: each command imports what it needs when it is cal
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
 import sys
@@ -14,6 +15,7 @@ from typing import Any, NoReturn
 import click
 
 from teamsight import __version__
+from teamsight.cli import streams
 from teamsight.cli.errors import one_line
 from teamsight.cli.learn_commands import learn
 from teamsight.cli.options import Commands, text
@@ -142,12 +144,19 @@ def run(**given: Any) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit: 0 when all went well, 2 when the input is wrong, 130 after Ctrl-C."""
+    """Run the command line and exit.
+
+    0 when all went well; 2 when the input is wrong, or results cannot be written; 130 after Ctrl-C. There is no other
+    status: a reader of standard output that goes away, such as head, is no error, since all files are written before
+    anything is printed; and where standard error cannot be written, the status alone tells what happened.
+    """
     if isinstance(sys.stdout, io.TextIOWrapper):
         # δ, and names of files, on a terminal or in a pipe that cannot encode them: no reason to lose the results.
         sys.stdout.reconfigure(errors="backslashreplace")
+    output = sys.stdout
     try:
         status = commands.main(args=arguments, prog_name="teamsight", standalone_mode=False)
+        streams.flush(output)
     except (click.Abort, KeyboardInterrupt) as stop:
         if isinstance(stop.__cause__, EOFError):
             # click takes any end of a file for one of the terminal.
@@ -159,15 +168,17 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         context = error.ctx if isinstance(error, click.UsageError) else None
         hint = f"; see {context.command_path} --help" if context else ""
         _leave([error.format_message().rstrip(".") + hint], WRONG_INPUT)
-    except BrokenPipeError:
-        # The reader of a pipe, such as head, has gone; Python would complain once more when it flushes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
+    except SystemExit:
+        # What click makes of a pipe that nobody reads; those to workers do not come this far.
+        _leave([], 0)
     except Exception as error:
         if _is_interrupt(error):
             _leave(["interrupted; every file written so far is complete"], INTERRUPTED)
-        _fail(error)
-    sys.exit(status or 0)
+        failure = streams.failure_of(output, error) if isinstance(error, OSError) else None
+        if isinstance(failure, BrokenPipeError):
+            _leave([], 0)
+        _fail(failure or error)
+    _leave([], status or 0)
 
 
 def _fail(error: Exception) -> NoReturn:
@@ -188,6 +199,8 @@ def _is_interrupt(error: BaseException | None) -> bool:
 
 
 def _leave(messages: Sequence[str], status: int) -> NoReturn:
-    for message in messages:
-        click.echo(f"teamsight: {one_line(message)}", err=True)
+    with contextlib.suppress(OSError):
+        for message in messages:
+            click.echo(f"teamsight: {one_line(message)}", err=True)
+    streams.settle()
     sys.exit(status)

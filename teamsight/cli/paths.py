@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from pathlib import Path
@@ -29,7 +30,29 @@ def _path(value: Any, info: ValidationInfo, wanted: str) -> Path | None:
     expanded = os.path.expanduser(text)
     if expanded.startswith("~"):
         raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
-    return Path(expanded)
+    path = Path(expanded)
+    # The path of ./~ has lost what tells it from the home folder.
+    return path.absolute() if os.fspath(path).startswith("~") else path
+
+
+def check_apart(option: str, path: Path, name: str, read: Path) -> None:
+    """Refuse to write over the file that a command reads, also when forced.
+
+    Parameters
+    ----------
+    option, path : str, Path
+        The option that tells where to write, and a file that would be written.
+    name, read : str, Path
+        What the file that is read is called, and its path.
+
+    Raises
+    ------
+    ValueError
+        If both are one file.
+    """
+    with contextlib.suppress(OSError):  # one of them is not there
+        if os.path.samefile(path, read):
+            raise ValueError(f"{option}={path}: is the file of the {name}, which would be lost; give another place")
 
 
 def _folder(value: Any, info: ValidationInfo) -> Path | None:

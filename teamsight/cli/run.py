@@ -35,6 +35,9 @@ def execute(**given: Any) -> None:
             watch("running", model.tick, settings.steps)
     taken = time.perf_counter() - began
     history = model.history
+    if settings.save:  # before anything is printed, which may fail
+        told = about | {"version": __version__}
+        store.write_table(settings.save, history.reset_index(), told, force=settings.force)
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("observed targets, mean over the run", f"{100 * model.observed_fraction:.1f} %")
     table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
@@ -43,6 +46,4 @@ def execute(**given: Any) -> None:
     table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
     wide_console().print(table, highlight=False)
     if settings.save:
-        told = about | {"version": __version__}
-        store.write_table(settings.save, history.reset_index(), told, force=settings.force)
         say(f"history in {settings.save}")

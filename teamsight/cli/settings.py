@@ -36,14 +36,14 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-def whole(*fields: str, least: int = 1, most: int | None = None) -> Any:
+def whole(*fields: str, least: int = 1, most: int | None = None, cure: str = "") -> Any:
     """Return a validator of whole numbers of at least `least` and at most `most`; None stays None."""
 
     def check(value: Any, info: ValidationInfo) -> int | None:
         if value is None:
             return None
         try:
-            return checks.count(str(info.field_name), number_in(value), least=least, most=most)
+            return checks.count(str(info.field_name), number_in(value), least=least, most=most, cure=cure)
         except TypeError as error:
             raise ValueError(str(error)) from None
 
@@ -133,7 +133,7 @@ class ReproduceSettings(Settings):
     force: bool
 
     _runs = whole("runs", most=limits.MOST_CELL_RUNS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _workers = processes("workers")
     _seed = seeds("seed")
 
@@ -168,7 +168,7 @@ class RunSettings(RingSettings):
     force: bool
 
     _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _lengths = lengths("radius", "awareness_range")
     _seed = seeds("seed")
 
@@ -198,7 +198,7 @@ class SimulatedDeltaSettings(Settings):
 
     _agents = whole("robots", "targets", most=limits.MOST_AGENTS)
     _runs = whole("runs", most=limits.MOST_RUNS)
-    _steps = whole("steps", most=limits.MOST_STEPS)
+    _steps = whole("steps", most=limits.MOST_STEPS, cure=limits.STEPS_CURE)
     _lengths = lengths("radius", "awareness_range")
     _risk = real("risk", least=limits.LEAST_RISK, most=1.0)
     _seed = seeds("seed")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from rich import box
 from rich.console import Console
@@ -20,6 +21,7 @@ from rich.progress import (
 from rich.table import Table
 
 from teamsight.cli.errors import printable
+from teamsight.cli.streams import Forgiving, give_up, named
 
 if TYPE_CHECKING:
     from teamsight.analysis.claims import Ledger
@@ -55,6 +57,8 @@ def watching() -> Iterator[Watch]:
         TimeRemainingColumn(),
     )
     console = Console(stderr=True)
+    if sys.stderr is not None:
+        console.file = cast(TextIO, Forgiving(sys.stderr))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield Watch(progress)
 
@@ -97,7 +101,20 @@ def show_ledger(ledger: Ledger) -> None:
         console.print(f"{setting}: {ledger.holding(setting)} of {total} claims hold", highlight=False)
 
 
+class _Output(Console):
+    """Standard output: what is wrong with it is named, and what nobody reads any more goes nowhere."""
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        try:
+            super().print(*objects, **how)
+        except OSError as error:
+            raise named(error) from error
+
+    def on_broken_pipe(self) -> None:
+        give_up(sys.stdout)
+
+
 def wide_console() -> Console:
     """Return the console of standard output; into a file or pipe lines are long rather than folded."""
-    console = Console()
-    return console if console.is_terminal else Console(width=180)
+    console = _Output()
+    return console if console.is_terminal else _Output(width=180)

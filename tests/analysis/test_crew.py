@@ -115,6 +115,28 @@ def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> N
 
 
 @linux
+def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
+    # In a process of its own, since the first start of a process is unlike the others.
+    script = tmp_path / "masks.py"
+    script.write_text(
+        "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.crew import Crew\n"
+        "if __name__ == '__main__':\n"
+        "    with Crew(2) as crew:\n"
+        "        for worker in crew._workers:\n"
+        "            status = Path(f'/proc/{worker.process.pid}/status').read_text()\n"
+        "            print(*(line for line in status.splitlines() if line.startswith('SigBlk')))\n"
+        "    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))\n"
+    )
+    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[2]))
+    found = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, env=environment, timeout=120, check=True
+    )
+    *masks, after = found.stdout.splitlines()
+    assert [int(mask.split()[1], 16) >> (signal.SIGINT - 1) & 1 for mask in masks] == [1, 1]
+    assert after == "False"
+
+
+@linux
 @pytest.mark.parametrize("job", ["sleep_long", "spin"])
 def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp_path: Path, job: str) -> None:
     process, workers = start(tmp_path, job)

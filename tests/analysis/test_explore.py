@@ -113,6 +113,9 @@ def test_the_treatment_does_not_change_the_stage() -> None:
         ({"runs": 0}, "runs=0: must be at least 1"),
         ({"steps": 1.5}, "steps=1.5: must be a whole"),
         ({"seed": -1}, "seed=-1"),
+        ({"runs": 10**12}, "runs=1000000000000: must be at most 1000000; give fewer"),
+        ({"steps": 10**12}, "steps=1000000000000: must be at most 10000000; make more runs"),
+        ({"steps": 10**6, "runs": 10**6}, r"makes 5.0e.12 pairs, at most 1e.08 fit in memory; give less"),
     ],
 )
 def test_bad_numbers_are_refused(settings: dict[str, float], told: str) -> None:

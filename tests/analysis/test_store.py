@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis import store
+from teamsight.analysis.explore import Exploration, explore
 
 
 def test_a_table_comes_back_with_its_metadata(tmp_path: Path) -> None:
@@ -83,7 +84,9 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
     before = path.read_bytes()
     with monkeypatch.context() as patch:
         patch.setattr(os, failing, full)
-        with pytest.raises(store.UnwritableError, match=r"^[^\n]*t.parquet: cannot be written \(No space left on device\); give"):
+        with pytest.raises(
+            store.UnwritableError, match=r"^[^\n]*t.parquet: cannot be written \(No space left on device\); give"
+        ):
             store.write_table(path, table, {"seed": 2})
     assert (path.read_bytes(), os.listdir(tmp_path)) == (before, [path.name])
 
@@ -126,13 +129,11 @@ def test_what_takes_the_place_meanwhile_stays(tmp_path: Path) -> None:
     assert (path.read_text(), os.listdir(tmp_path)) == ("theirs", ["t"])
 
 
-def test_pandas_gets_no_name_that_it_could_read_in_another_way(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pandas_gets_no_name_that_it_could_read_in_another_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     Path("~").mkdir()
-    for name in ("~/t.parquet", "t.parquet.gz", "memory:x"):
+    for name in (str(tmp_path / "~" / "t.parquet"), "t.parquet.gz", "memory:x"):
         store.write_table(name, pd.DataFrame({"x": [1]}), {})
         with open(name, "rb") as file:
             assert pd.read_parquet(file)["x"].tolist() == [1]
@@ -146,10 +147,46 @@ def test_each_kind_of_result_is_known_again(tmp_path: Path) -> None:
         store.write_json(tmp_path / "j", {"software": "teamsight"})
     store.check_replaceable(tmp_path / "t", {"seed": 1})
     for about in ({"seed": 2}, {"more": 1}):
-        with pytest.raises(ValueError, match=r"t: holds results of other settings; give --force \(in Python, force=True\)"):
+        with pytest.raises(
+            ValueError, match=r"t: holds results of other settings; give --force \(in Python, force=True\)"
+        ):
             store.check_replaceable(tmp_path / "t", about)
     store.check_replaceable(tmp_path / "t", {"seed": 2}, force=True)
     store.write_bytes(tmp_path / "b", b"anything")
     with pytest.raises(ValueError, match="b: holds something else"):
         store.write_bytes(tmp_path / "b", b"more")
     store.write_bytes(tmp_path / "b", b"more", force=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("~/x", "'~/x': ~ is not expanded; give Path"), ("", "is empty; give a"), ("a\0b", "null character, as no path")],
+)
+def test_a_place_that_cannot_be_meant_is_refused(
+    name: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for write in (store.prepare_folder, lambda path: store.write_text(path, "text")):
+        with pytest.raises(store.UnwritableError, match=told):
+            write(name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_forgetting_leaves_folders(tmp_path: Path) -> None:
+    (tmp_path / "key-folder").mkdir()
+    (tmp_path / "key-file").touch()
+    store.forget(tmp_path, "key")
+    assert os.listdir(tmp_path) == ["key-folder"]
+
+
+def test_a_disk_that_fills_while_a_memory_is_saved_is_named(tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    memory = explore(Exploration())
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
+    try:
+        with pytest.raises(ValueError, match="cannot be written .File too large."):
+            memory.save(tmp_path / "m")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert os.listdir(tmp_path) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import pandas as pd
@@ -79,3 +80,30 @@ def test_all_that_simulates_counts_as_code() -> None:
     simulating = {"teamsight/kernel.py", "agents/rollout.py", "world/motion.py", "policies/a_cmommt.py"}
     assert simulating | {"learned/constants.json", "data/lazy-600.safetensors"} <= names
     assert not any(name.startswith(("tests/", "analysis/", "cli/")) for name in names)
+
+
+def test_lines_of_another_form_are_skipped_though_their_sum_is_right(tmp_path: Path) -> None:
+    kept = Unfinished(tmp_path / "kept")
+    kept.add({("a",): (0.5, 3)})
+    texts = ["", "[]", "1", '["x",1.0]', '[["x"],1.0,2]', '["x","y",2]', '["x",1.0,null]', "[" * 100_000]
+    with kept.path.open("a") as file:
+        file.writelines(f"\n{text}\t{zlib.crc32(text.encode()):08x}" for text in texts)
+    assert Unfinished(kept.path).outcomes([("a",)]) == {("a",): (0.5, 3)}
+    assert len(Unfinished(kept.path)) == 1
+
+
+@pytest.mark.parametrize("content", ["", "\n", "\n\nnotes", "\n[1, 2]", '\n["my own list"]', "\n[[1]]"])
+def test_what_is_not_ours_stays(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "kept"
+    path.write_text(content)
+    with pytest.raises(ValueError, match="holds something else; move it away"):
+        Unfinished(path).check()
+
+
+def test_our_own_is_known_again_wherever_it_was_cut_off(tmp_path: Path) -> None:
+    kept = Unfinished(tmp_path / "kept")
+    kept.add({("a",): (0.5, 3), ("b",): (0.25, 2)})
+    whole = kept.path.read_bytes()
+    for length in range(2, len(whole) + 1):
+        kept.path.write_bytes(whole[:length])
+        Unfinished(kept.path).check()

@@ -71,6 +71,25 @@ def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_told(
     assert small.read_bytes() == before
 
 
+def test_adding_wins_over_replacing(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+    options = ["explore", "--out", str(small), *SMALL, "--seed", "1", "--append", "--force"]
+    assert call(capsys, *options)[0] == 0
+    assert len(LazyMemory.load(small)) == 120
+    small.write_text("no memory")
+    assert call(capsys, *options)[0] == 0
+    assert len(LazyMemory.load(small)) == 60
+
+
+def test_an_evaluation_does_not_replace_its_memory(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+    before = small.read_bytes()
+    (small.parent / "link").symlink_to(small.parent, target_is_directory=True)
+    for place in (small, small.parent / "link" / small.name):
+        status, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--save", str(place), "--force")
+        assert status == 2
+        assert "is the file of the memory, which would be lost; give another place" in err
+        assert small.read_bytes() == before
+
+
 def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     both = small.with_name("both.safetensors")
     status, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(small))
@@ -170,7 +189,9 @@ def test_memories_that_cannot_be_merged_are_refused_before_the_work(
     for arguments in (["--out", str(small), "--append"], ["--out", str(other), "--merge", str(small)]):
         status, _, err = call(capsys, "explore", *arguments, *SMALL, *pairwise)
         assert (status, err.count("\n")) == (2, 1)
-        assert "RingAwareness(delta=16) with 16 + 16 inputs, and an exploration of PairwiseAwareness() with 16 + 4" in err
+        assert (
+            "RingAwareness(delta=16) with 16 + 16 inputs, and an exploration of PairwiseAwareness() with 16 + 4" in err
+        )
 
 
 def test_speeds_are_those_of_the_exploration_and_told(capsys: pytest.CaptureFixture[str], small: Path) -> None:
@@ -280,7 +301,19 @@ def test_results_of_other_settings_are_replaced_only_when_told(
     saved.write_text("not a table")
     status, _, err = call(capsys, *tests, "--runs", "1")
     assert (status, "holds something else; give --force" in err) == (2, True)
-    curves = ["figure", "--out", str(tmp_path), "--learners", "linear,linear", "--worlds", "1", "--steps", "3", "--workers", "1"]
+    curves = [
+        "figure",
+        "--out",
+        str(tmp_path),
+        "--learners",
+        "linear,linear",
+        "--worlds",
+        "1",
+        "--steps",
+        "3",
+        "--workers",
+        "1",
+    ]
     curves += ["--samples", "20", "--robots", "2"]
     picture = tmp_path / "learning-curves.png"
     picture.write_text("my own")
@@ -297,7 +330,15 @@ def test_a_quick_figure_is_small_where_nothing_was_given() -> None:
     from teamsight.cli.learn_figure import curves_of
     from teamsight.cli.learn_settings import FigureSettings
 
-    given = {"learners": "lazy", "reward": "own", "gamma": "0.7", "robots": "5", "targets": "15", "radius": "3", "steps": "60"}
+    given = {
+        "learners": "lazy",
+        "reward": "own",
+        "gamma": "0.7",
+        "robots": "5",
+        "targets": "15",
+        "radius": "3",
+        "steps": "60",
+    }
     given |= {"out": "x", "seed": "0", "worlds": "7"}
     left_out = dict.fromkeys(("workers", "samples", "memories", "k"))
     settings = (FigureSettings(**given, **left_out, force=False, quick=quick) for quick in (True, False))  # type: ignore[arg-type]

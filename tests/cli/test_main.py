@@ -50,7 +50,10 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["reproduse"], ["command='reproduse': unknown; did you mean 'reproduce'? known are delta, learn, reproduce, run"]),
+        (
+            ["reproduse"],
+            ["command='reproduse': unknown; did you mean 'reproduce'? known are delta, learn, reproduce, run"],
+        ),
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
         (["reproduce", "deta"], ["figure='deta': unknown; did you mean 'delta'?"]),
@@ -121,3 +124,14 @@ def test_missing_tracks_are_told_in_one_line(capsys: pytest.CaptureFixture[str],
     status, _, err = call(capsys, "delta", "--tracks", str(tmp_path / "none.csv"), "--awareness-range", "1")
     assert (status, err.count("\n")) == (2, 1)
     assert "none.csv" in err
+
+
+def test_a_report_does_not_replace_its_tracks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    tracks = tmp_path / "delta_over_time.parquet"
+    pd.read_csv(write_tracks(tmp_path)).to_parquet(tracks)
+    before = tracks.read_bytes()
+    given = ("delta", "--tracks", str(tracks), "--awareness-range", "1", "--out", str(tmp_path), "--force")
+    status, _, err = call(capsys, *given)
+    assert status == 2
+    assert "is the file of the tracks, which would be lost; give another place" in err
+    assert tracks.read_bytes() == before

@@ -32,7 +32,13 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
     ),
 }  # fmt: skip
 #: What makes each command's results those of other settings.
-OTHER = {"run": ["--seed", "1"], "delta": ["--seed", "1"], "explore": ["--seed", "1"], "evaluate": ["--runs", "2"], "figure": ["--seed", "1"]}
+OTHER = {
+    "run": ["--seed", "1"],
+    "delta": ["--seed", "1"],
+    "explore": ["--seed", "1"],
+    "evaluate": ["--runs", "2"],
+    "figure": ["--seed", "1"],
+}
 
 
 @pytest.fixture
@@ -189,16 +195,16 @@ def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tu
         ("x" * 300, "cannot be written (File name too long)"),
     ],
 )
-def test_paths_that_cannot_be_meant(
-    path: str, told: str, tmp_path: Path, call: Callable[..., tuple[int, str]]
-) -> None:
+def test_paths_that_cannot_be_meant(path: str, told: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
     before = sorted(tmp_path.rglob("*"))
     status, error = call("run", *SMALL, "--save", path)
     assert (status, error.count("\n"), told in error, len(error) < 400) == (2, 1, True, True), error
     assert sorted(tmp_path.rglob("*")) == before
 
 
-@pytest.mark.parametrize("name", ["x\ny.parquet", "é ✓.parquet", "n" * 250, "x.parquet.gz", "[red]x", "%s{0}", "-x"])
+@pytest.mark.parametrize(
+    "name", ["x\ny.parquet", "é ✓.parquet", "n" * 250, "x.parquet.gz", "[red]x", "%s{0}", "-x", "./~x"]
+)
 def test_names_are_taken_literally(name: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
     assert call("run", *SMALL, f"--save={name}") == (0, "")
     with (tmp_path / name).open("rb") as file:

@@ -218,3 +218,17 @@ def test_failing_to_write_is_no_error_and_leaves_nothing(places: Path, monkeypat
     monkeypatch.setattr(Path, "replace", full)
     cache_folder.write(places / "entry", b"content")
     assert sorted(path.name for path in places.iterdir()) == ["folder", "temporary"]
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "\x1b[31mred\nline", "x" * 200])
+def test_a_notice_is_one_short_line_that_a_terminal_can_show(
+    name: str, places: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = places / name
+    if len(name) < 1000:
+        file.write_text("a file where the folder should be")
+    monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(file))
+    assert cache_folder.cache_folder() == shared(places)
+    notice = capsys.readouterr().err
+    assert len(notice) < 500
+    assert notice.removesuffix("\n").isprintable()
