@@ -17,6 +17,7 @@ from teamsight.agents.perception import Perception, filled
 from teamsight.agents.relation import Relation
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
 from teamsight.policies.interface import Action, Percept, Sightings
+from teamsight.policies.sound import SOUND
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn, motion
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
@@ -269,6 +270,7 @@ class Group:
                 self._decision[0], self.policy, buffers, self.memory, self._noise[0], self.action
             )
             record["decide"], record["decision"] = self.policy.entry().address, self._decision.ctypes.data
+        record["sound"] = self.is_compiled and type(self.policy).kernel in SOUND
         perceive = perceive_entry(self.awareness)
         arrays = {"identity": self._noise_identity, "noise": self._noise, "position": self.bodies.position}
         for name, array in (*arrays.items(), ("scene", perception.scene), ("move", self._move.record)):

@@ -6,12 +6,13 @@ import numpy as np
 
 GROUP = np.dtype(
     [(name, np.int64) for name in ("size", "lanes", "identity", "stream", "draws", "noise", "noise_block", "position")]
-    + [(name, np.int64) for name in ("perceive", "scene", "room", "situate", "decide", "decision", "advance", "move")]
+    + [(name, np.int64) for name in ("perceive", "scene", "room", "situate", "decide", "decision")]
+    + [(name, np.int64) for name in ("sound", "advance", "move")]
 )
 """A group: its noise, and the entries for what it does in a step with the records that they work on; 0 for none.
 
 ``noise`` is the address of a block of four ticks, ``noise_block`` which four it holds; ``room`` is how many entries the
-sightings have room for that ``perceive`` writes.
+sightings have room for that ``perceive`` writes. ``sound`` is 1 where no action needs to be checked.
 """
 
 RELATION = np.dtype(

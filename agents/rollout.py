@@ -71,6 +71,8 @@ def _decide(world: Any) -> int:
         group = groups[g]
         if group.decide != 0:
             call(group.decide, group.decision)
+        if group.sound != 0:
+            continue
         move = array_at(group.move, 1, MOVE)[0]
         heading = array_at(move.action_heading, (group.size, 2), np.float64)
         distance = array_at(move.action_distance, group.size, np.float64)
