@@ -128,9 +128,10 @@ class CMOMMT(World):
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         arena = Disc(length("radius", plan["radius"]))
-        bounds = Limits(arena)
-        sensing, aware = (bounds.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-        robot_speed, _ = (bounds.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+        # Here already, so that errors name the parameters of this model.
+        self.limits = Limits(arena)
+        sensing, aware = (self.limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        robot_speed, _ = (self.limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         super().__init__(arena, rng=rng, seed=seed)
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,

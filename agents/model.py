@@ -70,7 +70,9 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         if not isinstance(arena, Arena):
             shown = checks.shown(arena)
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self._arena, self.limits = arena, Limits(arena)
+        self._arena = arena
+        if "limits" not in vars(self):
+            self.limits = Limits(arena)
         self._seed_used = checks.seed(rng, seed)
         self._tick = 0
         super().__init__(rng=self._seed_used)
