@@ -9,9 +9,9 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.agents.place import unwritable
-from teamsight.interrupts import deferred
+from teamsight.agents.columns.read_only import unwritable
+from teamsight.core import checks
+from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:

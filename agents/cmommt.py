@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
-from teamsight.agents.fit import awareness_of, policy_of
+from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
-from teamsight.agents.membership import MOST_AGENTS
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
+from teamsight.agents.resolve import awareness_of, policy_of
 from teamsight.agents.robot import Robot
 from teamsight.agents.target import Target
+from teamsight.core import checks
 from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
-from teamsight.policies.a_cmommt import OCCASIONS, WEIGHTS
-from teamsight.policies.search import RULES
+from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
+from teamsight.policies.handmade.idle import RULES
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
-from teamsight.agents.awareness.compiled import perceive_entry, situate_entry
-from teamsight.agents.column import Column, Columns
-from teamsight.agents.column_attribute import install, is_free
-from teamsight.agents.layout import GROUP
-from teamsight.agents.perception import Perception, filled
-from teamsight.agents.relation import Relation
+from teamsight.agents.awareness.binding import perceive_entry, situate_entry
+from teamsight.agents.awareness.perception import Perception, filled
+from teamsight.agents.columns.attribute import install, is_free
+from teamsight.agents.columns.column import Column, Columns
+from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.engine.records import GROUP
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, Percept, Sightings
+from teamsight.policies.interface import Action, NeighbourList, Percept
 from teamsight.policies.sound import SOUND
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn, motion
@@ -25,7 +25,7 @@ from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
 if TYPE_CHECKING:
     import mesa
 
-    from teamsight.agents.decisions import Deliberation
+    from teamsight.agents.engine.python_policies import Deliberation
     from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
@@ -232,24 +232,24 @@ class Group:
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
         return kernel_decides and not self.decides_alone
 
-    def sightings(self, kind: str) -> Sightings:
-        """Return who is truly within range: `targets` or `mates`."""
+    def sightings(self, kind: str) -> NeighbourList:
+        """Return who is truly within range: `targets` or `teammates`."""
         return self.relations[kind].sightings if kind in self.relations else self.perception.nothing
 
-    def buffers(self, kind: str) -> Sightings:
+    def buffers(self, kind: str) -> NeighbourList:
         """Return the whole arrays behind `sightings`."""
         return self.relations[kind].buffers if kind in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """What the group knows now, as views that the next step overwrites."""
-        mates = self.sightings("mates") if self.awareness.shows_mates else filled(self.perception.shown)
-        return self._percept(self.sightings("targets"), mates, filled(self.perception.reports))
+        teammates = self.sightings("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
+        return self._percept(self.sightings("targets"), teammates, filled(self.perception.relayed))
 
-    def _percept(self, targets: Sightings, mates: Sightings, reports: Sightings) -> Percept:
+    def _percept(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
-        return Percept(*body, targets, mates, reports, self.perception.situation)
+        return Percept(*body, targets, teammates, relayed, self.perception.situation)
 
     def noise(self, tick: int) -> Floats:
         """Return the numbers that the policy is handed at this tick, shape (draws, n)."""
@@ -259,8 +259,8 @@ class Group:
         """Write where everything is into a record of kind `GROUP`."""
         perception = self.perception
         perception.bind(self, team)
-        mates = self.buffers("mates") if self.awareness.shows_mates else perception.shown
-        buffers = self._percept(self.buffers("targets"), mates, perception.reports)
+        teammates = self.buffers("teammates") if self.awareness.shows_teammates else perception.shown
+        buffers = self._percept(self.buffers("targets"), teammates, perception.relayed)
         self._move = motion(arena, self.bodies, self.action.heading, self.action.distance)
         self._decision = np.zeros(1, DECISION)
         self._kept: list[npt.NDArray[Any]] = []

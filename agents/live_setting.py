@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from teamsight import checks
+from teamsight.core import checks
 
 
 class LiveSetting:

@@ -10,19 +10,20 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.agents import compat, decisions, membership, present
+from teamsight.agents import building, mesa_compat
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.collector import HistoryCollector
-from teamsight.agents.engine import Engine
+from teamsight.agents.engine import present, python_policies
+from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
-from teamsight.agents.history import History
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.readings import Readings
+from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.agents.recording.history import History
 from teamsight.agents.state import Stateful
 from teamsight.agents.stepping import Stepping
-from teamsight.interrupts import deferred
+from teamsight.core import checks
+from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import PerceptOfOne
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
@@ -78,7 +79,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         super().__init__(rng=self._seed_used)
         self.random = random.Random(self._seed_used)
         self.agents.random = self.random
-        compat.take_over_step(self)
+        mesa_compat.take_over_step(self)
         self.clock = Clock()
         self.key = key_of(self._seed_used)
         self.groups: list[Group] = []
@@ -97,7 +98,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)
-        cls.__signature__ = compat.signature_for_batches(cls)  # type: ignore[attr-defined]
+        cls.__signature__ = mesa_compat.signature_for_batches(cls)  # type: ignore[attr-defined]
 
     @property
     def arena(self) -> Arena:
@@ -156,11 +157,11 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             If a value is of the wrong type, shape or size, or the policy does not fit the degree of awareness.
         """
-        group = membership.make_group(
+        group = building.make_group(
             self, agent_class, count,
-            membership.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
+            building.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
         )  # fmt: skip
-        membership.populate(self, group, agent_class)
+        building.populate(self, group, agent_class)
         return group
 
     def senses(self, observers: Group, observed: Group) -> None:
@@ -206,7 +207,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         self._check_undecided("adjust()", "plan it with world.at(world.now, …)")
         if group not in self.groups:
             raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
-        membership.adjust(
+        building.adjust(
             self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
@@ -228,7 +229,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
-        membership.adjust_one(self, agent, name, value)
+        building.adjust_one(self, agent, name, value)
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Put an agent somewhere in the arena.
@@ -239,7 +240,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
             If `position` is not two finite numbers, or lies outside the arena.
         """
         group, row = agent.group, agent.row
-        place = membership.checked_positions(self.arena, position, (2,))
+        place = building.checked_positions(self.arena, position, (2,))
         with deferred():
             group.bodies.position[row] = place
             self.refresh()
@@ -270,7 +271,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         rng : numpy.random.Generator
             Its random numbers, for policies that are callables.
         """
-        return decisions.policy_decision(agent, percept, rng, self.tick, self.key)
+        return python_policies.policy_decision(agent, percept, rng, self.tick, self.key)
 
     @property
     def moment(self) -> tuple[int, int]:
@@ -285,7 +286,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
     def forget(self, agent: Body, leave: Callable[[], None]) -> None:
         """Take an agent out of its group's arrays; `leave` takes it out of mesa's sets."""
         self._check_undecided("remove()", "plan it with world.at(world.now, robot.remove)")
-        membership.drop(agent.group, agent, leave)
+        building.drop(agent.group, agent, leave)
         self.change()
 
     def leave_out(self, group: Group) -> None:
@@ -295,4 +296,4 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
     def close(self) -> None:
         """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""
         self.running = False
-        compat.release(self)
+        mesa_compat.release(self)

@@ -6,14 +6,14 @@ import mesa
 import networkx as nx
 import pandas as pd
 
-from teamsight import checks
-from teamsight.agents.engine import Engine
-from teamsight.agents.experience import Experience, joined
+from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
-from teamsight.agents.history import History
+from teamsight.agents.recording.history import History
+from teamsight.agents.recording.trajectory import neighbour_graph, trajectory_frame
+from teamsight.agents.recording.transitions import Experience, joined
 from teamsight.agents.teammates import Teammates, proximity, teammates
-from teamsight.agents.views import neighbour_graph, trajectory_frame
-from teamsight.world.proximity import ProximityGraph
+from teamsight.core import checks
+from teamsight.world.proximity.search import ProximityGraph
 
 
 class Readings:

@@ -22,7 +22,7 @@ class Robot(Body):
     @property
     def neighbours(self) -> list[Any]:
         """The teammates within awareness range, whether or not the degree of awareness shows them."""
-        return self._within("mates")
+        return self._within("teammates")
 
     @property
     def observed_targets(self) -> list[Any]:

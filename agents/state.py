@@ -10,15 +10,15 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.agents import compat
-from teamsight.agents.collector import HistoryCollector
-from teamsight.agents.engine import Engine
+from teamsight.agents import mesa_compat
+from teamsight.agents.building import make_bodies
+from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group, first_memory
-from teamsight.agents.history import History
-from teamsight.agents.membership import make_bodies
-from teamsight.agents.memory_rows import layout
-from teamsight.interrupts import deferred
+from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.agents.recording.history import History
+from teamsight.core import checks
+from teamsight.core.interrupts import deferred
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
 from teamsight.world.clock import Clock
@@ -173,7 +173,7 @@ class Stateful:
         self._seed_used, self.key = seed, key_of(seed)
         self._jumps += tick - self._tick
         self._tick = tick
-        compat.set_counters(cast("World", self), tick)
+        mesa_compat.set_counters(cast("World", self), tick)
         self.clock.begin(tick)
         self.running = True
         self._history = history

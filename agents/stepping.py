@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, cast
 
 import mesa
 
-from teamsight import checks
-from teamsight.agents import compat, membership
-from teamsight.agents.collector import HistoryCollector, Rows
-from teamsight.agents.engine import Engine
+from teamsight.agents import building, mesa_compat
+from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
-from teamsight.agents.history import History
+from teamsight.agents.recording.collector import HistoryCollector, Rows
+from teamsight.agents.recording.history import History
 from teamsight.agents.timeline import Timeline
-from teamsight.interrupts import deferred
+from teamsight.core import checks
+from teamsight.core.interrupts import deferred
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -42,11 +42,11 @@ class Stepping(Timeline):
         goes_on = self._let_events_happen()
         if self.tick != tick:
             # An event has reset or restored the world, and its counters with it.
-            compat.count_steps(self._world, 1)
+            mesa_compat.count_steps(self._world, 1)
         if goes_on:
             self._make_step()
         else:
-            compat.count_steps(self._world, -1)
+            mesa_compat.count_steps(self._world, -1)
 
     def run(self, steps: int) -> None:
         """Make `steps` steps, in one compiled call where nothing asks for Python.
@@ -69,7 +69,7 @@ class Stepping(Timeline):
             self._warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
         while (left := end + self._jumps - self.tick) > 0 and self.running:
-            if reason or compat.has_events(self._world):
+            if reason or mesa_compat.has_events(self._world):
                 # mesa has put its own wrapper, which counts, around the method.
                 mesa_step: Callable[[], None] = self.step
                 mesa_step()
@@ -97,25 +97,25 @@ class Stepping(Timeline):
                 try:
                     self._run_quiet_stretch(most)
                 finally:
-                    compat.count_steps(self._world, self.tick - tick)
+                    mesa_compat.count_steps(self._world, self.tick - tick)
             return ""
         world = self._world
         offset = world.steps - self.tick
         try:
             # mesa counts a step before the events that precede it.
-            compat.count_steps(world, 1)
+            mesa_compat.count_steps(world, 1)
             if not self._let_events_happen():
                 return ""
             # An event may have brought in what needs Python.
             reason = self._needs_python()
-            if reason or compat.has_events(world):
+            if reason or mesa_compat.has_events(world):
                 self._make_step()
-                compat.end_step(world)
+                mesa_compat.end_step(world)
             else:
                 self._run_quiet_stretch(most)
             return reason
         finally:
-            compat.set_counters(world, offset + self.tick)
+            mesa_compat.set_counters(world, offset + self.tick)
 
     def _run_quiet_stretch(self, most: int) -> None:
         """Make steps up to the next event, at most so many and no more than one call takes."""
@@ -124,7 +124,7 @@ class Stepping(Timeline):
 
     def _make_step(self) -> None:
         for group in self.groups:
-            if membership.steps_by_itself(group):
+            if building.steps_by_itself(group):
                 self._engine.prepare()
                 with self._calling("an agent's own step"):
                     for agent in list(group.agents):
@@ -184,7 +184,7 @@ class Stepping(Timeline):
         if not isinstance(self._collector, HistoryCollector):
             return "a DataCollector collects after every step"
         for group in self.groups:
-            if membership.steps_by_itself(group):
+            if building.steps_by_itself(group):
                 return f"an agent class of {group.name} overrides step"
             if group.decides_alone:
                 return f"the agent class of {group.name} overrides decide"

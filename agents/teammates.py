@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.group import Group
-from teamsight.world.proximity import ProximityGraph
+from teamsight.world.proximity.search import ProximityGraph
 
 Floats = npt.NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def proximity(groups: list[Group]) -> ProximityGraph:
     """Return who of `teammates` is within whose awareness range; edges join agents of one team only."""
     teams = on_teams(groups)
     if len(teams) == 1:
-        graph = teams[0].relations["mates"].graph
+        graph = teams[0].relations["teammates"].graph
         return ProximityGraph(graph.start.copy(), graph.index.copy(), graph.offset.copy(), graph.distance.copy())
     first, row = {}, 0
     for group in teams:
@@ -84,7 +84,7 @@ def proximity(groups: list[Group]) -> ProximityGraph:
     start, index, offset, distance = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)], [np.zeros((0, 2))], [np.zeros(0)]
     edges = 0
     for group in teams:
-        relation = group.relations["mates"]
+        relation = group.relations["teammates"]
         graph = relation.graph
         # The relation counts through the groups of this team only.
         rows = [first[other.number] + np.arange(len(other)) for other in relation.observed]

@@ -17,8 +17,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csgraph
 
-from teamsight import checks
-from teamsight.world.proximity import ProximityGraph, proximity_graph
+from teamsight.core import checks
+from teamsight.world.proximity.search import ProximityGraph, proximity_graph
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World

@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import pandas as pd
 
-from teamsight import checks
+from teamsight.core import checks
 
 #: n, the sensors that perceive the world itself: one ring of 16 (§8, footnote 2).
 OWN_INPUTS = 16

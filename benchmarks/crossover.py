@@ -1,4 +1,4 @@
-"""Where cells become faster than comparing all pairs, which sets MOST_PAIRS in world/proximity.py.
+"""Where cells become faster than comparing all pairs, which sets MOST_PAIRS in world/proximity/search.py.
 
 python benchmarks/crossover.py
 """
@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.table import Table
 from scaling import radius_for
 
-from teamsight.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, array_at
 from teamsight.world.arena import Arena, Disc, Torus
-from teamsight.world.proximity import MOST_PAIRS, Search, search
+from teamsight.world.proximity.search import MOST_PAIRS, Search, search
 
 SIZES = (15, 20, 30, 45, 60, 80, 120, 200, 400)
 ROUNDS = 9

@@ -6,10 +6,10 @@ import time
 
 from measure import Row
 
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.execute import IMPORTS, Request, make_tables
-from teamsight.analysis.experiments import chosen
-from teamsight.analysis.study import PAPER, QUICK, Grid
+from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
+from teamsight.analysis.runs.simulate import IMPORTS, Request, make_tables
+from teamsight.analysis.runs.workers import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2
 
@@ -19,9 +19,9 @@ def measure_learning(quick: bool) -> list[Row]:
     grid: Grid = QUICK if quick else PAPER
     experiments = chosen(("lazy-cooperative", "lazy-collective"), grid, {})
     queries = len(experiments) * RUNS * STEPS * sum(robots for robots, _ in grid.cells)
-    with Crew(WORKERS, IMPORTS) as crew:
+    with WorkerPool(WORKERS, IMPORTS) as pool:
         begin = time.perf_counter()
-        make_tables(crew, [Request({}, experiments)], root=2000, runs=RUNS, steps=STEPS)
+        make_tables(pool, [Request({}, experiments)], root=2000, runs=RUNS, steps=STEPS)
         taken = time.perf_counter() - begin
     where = "coarse grid" if quick else "full grid"
     return [

@@ -24,10 +24,10 @@ from rich.console import Console
 from run import as_dict, machine, table_of, version_of
 from sklearn.neighbors import NearestNeighbors
 
-from teamsight.analysis.explore import Exploration, explore
-from teamsight.kernel import Entry, array_at
-from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_memory.nearest import k_nearest
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.core.kernel import Entry, array_at
+from teamsight.policies.memory import LazyMemory
+from teamsight.policies.memory.nearest import k_nearest
 
 INPUTS = 32
 PAIRS = (600, 10_000, 1_000_000)

@@ -22,15 +22,15 @@ class NumpyACmommt:
 
     def decide(self, percept: Percept, memory: None, noise: Floats) -> tuple[Action, None]:
         """Return where all robots head."""
-        targets, mates = percept.targets, percept.mates
+        targets, teammates = percept.targets, percept.teammates
         size = len(percept.heading)
         force = np.zeros((size, 2))
         watcher = np.repeat(np.arange(size), np.diff(targets.start))
-        mate_of = np.repeat(np.arange(size), np.diff(mates.start))
-        push = np.interp(mates.distance, [0.481, 0.769], [-1.0, 0.0]) / np.maximum(mates.distance, 1e-12)
-        _add(force, mate_of, push[:, None] * mates.offset)
+        mate_of = np.repeat(np.arange(size), np.diff(teammates.start))
+        push = np.interp(teammates.distance, [0.481, 0.769], [-1.0, 0.0]) / np.maximum(teammates.distance, 1e-12)
+        _add(force, mate_of, push[:, None] * teammates.offset)
         pull = np.interp(targets.distance, [0.0, 0.154, 0.154, 0.308], [-1.0, 0.0, 0.0, 1.0])
-        pull = np.where(_taken(targets, mates, watcher), 0.0, pull) / np.maximum(targets.distance, 1e-12)
+        pull = np.where(_taken(targets, teammates, watcher), 0.0, pull) / np.maximum(targets.distance, 1e-12)
         _add(force, watcher, pull[:, None] * targets.offset)
         length = np.hypot(force[:, 0], force[:, 1])
         angle = 2 * np.pi * noise[0]
@@ -45,13 +45,13 @@ def _add(force: Floats, row: npt.NDArray[np.int64], part: Floats) -> None:
         force[:, axis] += np.bincount(row, part[:, axis], len(force))
 
 
-def _taken(targets: Any, mates: Any, watcher: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+def _taken(targets: Any, teammates: Any, watcher: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Say for each sighting of a target whether a perceived teammate is nearer to it."""
-    degree = np.diff(mates.start)[watcher]
+    degree = np.diff(teammates.start)[watcher]
     sighting = np.repeat(np.arange(len(watcher)), degree)
     # For each sighting all teammates of the robot that sees: the numbers of their entries, counted up from its first.
-    first = np.repeat(mates.start[watcher] - np.cumsum(degree) + degree, degree)
+    first = np.repeat(teammates.start[watcher] - np.cumsum(degree) + degree, degree)
     mate = np.arange(len(sighting)) + first
-    way = targets.offset[sighting] - mates.offset[mate]
+    way = targets.offset[sighting] - teammates.offset[mate]
     nearer = np.einsum("ij,ij->i", way, way) < targets.distance[sighting] ** 2
     return np.bincount(sighting, nearer, len(watcher)) > 0

@@ -120,12 +120,12 @@ class Robot(Body):
     def __init__(self, model: PlainCMOMMT) -> None:
         super().__init__(model)
         self.targets: list[tuple[Target, float, float, float]] = []
-        self.mates: list[tuple[float, float, float]] = []
+        self.teammates: list[tuple[float, float, float]] = []
         self.tracks: dict[Target, Track] = {}
 
     def look(self) -> None:
         """See who is within range."""
-        self.targets, self.mates = [], []
+        self.targets, self.teammates = [], []
         agents, distances = self.get_neighbors_in_radius(REACH)
         if not agents:
             return
@@ -134,12 +134,12 @@ class Robot(Body):
             if isinstance(agent, Target):
                 self.targets.append((agent, x, y, distance))
             else:
-                self.mates.append((x, y, distance))
+                self.teammates.append((x, y, distance))
 
     def decide(self) -> None:
         """Follow the sum of all forces, or search."""
         x = y = 0.0
-        for mate_x, mate_y, distance in self.mates:
+        for mate_x, mate_y, distance in self.teammates:
             if 0.0 < distance < DR2:
                 force = repulsion(distance) / distance
                 x, y = x + force * mate_x, y + force * mate_y
@@ -166,7 +166,7 @@ class Robot(Body):
         if not force or not distance:
             return 0.0
         square = distance * distance
-        for mate_x, mate_y, _ in self.mates:
+        for mate_x, mate_y, _ in self.teammates:
             if (x - mate_x) ** 2 + (y - mate_y) ** 2 < square:
                 return 0.0
         return force / distance
@@ -237,7 +237,7 @@ def observed_fraction(model: PlainCMOMMT) -> float:
 
 def largest_degree(model: PlainCMOMMT) -> int:
     """Return the largest number of teammates that any robot has within range."""
-    return max(len(robot.mates) for robot in model.robots)
+    return max(len(robot.teammates) for robot in model.robots)
 
 
 def main() -> None:

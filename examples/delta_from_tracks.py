@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from teamsight import CMOMMT
-from teamsight.analysis import tracks
+from teamsight.analysis.delta import from_trajectories
 
 
 def record(path: Path) -> None:
@@ -23,7 +23,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tracks.csv"
         record(path)
-        report = tracks.delta_from_tracks(tracks.read_tracks(path), awareness_range=1.0, risk=0.05, window=100)
+        report = from_trajectories.delta_from_tracks(from_trajectories.read_tracks(path), awareness_range=1.0, risk=0.05, window=100)
     print(report)
     print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
 

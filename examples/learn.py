@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight import CMOMMT
-from teamsight.agents.exploration import explore
+from teamsight.agents.recording.explore import explore
 from teamsight.policies import LazyQ, LinearQ, RandomWalk
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 
 def keep(memory: LazyMemory) -> npt.NDArray[np.float64]:

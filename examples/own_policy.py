@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from teamsight import CMOMMT
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, check_policy
 
 
 @kernel
-def _lean(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def _lean(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
         x, y = percept.heading[i, 0], percept.heading[i, 1]
-        for seen, weight in ((percept.targets, 1.0), (percept.mates, -mind.parameters[0])):
+        for seen, weight in ((percept.targets, 1.0), (percept.teammates, -arrays.parameters[0])):
             for k in range(seen.start[i], seen.start[i + 1]):
                 x += weight * seen.offset[k, 0]
                 y += weight * seen.offset[k, 1]
@@ -48,7 +48,7 @@ class NumpyLean:
 
     def decide(self, percept: Any, memory: None, noise: Any) -> tuple[Action, None]:
         way = percept.heading.copy()
-        for seen, weight in ((percept.targets, 1.0), (percept.mates, -0.5)):
+        for seen, weight in ((percept.targets, 1.0), (percept.teammates, -0.5)):
             observer = np.repeat(np.arange(len(way)), np.diff(seen.start))
             np.add.at(way, observer, weight * seen.offset)
         return Action(way / np.linalg.norm(way, axis=1, keepdims=True), percept.speed), memory
@@ -56,7 +56,7 @@ class NumpyLean:
 
 def lean(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
     """One robot at a time: return how far to turn [rad, anticlockwise] and how far to go."""
-    x, y = percept.heading + percept.targets.offset.sum(axis=0) - 0.5 * percept.mates.offset.sum(axis=0)
+    x, y = percept.heading + percept.targets.offset.sum(axis=0) - 0.5 * percept.teammates.offset.sum(axis=0)
     ahead, left = percept.heading
     return math.atan2(y * ahead - x * left, x * ahead + y * left), percept.speed
 

@@ -1,29 +1,79 @@
-"""Minds without a world: what a policy is told, what it may answer, and the policies of the field."""
+"""What a robot decides: the interface of policies, its check, and the policies of the field."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teamsight.core.lazy_names import lazy_names
 
 if __name__ != "teamsight.policies":
     raise ImportError(
         "import teamsight.policies: the folder policies/ is a part of the package teamsight, not a package of its own"
     )
 
-from teamsight.policies.a_cmommt import ACmommt
-from teamsight.policies.centroid import Centroid
-from teamsight.policies.check import check_policy
-from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.eager import LinearQ, TabularQ
-from teamsight.policies.evasive import Evasive
-from teamsight.policies.interface import Action, Memory, Percept, PerceptOfOne, Policy, Sightings, turned
-from teamsight.policies.lazy_q import LazyQ
-from teamsight.policies.learned import Learned
-from teamsight.policies.pessimistic_lazy_q import PessimisticLazyQ
-from teamsight.policies.random_walk import RandomWalk
-from teamsight.policies.registry import POLICIES
-from teamsight.policies.sheppard_lazy_q import SheppardLazyQ
-from teamsight.policies.stationary import Stationary
+if TYPE_CHECKING:
+    from teamsight.policies.check import check_policy
+    from teamsight.policies.compiled import CompiledPolicy
+    from teamsight.policies.eager.linear import LinearQ
+    from teamsight.policies.eager.tabular import TabularQ
+    from teamsight.policies.evolved.policy import Evolved
+    from teamsight.policies.handmade.a_cmommt import ACmommt
+    from teamsight.policies.handmade.centroid import Centroid
+    from teamsight.policies.handmade.evasive import Evasive
+    from teamsight.policies.handmade.random_walk import RandomWalk
+    from teamsight.policies.handmade.stationary import Stationary
+    from teamsight.policies.interface import Action, NeighbourList, Percept, PerceptOfOne, Policy, PolicyState, turned
+    from teamsight.policies.lazy.lazy_q import LazyQ
+    from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
+    from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+    from teamsight.policies.registry import POLICIES
+
+_HOMES = {
+    "ACmommt": "teamsight.policies.handmade.a_cmommt",
+    "Action": "teamsight.policies.interface",
+    "Centroid": "teamsight.policies.handmade.centroid",
+    "CompiledPolicy": "teamsight.policies.compiled",
+    "Evasive": "teamsight.policies.handmade.evasive",
+    "LazyQ": "teamsight.policies.lazy.lazy_q",
+    "Evolved": "teamsight.policies.evolved.policy",
+    "LinearQ": "teamsight.policies.eager.linear",
+    "PolicyState": "teamsight.policies.interface",
+    "POLICIES": "teamsight.policies.registry",
+    "Percept": "teamsight.policies.interface",
+    "PerceptOfOne": "teamsight.policies.interface",
+    "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
+    "Policy": "teamsight.policies.interface",
+    "RandomWalk": "teamsight.policies.handmade.random_walk",
+    "SheppardLazyQ": "teamsight.policies.lazy.sheppard_lazy_q",
+    "NeighbourList": "teamsight.policies.interface",
+    "Stationary": "teamsight.policies.handmade.stationary",
+    "TabularQ": "teamsight.policies.eager.tabular",
+    "check_policy": "teamsight.policies.check",
+    "turned": "teamsight.policies.interface",
+}
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "LazyQ", "Learned", "LinearQ", "Memory",
-    "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "RandomWalk", "SheppardLazyQ", "Sightings", "Stationary",
-    "TabularQ", "check_policy", "turned",
-]  # fmt: skip
+    "POLICIES",
+    "ACmommt",
+    "Action",
+    "Centroid",
+    "CompiledPolicy",
+    "Evasive",
+    "Evolved",
+    "LazyQ",
+    "LinearQ",
+    "NeighbourList",
+    "Percept",
+    "PerceptOfOne",
+    "PessimisticLazyQ",
+    "Policy",
+    "PolicyState",
+    "RandomWalk",
+    "SheppardLazyQ",
+    "Stationary",
+    "TabularQ",
+    "check_policy",
+    "turned",
+]
+
+__getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
+from teamsight.core import checks
 from teamsight.policies import compiled
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
-from teamsight.policies.interface import Action, Percept, Policy, Rule, Sightings, percept_of_one
+from teamsight.policies.interface import Action, NeighbourList, Percept, Policy, Rule, percept_of_one
 
 # A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.
 _MANY_STEPS = 64
@@ -36,7 +36,7 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most
     inputs : int, default 0
         The width of the situation vector.
     most : int, default 3
-        How many targets, teammates and reports a robot sees at most.
+        How many targets, teammates and relayed a robot sees at most.
     """
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -47,19 +47,19 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most
         sensing_range=np.ones(size),
         awareness_range=np.ones(size),
         targets=_sample_sightings(size, rng, most),
-        mates=_sample_sightings(size, rng, most),
-        reports=_sample_sightings(size, rng, most),
+        teammates=_sample_sightings(size, rng, most),
+        relayed=_sample_sightings(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
     )
 
 
-def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> Sightings:
+def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> NeighbourList:
     count = rng.integers(0, most + 1, size)
     total = int(count.sum())
     angle = rng.uniform(0, 2 * np.pi, total)
     distance = np.sqrt(rng.random(total))
     identity = np.concatenate([np.sort(rng.choice(most + 50, c, replace=False)) for c in count] or [np.zeros(0)])
-    return Sightings(
+    return NeighbourList(
         np.concatenate([[0], np.cumsum(count)]).astype(np.int64),
         identity.astype(np.int64) + 1,
         np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1),
@@ -124,7 +124,7 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
     for step in range(steps):
         percept = _percept_at(step, size, rng, policy)
         memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
-    if isinstance(policy, CompiledPolicy) and np.size(policy.knowledge) < _MUCH_KNOWLEDGE:
+    if isinstance(policy, CompiledPolicy) and np.size(policy.table) < _MUCH_KNOWLEDGE:
         memory = policy.start(size)
         for step in range(_MANY_STEPS):
             percept = _percept_at(step, size, rng, policy)
@@ -135,7 +135,7 @@ def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) 
     percept = sample_percept(size, rng, getattr(policy, "inputs", 0) or 0, most=_MOST_SEEN[step % len(_MOST_SEEN)])
     if step % 2:
         # As degrees of awareness show teammates that hide who they are.
-        percept.mates.identity[:] = -1
+        percept.teammates.identity[:] = -1
     return percept
 
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.fences import Fences
-from teamsight.guarded_arrays import Axis, Named, machine_code, run_guarded
-from teamsight.kernel import Entry, array_at, inlined, specialise
-from teamsight.kernel_copy import guarded
-from teamsight.kernel_guard import LIMIT, READ_ONLY, guarded_at
+from teamsight.core.kernel import Entry, array_at, inlined, specialise
+from teamsight.core.kernel.fences import Fences
+from teamsight.core.kernel.guard import LIMIT, READ_ONLY, guarded_at
+from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
+from teamsight.core.kernel.guarded_copy import guarded
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, Floats, Memory, Mind, Percept, Sightings
+from teamsight.policies.interface import Action, Floats, NeighbourList, Percept, PolicyArrays, PolicyState
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
 _XY = Axis("components", "they are 0, x, and 1, y")
@@ -35,17 +35,17 @@ def _seen(kind: str) -> list[Named]:
 # In the order of the numbers in `_decide`, from 1 on.
 _ARRAYS = [
     Named("", ()),
-    *_seen("targets"), *_seen("mates"), *_seen("reports"),
+    *_seen("targets"), *_seen("teammates"), *_seen("relayed"),
     Named("percept.heading", (_ROBOT, _XY)),
     Named("percept.moved", (_ROBOT, _XY)),
     Named("percept.speed", (_ROBOT,)),
     Named("percept.sensing_range", (_ROBOT,)),
     Named("percept.awareness_range", (_ROBOT,)),
     Named("percept.situation", (_ROBOT, Axis("inputs", "declare as many as it needs as `inputs`"))),
-    Named("mind.parameters", (Axis("parameters", "add what it needs to `parameters`"),)),
-    Named("mind.knowledge", (Axis("rows", _TABLE), Axis("columns", _TABLE))),
-    Named("mind.memory.real", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
-    Named("mind.memory.whole", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
+    Named("arrays.parameters", (Axis("parameters", "add what it needs to `parameters`"),)),
+    Named("arrays.table", (Axis("rows", _TABLE), Axis("columns", _TABLE))),
+    Named("arrays.state.floats", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
+    Named("arrays.state.ints", (_ROBOT, Axis("slots", _DECLARED), Axis("fields", _DECLARED))),
     Named("noise", (
         Axis("draws", "declare as many as it needs as `draws`"),
         Axis("robots", "rows of noise can be longer than there are robots: stop at percept.heading.shape[0]"),
@@ -59,10 +59,10 @@ _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
 
 @inlined
-def _sightings(size: int, start: int, identity: int, offset: int, distance: int, number: int) -> Sightings:
+def _neighbour_list(size: int, start: int, identity: int, offset: int, distance: int, number: int) -> NeighbourList:
     first = guarded_at(start, size + 1, np.int64, number + READ_ONLY)
     count = first[size]
-    return Sightings(
+    return NeighbourList(
         first,
         guarded_at(identity, count, np.int64, number + 1 + READ_ONLY),
         guarded_at(offset, (count, 2), np.float64, number + 2 + READ_ONLY),
@@ -79,17 +79,17 @@ def _decide(address: int) -> int:
         guarded_at(d.speed, n, np.float64, 15 + READ_ONLY),
         guarded_at(d.sensing_range, n, np.float64, 16 + READ_ONLY),
         guarded_at(d.awareness_range, n, np.float64, 17 + READ_ONLY),
-        _sightings(n, d.targets_start, d.targets_identity, d.targets_offset, d.targets_distance, 1),
-        _sightings(n, d.mates_start, d.mates_identity, d.mates_offset, d.mates_distance, 5),
-        _sightings(n, d.reports_start, d.reports_identity, d.reports_offset, d.reports_distance, 9),
+        _neighbour_list(n, d.targets_start, d.targets_identity, d.targets_offset, d.targets_distance, 1),
+        _neighbour_list(n, d.teammates_start, d.teammates_identity, d.teammates_offset, d.teammates_distance, 5),
+        _neighbour_list(n, d.relayed_start, d.relayed_identity, d.relayed_offset, d.relayed_distance, 9),
         guarded_at(d.situation, (n, d.width), np.float32, 18 + READ_ONLY),
     )
-    mind = Mind(
+    arrays = PolicyArrays(
         guarded_at(d.parameters, d.parameter_count, np.float64, 19 + READ_ONLY),
-        guarded_at(d.knowledge, (d.knowledge_rows, d.knowledge_columns), np.float32, 20 + READ_ONLY),
-        Memory(
-            guarded_at(d.real, (n, d.real_slots, d.real_fields), np.float64, 21),
-            guarded_at(d.whole, (n, d.whole_slots, d.whole_fields), np.int64, 22),
+        guarded_at(d.table, (d.table_rows, d.table_columns), np.float32, 20 + READ_ONLY),
+        PolicyState(
+            guarded_at(d.floats, (n, d.floats_slots, d.floats_fields), np.float64, 21),
+            guarded_at(d.ints, (n, d.ints_slots, d.ints_fields), np.int64, 22),
         ),
     )
     action = Action(
@@ -97,7 +97,7 @@ def _decide(address: int) -> int:
         guarded_at(d.action_distance, n, np.float64, 25),
     )
     noise = guarded_at(d.noise, (d.draws, d.noise_size), np.float64, 23 + READ_ONLY + n * LIMIT)
-    decision_kernel(percept, mind, noise, action)  # type: ignore[name-defined]  # noqa: F821
+    decision_kernel(percept, arrays, noise, action)  # type: ignore[name-defined]  # noqa: F821
     return 0
 
 
@@ -107,7 +107,7 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 def _entry(policy: CompiledPolicy) -> Entry | None:
     kernel = getattr(type(policy), "kernel", None)
     if kernel is None:
-        raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, mind, noise, action)")
+        raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
     if kernel not in _ENTRIES:
         name = type(policy).__name__
         made = specialise(_decide, f"{name.lower()}-guarded", decision_kernel=guarded(kernel))
@@ -123,7 +123,7 @@ def check_declared(policy: CompiledPolicy) -> None:
     TypeError
         Naming the policy and the member.
     """
-    for member, dimensions in (("parameters", 1), ("knowledge", 2)):
+    for member, dimensions in (("parameters", 1), ("table", 2)):
         value = getattr(policy, member)
         try:
             # Knowledge can be large; it is not copied.
@@ -138,7 +138,7 @@ def check_declared(policy: CompiledPolicy) -> None:
             )
 
 
-def try_decision(policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats) -> None:
+def try_decision(policy: CompiledPolicy, percept: Percept, memory: PolicyState, noise: Floats) -> None:
     """Run a policy's kernel on guarded arrays.
 
     Parameters
@@ -189,18 +189,18 @@ def _check_written(name: str, action: Action) -> None:
 
 
 def _run(
-    entry: Entry, policy: CompiledPolicy, percept: Percept, memory: Memory, noise: Floats
-) -> tuple[Action, Memory]:
+    entry: Entry, policy: CompiledPolicy, percept: Percept, memory: PolicyState, noise: Floats
+) -> tuple[Action, PolicyState]:
     """Run the kernel once on arrays between fences; return the action and what is remembered afterwards."""
     name, fences = type(policy).__name__, Fences()
     parts: list[Any] = []
     for part, value in percept._asdict().items():
         if isinstance(value, tuple):
-            seen = zip(Sightings._fields, value, strict=True)
-            parts.append(Sightings(*(fences.put(f"percept.{part}.{n}", array, read_only=True) for n, array in seen)))
+            seen = zip(NeighbourList._fields, value, strict=True)
+            parts.append(NeighbourList(*(fences.put(f"percept.{part}.{n}", array, read_only=True) for n, array in seen)))
         else:
             parts.append(fences.put(f"percept.{part}", value, read_only=True))
-    after = Memory(*(fences.put(f"mind.memory.{n}", array) for n, array in zip(Memory._fields, memory, strict=True)))
+    after = PolicyState(*(fences.put(f"arrays.state.{n}", array) for n, array in zip(PolicyState._fields, memory, strict=True)))
     size = len(percept.heading)
     blank = np.full((size, 3), _UNWRITTEN).view(np.float64)
     action = Action(fences.put("action.heading", blank[:, :2]), fences.put("action.distance", blank[:, 2]))
@@ -214,4 +214,4 @@ def _run(
             f"{name}: its kernel writes next to {broken}, or into it where it may only read; index arrays within their "
             "shape"
         )
-    return Action(action.heading.copy(), action.distance.copy()), Memory(after.real.copy(), after.whole.copy())
+    return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
+from teamsight.core import checks
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
-class Sightings(NamedTuple):
+class NeighbourList(NamedTuple):
     """Who is seen, grouped by the robot that sees.
 
     Attributes
@@ -48,11 +48,11 @@ class Percept(NamedTuple):
         The farthest that each can go a step [length].
     sensing_range, awareness_range : ndarray, shape (n,), float64
         How far each senses targets and teammates [length].
-    targets : Sightings
+    targets : NeighbourList
         The agents of the groups that this group senses.
-    mates : Sightings
+    teammates : NeighbourList
         Teammates, as the degree of awareness shows them.
-    reports : Sightings
+    relayed : NeighbourList
         Targets that perceived teammates sense (o(N) only), from the robot's own place.
     situation : ndarray, shape (n, width), float32
         The vector for learners; of width 0 unless the policy declares `inputs`.
@@ -63,9 +63,9 @@ class Percept(NamedTuple):
     speed: Floats
     sensing_range: Floats
     awareness_range: Floats
-    targets: Sightings
-    mates: Sightings
-    reports: Sightings
+    targets: NeighbourList
+    teammates: NeighbourList
+    relayed: NeighbourList
     situation: npt.NDArray[np.float32]
 
 
@@ -84,7 +84,7 @@ class Action(NamedTuple):
     distance: Floats
 
 
-class Memory(NamedTuple):
+class PolicyState(NamedTuple):
     """What robots with a compiled policy remember: two tables, one row a robot.
 
     Attributes
@@ -93,11 +93,11 @@ class Memory(NamedTuple):
     whole : ndarray, shape (n, slots, fields), int64
     """
 
-    real: Floats
-    whole: Integers
+    floats: Floats
+    ints: Integers
 
 
-class Mind(NamedTuple):
+class PolicyArrays(NamedTuple):
     """What a policy's kernel has besides the percept.
 
     Attributes
@@ -106,13 +106,13 @@ class Mind(NamedTuple):
         The policy's constants.
     knowledge : ndarray, shape (rows, columns), float32
         A table that all robots of the group share.
-    memory : Memory
+    state : PolicyState
         What each robot remembers; the kernel changes it in place.
     """
 
     parameters: Floats
-    knowledge: npt.NDArray[np.float32]
-    memory: Memory
+    table: npt.NDArray[np.float32]
+    state: PolicyState
 
 
 @runtime_checkable
@@ -151,7 +151,7 @@ class Policy(Protocol):
         """
 
 
-class SightingsOfOne(NamedTuple):
+class NeighboursOfOne(NamedTuple):
     """Who one robot sees: `identity` (k,), `offset` (k, 2) along the arena's axes, `distance` (k,)."""
 
     identity: Integers
@@ -167,9 +167,9 @@ class PerceptOfOne(NamedTuple):
     speed: float
     sensing_range: float
     awareness_range: float
-    targets: SightingsOfOne
-    mates: SightingsOfOne
-    reports: SightingsOfOne
+    targets: NeighboursOfOne
+    teammates: NeighboursOfOne
+    relayed: NeighboursOfOne
     situation: npt.NDArray[np.float32]
 
 
@@ -184,16 +184,16 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         float(percept.speed[i]),
         float(percept.sensing_range[i]),
         float(percept.awareness_range[i]),
-        _sightings_of_one(percept.targets, i),
-        _sightings_of_one(percept.mates, i),
-        _sightings_of_one(percept.reports, i),
+        _neighbours_of_one(percept.targets, i),
+        _neighbours_of_one(percept.teammates, i),
+        _neighbours_of_one(percept.relayed, i),
         percept.situation[i],
     )
 
 
-def _sightings_of_one(seen: Sightings, i: int) -> SightingsOfOne:
+def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:
     mine = slice(seen.start[i], seen.start[i + 1])
-    return SightingsOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
+    return NeighboursOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
 
 
 def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
@@ -216,8 +216,8 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         _number("sensing_range", percept.sensing_range),
         _number("awareness_range", percept.awareness_range),
         _sightings_of_group_of_one("targets", percept.targets),
-        _sightings_of_group_of_one("mates", percept.mates),
-        _sightings_of_group_of_one("reports", percept.reports),
+        _sightings_of_group_of_one("teammates", percept.teammates),
+        _sightings_of_group_of_one("relayed", percept.relayed),
         np.ascontiguousarray(situation[None]),
     )
 
@@ -235,9 +235,9 @@ def _row(name: str, value: npt.ArrayLike) -> Floats:
     return np.ascontiguousarray(array[None])
 
 
-def _sightings_of_group_of_one(name: str, seen: SightingsOfOne) -> Sightings:
-    if not isinstance(seen, tuple) or len(seen) != len(SightingsOfOne._fields):
-        raise TypeError(f"percept.{name}: must be SightingsOfOne(identity, offset, distance)")
+def _sightings_of_group_of_one(name: str, seen: NeighboursOfOne) -> NeighbourList:
+    if not isinstance(seen, tuple) or len(seen) != len(NeighboursOfOne._fields):
+        raise TypeError(f"percept.{name}: must be NeighboursOfOne(identity, offset, distance)")
     identity, offset, distance = (
         np.ascontiguousarray(part, kind) for part, kind in zip(seen, (np.int64, float, float), strict=True)
     )
@@ -245,12 +245,12 @@ def _sightings_of_group_of_one(name: str, seen: SightingsOfOne) -> Sightings:
     if identity.shape != (k,) or offset.shape != (k, 2):
         shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
         raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
-    return Sightings(np.array([0, k]), identity, offset, distance)
+    return NeighbourList(np.array([0, k]), identity, offset, distance)
 
 
-def no_sightings(size: int) -> Sightings:
+def no_neighbours(size: int) -> NeighbourList:
     """Return the sightings of `size` robots that see nothing."""
-    return Sightings(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+    return NeighbourList(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
 
 
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:

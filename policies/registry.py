@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from teamsight.policies.a_cmommt import ACmommt
-from teamsight.policies.centroid import Centroid
-from teamsight.policies.evasive import Evasive
-from teamsight.policies.lazy_q import lazy_collective, lazy_cooperative
-from teamsight.policies.learned import Learned
-from teamsight.policies.random_walk import RandomWalk
-from teamsight.policies.stationary import Stationary
+from teamsight.policies.evolved import Evolved
+from teamsight.policies.handmade.a_cmommt import ACmommt
+from teamsight.policies.handmade.centroid import Centroid
+from teamsight.policies.handmade.evasive import Evasive
+from teamsight.policies.handmade.random_walk import RandomWalk
+from teamsight.policies.handmade.stationary import Stationary
+from teamsight.policies.lazy.lazy_q import lazy_collective, lazy_cooperative
 
 #: By name what makes the policy.
 POLICIES: dict[str, Callable[[], Any]] = {
@@ -20,7 +20,7 @@ POLICIES: dict[str, Callable[[], Any]] = {
     "evasive": Evasive,
     "lazy-collective": lazy_collective,
     "lazy-cooperative": lazy_cooperative,
-    "learned": Learned,
+    "evolved": Evolved,
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
+from teamsight.core import checks
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 #: Takes a memory and returns what each of its pairs was worth at once, shape (pairs,).
 Reward: TypeAlias = Callable[[LazyMemory], npt.ArrayLike]

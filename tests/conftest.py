@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from teamsight import kernel
+from teamsight.core.kernel import entry as kernel_entry
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -21,4 +21,4 @@ settings.load_profile("teamsight")
 
 @pytest.fixture(autouse=True)
 def _silent_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kernel, "announce", lambda name: None)
+    monkeypatch.setattr(kernel_entry, "announce", lambda name: None)

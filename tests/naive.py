@@ -93,11 +93,11 @@ def attraction(distance: float, do1: float, do2: float, do3: float, predictive: 
     return (predictive - distance) / (predictive - do3) if distance < predictive else 0.0
 
 
-def weight(rule: str, target: Vector, mates: list[Vector], reach: float, shared: float, loss: float) -> float:
+def weight(rule: str, target: Vector, teammates: list[Vector], reach: float, shared: float, loss: float) -> float:
     """The probability that no other robot already monitors the target."""
     if rule == "nearest":
-        return 0.0 if any(math.dist(target, mate) < math.hypot(*target) for mate in mates) else 1.0
-    rivals = sum(math.dist(target, mate) < reach for mate in mates)
+        return 0.0 if any(math.dist(target, mate) < math.hypot(*target) for mate in teammates) else 1.0
+    rivals = sum(math.dist(target, mate) < reach for mate in teammates)
     if rule == "shared":
         return shared if rivals else 1.0
     return max(1 - loss * rivals, 0.0) if rule == "per-teammate" else 1.0
@@ -163,11 +163,11 @@ def ring(seen: list[Vector], heading: Vector, sectors: int, reach: float) -> lis
     return readings
 
 
-def ring_view(mates: list[Vector], heading: Vector, sectors: int) -> list[Vector]:
+def ring_view(teammates: list[Vector], heading: Vector, sectors: int) -> list[Vector]:
     """What the ring shows: for each sector in turn the nearest teammate's distance, in the direction of its centre."""
     ahead, shown = math.atan2(heading[1], heading[0]), []
     for k in range(sectors):
-        inside = [math.hypot(*mate) for mate in mates if sector(mate, heading, sectors) == k]
+        inside = [math.hypot(*mate) for mate in teammates if sector(mate, heading, sectors) == k]
         if inside:
             angle = ahead + 2 * math.pi * k / sectors
             shown.append((min(inside) * math.cos(angle), min(inside) * math.sin(angle)))
@@ -198,7 +198,7 @@ class ACmommtRobot:
 
     def _update(self, one: Any) -> None:
         policy, reach = self.policy, one.sensing_range
-        farthest = one.awareness_range + reach if len(one.reports.identity) else policy.predictive * reach
+        farthest = one.awareness_range + reach if len(one.relayed.identity) else policy.predictive * reach
         seen = set(one.targets.identity.tolist())
         for track in list(self.tracks):
             distance, age = abs(self._expected(track)), self.tick - track[2]
@@ -209,11 +209,11 @@ class ACmommtRobot:
                 self.tracks.remove(track)
         for identity, (x, y) in zip(one.targets.identity.tolist(), one.targets.offset.tolist(), strict=True):
             self._know(identity, complex(x, y), False)
-        for identity, (x, y) in zip(one.reports.identity.tolist(), one.reports.offset.tolist(), strict=True):
+        for identity, (x, y) in zip(one.relayed.identity.tolist(), one.relayed.offset.tolist(), strict=True):
             if not any(track[0] == identity and track[2] == self.tick for track in self.tracks):
                 self._know(identity, complex(x, y), True)
 
-    def _pull(self, target: Vector, mates: list[Vector], reach: float) -> complex:
+    def _pull(self, target: Vector, teammates: list[Vector], reach: float) -> complex:
         p = self.policy
         distance = math.hypot(*target)
         if not distance:
@@ -221,7 +221,7 @@ class ACmommtRobot:
         force = attraction(distance / reach, p.do1, p.do2, p.do3, p.predictive)
         return (
             force
-            * weight(p.weights, target, mates, reach, p.shared_weight, p.teammate_loss)
+            * weight(p.weights, target, teammates, reach, p.shared_weight, p.teammate_loss)
             * complex(*target)
             / distance
         )
@@ -233,20 +233,20 @@ class ACmommtRobot:
         self.tick += 1
         if p.tracks:
             self._update(one)
-        mates = [tuple(mate) for mate in one.mates.offset.tolist()]
+        teammates = [tuple(mate) for mate in one.teammates.offset.tolist()]
         scale = reach if p.repulsion_scale == "sensing" else one.awareness_range
         force = sum(
-            repulsion(math.hypot(*mate) / scale, p.dr1, p.dr2) * complex(*mate) / math.hypot(*mate) for mate in mates
+            repulsion(math.hypot(*mate) / scale, p.dr1, p.dr2) * complex(*mate) / math.hypot(*mate) for mate in teammates
         )
         for target in one.targets.offset.tolist():
-            force += self._pull(tuple(target), mates, reach)
+            force += self._pull(tuple(target), teammates, reach)
         lost = [track for track in self.tracks if track[2] < self.tick or track[4]]
         for track in lost:
             place = self._expected(track)
             exists = math.exp(-(self.tick - track[2]) / (p.reported_decay if track[4] else p.decay))
-            force += exists * self._pull((place.real, place.imag), mates, reach)
+            force += exists * self._pull((place.real, place.imag), teammates, reach)
         if abs(force) > 1e-9:
             return (force.real / abs(force), force.imag / abs(force)), min(abs(force), 1.0) * one.speed
-        if p.search_when == "no-force" or not (mates or lost or len(one.targets.identity)):
+        if p.search_when == "no-force" or not (teammates or lost or len(one.targets.identity)):
             return search(p.search, tuple(one.heading), noise, one.speed)
         return (0.0, 0.0), 0.0

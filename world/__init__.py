@@ -1,9 +1,10 @@
-"""Physics without minds: arenas, placement, bodies, motion, who is near whom, noise, and the clock."""
+"""Physics: arenas, placement, bodies, motion, the neighbour search, noise and the clock."""
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from teamsight.core.lazy_names import lazy_names
 
 if __name__ != "teamsight.world":
     raise ImportError(
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from teamsight.world.arena import Arena, Box, Disc, Torus
     from teamsight.world.check import check_arena
 
-_HOME = {
+_HOMES = {
     "Arena": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Disc": "teamsight.world.arena",
@@ -24,10 +25,4 @@ _HOME = {
 
 __all__ = ["Arena", "Box", "Disc", "Torus", "check_arena"]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has {', '.join(sorted(_HOME))}")
-    value = getattr(importlib.import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
+__getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import inlined, kernel
+from teamsight.core.kernel import inlined, kernel
 from teamsight.world import limits
 
 Points = npt.NDArray[np.float64]

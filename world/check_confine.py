@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.guarded_arrays import Axis, Named, machine_code, run_guarded
-from teamsight.kernel import Entry, array_at, specialise
-from teamsight.kernel_copy import guarded
-from teamsight.kernel_guard import READ_ONLY, guarded_at
+from teamsight.core.kernel import Entry, array_at, specialise
+from teamsight.core.kernel.guard import READ_ONLY, guarded_at
+from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
+from teamsight.core.kernel.guarded_copy import guarded
 from teamsight.world.arena import Arena, Points
 from teamsight.world.motion import advance_entry
 

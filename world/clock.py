@@ -8,7 +8,7 @@ from typing import Any
 
 import simpy
 
-from teamsight import checks
+from teamsight.core import checks
 
 # SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
 _ROUNDING = 1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teamsight import checks
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena

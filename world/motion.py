@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, array_at, inlined, specialise
+from teamsight.core.kernel import Entry, array_at, inlined, specialise
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.bodies import Bodies
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, array_at, inlined, kernel
+from teamsight.core.kernel import Entry, array_at, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world.arena import Arena
-from teamsight.world.proximity import proximity_graph
+from teamsight.world.proximity.search import proximity_graph
 
 Points = npt.NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from teamsight.agents.awareness.check import check_awareness
 from teamsight.agents.awareness.interface import Awareness, Scene, Width
 from teamsight.agents.awareness.none import NoAwareness
 from teamsight.agents.awareness.pairwise import PairwiseAwareness
-from teamsight.agents.awareness.ring_awareness import RingAwareness
+from teamsight.agents.awareness.ring import RingAwareness
 from teamsight.agents.awareness.shared import SharedAwareness
 
 AWARENESS: dict[str, type[Awareness]] = {

@@ -9,12 +9,12 @@ import numpy as np
 from teamsight.agents.awareness.guarded_scene import GuardedScene
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
-from teamsight.policies.interface import Sightings
+from teamsight.policies.interface import NeighbourList
 
-_FIELDS = ("targets", "mates", "reports")
+_FIELDS = ("targets", "teammates", "relayed")
 _NO_IDENTITY = -7_777_777
 _UNWRITTEN = np.uint32(0x7FC5_EED5)
-# Beyond this, distances between situations are no numbers any more; see teamsight.policies.lazy_memory.pairs.
+# Beyond this, distances between situations are no numbers any more; see teamsight.policies.memory.transitions.
 _MOST = 1e30
 # Nothing changes between two calls, so that what the first asks for must do.
 _MOST_CALLS = 3
@@ -77,8 +77,8 @@ def _check_members(name: str, degree: Awareness) -> None:
     delivers = degree.delivers
     if not isinstance(delivers, tuple) or not set(delivers) <= set(_FIELDS):
         raise ValueError(f"{name}.delivers={delivers!r}: must be a tuple of some of {', '.join(_FIELDS)}")
-    if degree.shows_mates and "mates" not in delivers:
-        raise ValueError(f"{name}.delivers={delivers!r}: shows_mates is True; add 'mates'")
+    if degree.shows_teammates and "teammates" not in delivers:
+        raise ValueError(f"{name}.delivers={delivers!r}: shows_teammates is True; add 'teammates'")
     try:
         parameters = np.asarray(degree.parameters, float)
     except (TypeError, ValueError):
@@ -104,35 +104,35 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
         return
     # A world makes no buffers for a group without a team, and else begins with room for all true sightings.
     ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
-    for room in (0, 1, len(sample.mates.identity)) if sample.groups else ():
+    for room in (0, 1, len(sample.teammates.identity)) if sample.groups else ():
         found = _perceived(name, degree, sample, room)
-        for kind, one, other in zip(("mates", "reports"), found, ample, strict=True):
+        for kind, one, other in zip(("teammates", "relayed"), found, ample, strict=True):
             if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True)):
                 raise ValueError(
                     f"{name}: perceive writes other {kind} when there was too little room before; write the same "
                     "whatever the buffers held"
                 )
     for kind, seen, known in (
-        ("mates", ample[0], sample.team_identity),
-        ("reports", ample[1], sample.target_identity),
+        ("teammates", ample[0], sample.team_identity),
+        ("relayed", ample[1], sample.target_identity),
     ):
         if len(seen.identity) and kind not in degree.delivers:
             raise ValueError(f"{name}.delivers={degree.delivers!r}: perceive writes {kind}; add {kind!r}")
-        _check_sightings(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "mates")
+        _check_sightings(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "teammates")
 
 
-def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[Sightings, Sightings]:
+def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[NeighbourList, NeighbourList]:
     """Let the degree perceive with this room and, as often as it asks, with more; return what it shows."""
     scene, size = GuardedScene(degree, sample), len(sample.heading)
     for _ in range(_MOST_CALLS):
-        shown = _blank(size, 0 if degree.shows_mates else room)
-        reports = _blank(size, room)
+        shown = _blank(size, 0 if degree.shows_teammates else room)
+        relayed = _blank(size, room)
         # What it never writes stays as a world makes it: nobody.
-        if degree.shows_mates or "mates" not in degree.delivers:
+        if degree.shows_teammates or "teammates" not in degree.delivers:
             shown.start[:] = 0
-        if "reports" not in degree.delivers:
-            reports.start[:] = 0
-        need, shown, reports = scene.perceive(shown, reports)
+        if "relayed" not in degree.delivers:
+            relayed.start[:] = 0
+        need, shown, relayed = scene.perceive(shown, relayed)
         if need <= room:
             break
         if not sample.groups:
@@ -140,26 +140,26 @@ def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple
         room = max(need + need // 4, 16)
     else:
         raise ValueError(f"{name}: perceive asks for more room each time, at last for {need}; return what is needed")
-    for kind, seen in (("mates", shown), ("reports", reports)):
+    for kind, seen in (("teammates", shown), ("relayed", relayed)):
         _check_start(f"{name}: perceive writes {kind}.start", seen.start, len(seen.distance))
         if seen.start[-1] > need:
             raise ValueError(
                 f"{name}: perceive returns {need}, and writes {seen.start[-1]} {kind}; return how many entries the "
-                "longer of mates and reports needs"
+                "longer of teammates and relayed needs"
             )
-    return _filled(shown), _filled(reports)
+    return _filled(shown), _filled(relayed)
 
 
-def _blank(size: int, room: int) -> Sightings:
+def _blank(size: int, room: int) -> NeighbourList:
     """Return buffers in which one sees what was not written."""
-    return Sightings(
+    return NeighbourList(
         np.full(size + 1, _NO_IDENTITY), np.full(room, _NO_IDENTITY), np.full((room, 2), np.nan), np.full(room, np.nan)
     )
 
 
-def _filled(seen: Sightings) -> Sightings:
+def _filled(seen: NeighbourList) -> NeighbourList:
     last = seen.start[-1]
-    return Sightings(seen.start, seen.identity[:last], seen.offset[:last], seen.distance[:last])
+    return NeighbourList(seen.start, seen.identity[:last], seen.offset[:last], seen.distance[:last])
 
 
 def _check_start(what: str, start: Any, room: int) -> None:
@@ -171,7 +171,7 @@ def _check_start(what: str, start: Any, room: int) -> None:
         )
 
 
-def _check_sightings(what: str, seen: Sightings, known: Any, *, ascending: bool) -> None:
+def _check_sightings(what: str, seen: NeighbourList, known: Any, *, ascending: bool) -> None:
     for i in range(len(seen.start) - 1):
         mine = slice(seen.start[i], seen.start[i + 1])
         identity, offset, distance = seen.identity[mine], seen.offset[mine], seen.distance[mine]

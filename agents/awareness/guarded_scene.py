@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.compiled import SCENE, perceive_entry, situate_entry
+from teamsight.agents.awareness.binding import SCENE, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import Awareness, Scene
 from teamsight.agents.awareness.sample_scene import Sample
-from teamsight.fences import Fences
-from teamsight.guarded_arrays import Axis, Named, machine_code, run_guarded
-from teamsight.kernel import Entry, array_at, inlined, specialise
-from teamsight.kernel_copy import guarded
-from teamsight.kernel_guard import READ_ONLY, guarded_at
-from teamsight.policies.interface import Sightings
+from teamsight.core.kernel import Entry, array_at, inlined, specialise
+from teamsight.core.kernel.fences import Fences
+from teamsight.core.kernel.guard import READ_ONLY, guarded_at
+from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
+from teamsight.core.kernel.guarded_copy import guarded
+from teamsight.policies.interface import NeighbourList
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is scene.heading.shape[0]")
 _XY = Axis("components", "they are 0, x, and 1, y")
@@ -37,8 +37,8 @@ def _seen(name: str, entry: Axis) -> list[Named]:
 # In the order of the numbers below, from 1 on.
 _ARRAYS = [
     Named("", ()),
-    *_seen("scene.targets", _SIGHTING), *_seen("scene.mates", _SIGHTING),
-    *_seen("mates", _ENTRY), *_seen("reports", _ENTRY),
+    *_seen("scene.targets", _SIGHTING), *_seen("scene.teammates", _SIGHTING),
+    *_seen("teammates", _ENTRY), *_seen("relayed", _ENTRY),
     Named("scene.heading", (_ROBOT, _XY)),
     Named("scene.sensing_range", (_ROBOT,)),
     Named("scene.awareness_range", (_ROBOT,)),
@@ -50,8 +50,8 @@ _ARRAYS = [
 
 
 @inlined
-def _sightings(size: int, room: int, start: int, identity: int, offset: int, distance: int, number: int) -> Sightings:
-    return Sightings(
+def _neighbour_list(size: int, room: int, start: int, identity: int, offset: int, distance: int, number: int) -> NeighbourList:
+    return NeighbourList(
         guarded_at(start, size + 1, np.int64, number),
         guarded_at(identity, room, np.int64, number + 1),
         guarded_at(offset, (room, 2), np.float64, number + 2),
@@ -63,16 +63,16 @@ def _sightings(size: int, room: int, start: int, identity: int, offset: int, dis
 def _scene_at(s: Any) -> Scene:
     n = s.size
     targets = array_at(s.targets_start, n + 1, np.int64)[n]
-    mates = array_at(s.mates_start, n + 1, np.int64)[n]
+    teammates = array_at(s.teammates_start, n + 1, np.int64)[n]
     return Scene(
         guarded_at(s.heading, (n, 2), np.float64, 17 + READ_ONLY),
         guarded_at(s.sensing_range, n, np.float64, 18 + READ_ONLY),
         guarded_at(s.awareness_range, n, np.float64, 19 + READ_ONLY),
-        _sightings(
+        _neighbour_list(
             n, targets, s.targets_start, s.targets_identity, s.targets_offset, s.targets_distance, 1 + READ_ONLY
         ),
-        _sightings(n, mates, s.mates_start, s.mates_identity, s.mates_offset, s.mates_distance, 5 + READ_ONLY),
-        guarded_at(s.place, mates, np.int64, 20 + READ_ONLY),
+        _neighbour_list(n, teammates, s.teammates_start, s.teammates_identity, s.teammates_offset, s.teammates_distance, 5 + READ_ONLY),
+        guarded_at(s.place, teammates, np.int64, 20 + READ_ONLY),
         s.first,
         guarded_at(s.team, (s.team_groups, 8), np.int64, 21 + READ_ONLY),
     )
@@ -84,12 +84,12 @@ def _perceive(address: int) -> int:
     # A degree that shows all teammates has no room for others: there, also `start` may only be read.
     hidden = READ_ONLY if s.shown_room < 0 else 0
     room = max(s.shown_room, 0)
-    shown = _sightings(n, room, s.shown_start, s.shown_identity, s.shown_offset, s.shown_distance, 9 + hidden)
-    reports = _sightings(
-        n, s.reports_room, s.reports_start, s.reports_identity, s.reports_offset, s.reports_distance, 13
+    shown = _neighbour_list(n, room, s.shown_start, s.shown_identity, s.shown_offset, s.shown_distance, 9 + hidden)
+    relayed = _neighbour_list(
+        n, s.relayed_room, s.relayed_start, s.relayed_identity, s.relayed_offset, s.relayed_distance, 13
     )
     parameters = guarded_at(s.parameters, s.parameter_count, np.float64, 22 + READ_ONLY)
-    return perceive_kernel(_scene_at(s), parameters, shown, reports)  # type: ignore[name-defined,no-any-return]  # noqa: F821
+    return perceive_kernel(_scene_at(s), parameters, shown, relayed)  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def _situate(address: int) -> int:
@@ -130,7 +130,7 @@ class GuardedScene:
         row = self._record[0]
         for name in ("heading", "sensing_range", "awareness_range", "place"):
             row[name] = self._put(f"scene.{name}", getattr(sample, name))
-        for kind in ("targets", "mates"):
+        for kind in ("targets", "teammates"):
             for name, array in getattr(sample, kind)._asdict().items():
                 row[f"{kind}_{name}"] = self._put(f"scene.{kind}.{name}", array)
         rows = [
@@ -147,20 +147,20 @@ class GuardedScene:
     def _put(self, name: str, array: npt.NDArray[Any], *, read_only: bool = True) -> int:
         return int(self._fences.put(name, array, read_only=read_only).ctypes.data)
 
-    def perceive(self, shown: Sightings, reports: Sightings) -> tuple[int, Sightings, Sightings]:
+    def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
         """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
         entry = _entry(_perceive, self._awareness, "perceive", perceive_entry(self._awareness))
         if entry is None:
-            return 0, shown, reports
+            return 0, shown, relayed
         written = []
-        for kind, buffers in (("shown", shown), ("reports", reports)):
-            label = "mates" if kind == "shown" else kind
+        for kind, buffers in (("shown", shown), ("relayed", relayed)):
+            label = "teammates" if kind == "shown" else kind
             parts = {n: self._fences.put(f"{label}.{n}", array) for n, array in buffers._asdict().items()}
-            written.append(Sightings(**parts))
+            written.append(NeighbourList(**parts))
             for name, array in parts.items():
                 self._record[0][f"{kind}_{name}"] = array.ctypes.data
             self._record[0][f"{kind}_room"] = len(buffers.distance)
-        if self._awareness.shows_mates:
+        if self._awareness.shows_teammates:
             self._record[0]["shown_room"] = -1
         need = self._run("perceive", entry)
         return need, written[0], written[1]

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import Sightings
+from teamsight.policies.interface import NeighbourList
 
 
 class Width(NamedTuple):
@@ -28,7 +28,7 @@ class Scene(NamedTuple):
         Unit vectors.
     sensing_range, awareness_range : ndarray, shape (n,), float64
         [length].
-    targets, mates : Sightings
+    targets, teammates : NeighbourList
         All in range.
     place : ndarray, shape (k,), int64
         For each sighting of a teammate, its place in the team.
@@ -41,8 +41,8 @@ class Scene(NamedTuple):
     heading: Any
     sensing_range: Any
     awareness_range: Any
-    targets: Sightings
-    mates: Sightings
+    targets: NeighbourList
+    teammates: NeighbourList
     place: Any
     first: int
     team: Any
@@ -57,11 +57,11 @@ class Awareness(ABC):
         The name by which it can be given.
     order : str
         The paper's name for it.
-    shows_mates : bool
+    shows_teammates : bool
         Whether the policy perceives every teammate in range, with identity and exact offset.
     perceive : kernel or None
-        ``perceive(scene, parameters, mates, reports)`` writes what the policy is shown instead: sightings of teammates
-        (unless `shows_mates`) and reports. It returns how many entries the longer of them needs, which may be more
+        ``perceive(scene, parameters, teammates, relayed)`` writes what the policy is shown instead: sightings of teammates
+        (unless `shows_teammates`) and relayed. It returns how many entries the longer of them needs, which may be more
         than there is room for; it is then called again with more room. None when nothing is to be written.
     situate : kernel
         ``situate(scene, parameters, situation)`` writes the vectors for learners, shape (n, width).
@@ -71,7 +71,7 @@ class Awareness(ABC):
 
     name: ClassVar[str]
     order: ClassVar[str]
-    shows_mates: ClassVar[bool] = False
+    shows_teammates: ClassVar[bool] = False
     perceive: ClassVar[Callable[..., int] | None] = None
     situate: ClassVar[Callable[..., None]]
     delivers: ClassVar[tuple[str, ...]] = ("targets",)

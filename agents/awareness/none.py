@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight import checks
 from teamsight.agents.awareness.interface import Awareness, Width
-from teamsight.agents.ring import OWN_SECTORS, read_ring
-from teamsight.kernel import kernel
+from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring
+from teamsight.core import checks
+from teamsight.core.kernel import kernel
 
 
 @kernel

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight import checks
 from teamsight.agents.awareness.interface import Awareness, Width
 from teamsight.agents.awareness.none import situate_targets
-from teamsight.agents.ring import OWN_SECTORS
-from teamsight.kernel import kernel
+from teamsight.agents.awareness.sectors import OWN_SECTORS
+from teamsight.core import checks
+from teamsight.core.kernel import kernel
 
 READINGS = 2
 
@@ -24,7 +24,7 @@ def slot_of(place: int, own: int) -> int:
 @kernel
 def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     situate_targets(scene, parameters, situation)
-    seen = scene.mates
+    seen = scene.teammates
     for i in range(situation.shape[0]):
         row = situation[i]
         row[OWN_SECTORS:] = 1.0
@@ -53,9 +53,9 @@ class PairwiseAwareness(Awareness):
 
     name = "pairwise"
     order = "Θ(N)"
-    shows_mates = True
+    shows_teammates = True
     situate = _situate
-    delivers = ("targets", "mates")
+    delivers = ("targets", "teammates")
 
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, READINGS * (checks.count("team_size", team_size) - 1))

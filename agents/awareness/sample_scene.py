@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import Floats, Integers, Sightings, no_sightings
+from teamsight.policies.interface import Floats, Integers, NeighbourList, no_neighbours
 
 
 class Sample(NamedTuple):
@@ -18,7 +18,7 @@ class Sample(NamedTuple):
     ----------
     heading, sensing_range, awareness_range : ndarray
         The group's; shapes (n, 2), (n,), (n,).
-    targets, mates : Sightings
+    targets, teammates : NeighbourList
         All that the group's robots have in range.
     place : ndarray, shape (k,), int64
         For each sighting of a teammate, its place in the team.
@@ -33,11 +33,11 @@ class Sample(NamedTuple):
     heading: Floats
     sensing_range: Floats
     awareness_range: Floats
-    targets: Sightings
-    mates: Sightings
+    targets: NeighbourList
+    teammates: NeighbourList
     place: Integers
     first: int
-    groups: list[tuple[int, Floats, Floats, Sightings]]
+    groups: list[tuple[int, Floats, Floats, NeighbourList]]
     team_identity: Integers
     target_identity: Integers
 
@@ -81,25 +81,25 @@ def sample_scene(
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     groups = []
     for begin, end in pairwise(first):
-        seen, _ = _sightings(robots[begin:end], reach[begin:end], prey, what)
+        seen, _ = _neighbour_list(robots[begin:end], reach[begin:end], prey, what)
         groups.append((int(begin), heading[begin:end], reach[begin:end], seen))
     mine = slice(first[group], first[group + 1])
-    mates, place = _sightings(robots[mine], aware[mine], robots, who, own=int(first[group]))
+    teammates, place = _neighbour_list(robots[mine], aware[mine], robots, who, own=int(first[group]))
     return Sample(
-        heading[mine], reach[mine], aware[mine], groups[group][3], mates, place, int(first[group]), groups, who, what
+        heading[mine], reach[mine], aware[mine], groups[group][3], teammates, place, int(first[group]), groups, who, what
     )
 
 
 def without_team(sample: Sample) -> Sample:
     """Return the scene of the same group where it has no team, as targets have none."""
-    none = no_sightings(len(sample.heading))
+    none = no_neighbours(len(sample.heading))
     nobody = np.zeros(0, np.int64)
-    return sample._replace(mates=none, place=nobody, first=0, groups=[], team_identity=nobody)
+    return sample._replace(teammates=none, place=nobody, first=0, groups=[], team_identity=nobody)
 
 
-def _sightings(
+def _neighbour_list(
     observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], own: int | None = None
-) -> tuple[Sightings, Integers]:
+) -> tuple[NeighbourList, Integers]:
     """Return who is within reach, and where each stands among the observed; `own` is where the observers stand."""
     start, index, offsets = [0], [], []
     for i, position in enumerate(observers):
@@ -111,4 +111,4 @@ def _sightings(
         start.append(len(index))
     place, offset = np.array(index, np.int64), np.array(offsets, float).reshape(-1, 2)
     distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
-    return Sightings(np.array(start, np.int64), identity[place], offset, distance), place
+    return NeighbourList(np.array(start, np.int64), identity[place], offset, distance), place

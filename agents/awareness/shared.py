@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from teamsight import checks
 from teamsight.agents.awareness.interface import Awareness, Width
 from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.awareness.pairwise import slot_of
-from teamsight.agents.ring import OWN_SECTORS, read_ring
-from teamsight.kernel import array_at, kernel
-from teamsight.policies.interface import Sightings
+from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring
+from teamsight.core import checks
+from teamsight.core.kernel import array_at, kernel
+from teamsight.policies.interface import NeighbourList
 
 # The columns of Scene.team: where a group begins in the team, its size, and its arrays' addresses.
 FIRST, SIZE, START, IDENTITY, OFFSET, DISTANCE, HEADING, REACH = range(8)
@@ -29,12 +29,12 @@ def _group_at(team: Any, place: int) -> int:
 
 
 @kernel
-def team_targets(team: Any, group: int) -> Sightings:
+def team_targets(team: Any, group: int) -> NeighbourList:
     """Return what a group of the team senses."""
     size = team[group, SIZE]
     start = array_at(team[group, START], size + 1, np.int64)
     edges = start[size]
-    return Sightings(
+    return NeighbourList(
         start,
         array_at(team[group, IDENTITY], edges, np.int64),
         array_at(team[group, OFFSET], (edges, 2), np.float64),
@@ -43,25 +43,25 @@ def team_targets(team: Any, group: int) -> Sightings:
 
 
 @kernel
-def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    room = reports.distance.shape[0]
+def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    room = relayed.distance.shape[0]
     told = 0
     for i in range(scene.heading.shape[0]):
-        reports.start[i] = told
-        for k in range(scene.mates.start[i], scene.mates.start[i + 1]):
+        relayed.start[i] = told
+        for k in range(scene.teammates.start[i], scene.teammates.start[i + 1]):
             group = _group_at(scene.team, scene.place[k])
             theirs = team_targets(scene.team, group)
             row = scene.place[k] - scene.team[group, FIRST]
             for e in range(theirs.start[row], theirs.start[row + 1]):
                 if told < room:
-                    x = scene.mates.offset[k, 0] + theirs.offset[e, 0]
-                    y = scene.mates.offset[k, 1] + theirs.offset[e, 1]
-                    reports.identity[told] = theirs.identity[e]
-                    reports.offset[told, 0] = x
-                    reports.offset[told, 1] = y
-                    reports.distance[told] = math.sqrt(x * x + y * y)
+                    x = scene.teammates.offset[k, 0] + theirs.offset[e, 0]
+                    y = scene.teammates.offset[k, 1] + theirs.offset[e, 1]
+                    relayed.identity[told] = theirs.identity[e]
+                    relayed.offset[told, 0] = x
+                    relayed.offset[told, 1] = y
+                    relayed.distance[told] = math.sqrt(x * x + y * y)
                 told += 1
-    reports.start[scene.heading.shape[0]] = told
+    relayed.start[scene.heading.shape[0]] = told
     return told
 
 
@@ -70,7 +70,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     situate_targets(scene, parameters, situation)
     for i in range(situation.shape[0]):
         situation[i, OWN_SECTORS:] = 1.0
-        for k in range(scene.mates.start[i], scene.mates.start[i + 1]):
+        for k in range(scene.teammates.start[i], scene.teammates.start[i + 1]):
             group = _group_at(scene.team, scene.place[k])
             size = scene.team[group, SIZE]
             row = scene.place[k] - scene.team[group, FIRST]
@@ -84,7 +84,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
 
 @dataclass(frozen=True)
 class SharedAwareness(Awareness):
-    """o(N): as Θ(N), and the targets which each perceived teammate senses, as reports.
+    """o(N): as Θ(N), and the targets which each perceived teammate senses, as relayed.
 
     The situation holds, for every teammate in the order of identities, that teammate's own 16 target sectors, relative
     to its own heading; all are 1 while it is out of range.
@@ -97,10 +97,10 @@ class SharedAwareness(Awareness):
 
     name = "shared"
     order = "o(N)"
-    shows_mates = True
+    shows_teammates = True
     perceive = _perceive
     situate = _situate
-    delivers = ("targets", "mates", "reports")
+    delivers = ("targets", "teammates", "relayed")
 
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))

@@ -5,7 +5,7 @@ They are the other side of the paper's comparison: a table of all situations, an
 
 from __future__ import annotations
 
-from teamsight.policies.eager.action_grid import ActionGrid
+from teamsight.policies.actions import ActionGrid
 from teamsight.policies.eager.linear import LinearQ
 from teamsight.policies.eager.state_grid import StateGrid
 from teamsight.policies.eager.tabular import TabularQ

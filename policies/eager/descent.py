@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, array_at
 from teamsight.policies.eager.features import correct, weigh
 from teamsight.policies.interface import Floats, Integers
 

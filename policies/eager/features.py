@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from teamsight.kernel import inlined
+from teamsight.core.kernel import inlined
 
 
 @inlined

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 
-from teamsight import checks
+from teamsight.core import checks
+from teamsight.policies.actions import ActionGrid
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.eager.action_grid import ActionGrid
 from teamsight.policies.interface import Floats, Percept
-from teamsight.policies.lazy_learner import check_situation, digest_of
-from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import components, degree_of
+from teamsight.policies.lazy.action_values import components, degree_of
+from teamsight.policies.lazy.learner import check_situation, digest_of
+from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
 
 
@@ -76,7 +76,7 @@ class EagerLearner(CompiledPolicy):
 
     @cached_property
     def _learned(self) -> str:
-        return digest_of(self.knowledge)
+        return digest_of(self.table)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

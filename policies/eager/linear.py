@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.kernel import inlined
-from teamsight.policies.eager.action_grid import grid_distance, grid_rotation
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.policies.actions import grid_distance, grid_rotation
 from teamsight.policies.eager.descent import descend
 from teamsight.policies.eager.features import weigh
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import act, is_situation, refuse
+from teamsight.policies.lazy.learner import act, is_situation, refuse
 
 _INPUTS, _TENTS, _TURNS, _PACES = range(4)
 
 
 @inlined
-def _weigh_all(percept: Any, mind: Any, noise: Any, action: Any) -> None:
-    weights = mind.knowledge
-    parameters = mind.parameters
+def _weigh_all(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    weights = arrays.table
+    parameters = arrays.parameters
     inputs = int(parameters[_INPUTS])
     tents = int(parameters[_TENTS])
     turns = int(parameters[_TURNS])
@@ -115,5 +115,5 @@ class LinearQ(EagerLearner):
         return np.array([self.width, self.tents, self.actions.turns, self.actions.paces], float)
 
     @property
-    def knowledge(self) -> npt.NDArray[np.float32]:
+    def table(self) -> npt.NDArray[np.float32]:
         return self.weights

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.kernel import inlined
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
 
 #: The most states for which a table is made: with 16 actions, 64 MiB.
 MOST_STATES = 1_000_000

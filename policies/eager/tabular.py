@@ -8,23 +8,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight import checks
-from teamsight.kernel import inlined
-from teamsight.policies.eager.action_grid import ActionGrid, grid_distance, grid_rotation
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.policies.actions import ActionGrid, grid_distance, grid_rotation
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.eager.state_grid import StateGrid, state_of
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy_learner import act, is_situation, refuse
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.lazy.learner import act, is_situation, refuse
+from teamsight.policies.memory import LazyMemory
 
 _LEVELS, _DIMENSIONS, _TURNS, _PACES, _DIMENSION = range(5)
 _FULL_TURN = 6.283185307179586
 
 
 @inlined
-def _look_up(percept: Any, mind: Any, noise: Any, action: Any) -> None:
-    table = mind.knowledge
-    parameters = mind.parameters
+def _look_up(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    table = arrays.table
+    parameters = arrays.parameters
     levels = int(parameters[_LEVELS])
     dimensions = int(parameters[_DIMENSIONS])
     turns = int(parameters[_TURNS])
@@ -86,7 +86,7 @@ class TabularQ(EagerLearner):
     levels: int = 3
     sweeps: int = 50
     states: StateGrid = field(init=False)
-    table: npt.NDArray[np.float32] = field(init=False)
+    values: npt.NDArray[np.float32] = field(init=False)
 
     kernel = _look_up
 
@@ -97,7 +97,7 @@ class TabularQ(EagerLearner):
         states = StateGrid(self.memory.own, added, self.degree, self.sectors, self.levels)
         object.__setattr__(self, "states", states)
         table = learn_table(self.memory, self.rewards(), states, self.actions, self.gamma, self.sweeps)
-        object.__setattr__(self, "table", table)
+        object.__setattr__(self, "values", table)
 
     @property
     def draws(self) -> int:
@@ -106,7 +106,7 @@ class TabularQ(EagerLearner):
     @property
     def met(self) -> float:
         """The share of the states that the pairs set out from."""
-        return float((self.table > -np.inf).any(axis=1).mean())
+        return float((self.values > -np.inf).any(axis=1).mean())
 
     @property
     def parameters(self) -> Floats:
@@ -115,8 +115,8 @@ class TabularQ(EagerLearner):
         return np.concatenate([head, states.dimension]).astype(float)
 
     @property
-    def knowledge(self) -> npt.NDArray[np.float32]:
-        return self.table
+    def table(self) -> npt.NDArray[np.float32]:
+        return self.values
 
 
 def learn_table(

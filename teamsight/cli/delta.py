@@ -9,7 +9,7 @@ from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
 from teamsight.cli.show import say, watching, wide_console
 
 if TYPE_CHECKING:
-    from teamsight.analysis.delta_report import DeltaReport
+    from teamsight.analysis.delta.report import DeltaReport
 
 _ONLY_TRACKS, _BOTH = {"tracks", "window", "sort"}, {"risk", "awareness_range", "out", "force"}
 
@@ -32,7 +32,7 @@ def _refuse(said: dict[str, Any], names: set[str], reason: str) -> None:
 
 
 def _from_simulation(settings: SimulatedDeltaSettings) -> None:
-    from teamsight.analysis.delta import choose_delta
+    from teamsight.analysis.delta.choose import choose_delta
 
     _prepare(settings)
     # The degree of awareness is geometry: it does not depend on what the robots know; the policy may.
@@ -50,8 +50,8 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
 
 
 def _from_tracks(settings: TracksDeltaSettings) -> None:
-    from teamsight.analysis.delta_report import files_in
-    from teamsight.analysis.tracks import delta_from_tracks, read_tracks
+    from teamsight.analysis.delta.from_trajectories import delta_from_tracks, read_tracks
+    from teamsight.analysis.delta.report import files_in
 
     for file in files_in(settings.out) if settings.out else ():
         check_apart("out", file, "tracks", settings.tracks)
@@ -77,8 +77,8 @@ def _asked(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> dict[str, 
 
 def _prepare(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
     if settings.out:
-        from teamsight.analysis.delta_report import check_report
-        from teamsight.analysis.store import prepare_folder
+        from teamsight.analysis.delta.report import check_report
+        from teamsight.analysis.runs.files import prepare_folder
 
         check_report(settings.out, {"settings": _asked(settings)}, force=settings.force)
         prepare_folder(settings.out)

@@ -16,7 +16,7 @@ def lines(error: Exception) -> list[str]:
     """
     from pydantic import ValidationError
 
-    from teamsight.analysis.crew import JobError
+    from teamsight.analysis.runs.workers import JobError
 
     if isinstance(error, ValidationError):
         return [one_line(found["msg"].removeprefix("Value error, ")) for found in error.errors()]

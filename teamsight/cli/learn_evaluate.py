@@ -14,8 +14,8 @@ from teamsight.cli.show import Watch, interval, plural, say, watching, wide_cons
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.analysis.evaluation import Contenders, Stage
-    from teamsight.policies.lazy_memory import LazyMemory
+    from teamsight.analysis.learning.evaluation import Contenders, Stage
+    from teamsight.policies.memory import LazyMemory
 
 # Longer searches are announced [s].
 _LONG = 30
@@ -25,11 +25,12 @@ def execute(**given: Any) -> None:
     """Learn, put to the test, and print what was observed."""
     settings = EvaluateSettings(**given)
     from teamsight import __version__
-    from teamsight.analysis import evaluation, store
-    from teamsight.analysis.crew import Crew
-    from teamsight.analysis.execute import IMPORTS
-    from teamsight.analysis.learners import check_lesson
-    from teamsight.analysis.provenance import differing
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.learners import check_lesson
+    from teamsight.analysis.learning.provenance import differing
+    from teamsight.analysis.runs import files
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
@@ -40,15 +41,15 @@ def execute(**given: Any) -> None:
     about = settings.model_dump(mode="json", exclude={"save", "memory", "workers", "force"})
     about |= {"robots": stage.robots, "memory": memory.digest, "explored": dict(memory.settings)}
     if settings.save:
-        store.check_replaceable(settings.save, about, force=settings.force)
-        store.prepare_folder(settings.save.parent)
+        files.check_replaceable(settings.save, about, force=settings.force)
+        files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"), watching() as watch:
         policies = _learned(settings, memory, watch)
-        with Crew(settings.workers, IMPORTS, watch.tell) as crew:
-            table = evaluation.evaluate(policies, stage, crew, lambda done, total: watch("simulating", done, total))
+        with WorkerPool(settings.workers, IMPORTS, watch.tell) as pool:
+            table = evaluation.evaluate(policies, stage, pool, lambda done, total: watch("simulating", done, total))
     if settings.save:  # before anything is printed, which may fail
-        store.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
+        files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
     for name, values in differing(memory).items():
         say(
             f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
@@ -66,7 +67,7 @@ def execute(**given: Any) -> None:
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
     """Return the pairs to learn from: all that the file holds, or as many of them as were asked for."""
-    from teamsight.policies.lazy_memory import LazyMemory
+    from teamsight.policies.memory import LazyMemory
 
     memory = LazyMemory.load(settings.memory)
     if settings.sample is None:
@@ -80,9 +81,9 @@ def _memory(settings: EvaluateSettings) -> LazyMemory:
 
 def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     """Return the worlds, in which robots are as many, as fast and as far-sighted as they were when they explored."""
-    from teamsight import checks
-    from teamsight.analysis import evaluation
+    from teamsight.analysis.learning import evaluation
     from teamsight.cli import limits
+    from teamsight.core import checks
 
     explored = memory.settings.get("robots", 5)
     robots = settings.robots
@@ -98,8 +99,8 @@ def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
 
 
 def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
-    from teamsight.analysis import evaluation
-    from teamsight.analysis.learners import REWARDS, Lesson, search_seconds
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.learners import REWARDS, Lesson, search_seconds
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
     lesson = Lesson(REWARDS[settings.reward], settings.k, settings.gamma)

@@ -10,17 +10,17 @@ from teamsight.cli.learn_settings import ExploreSettings
 from teamsight.cli.show import plural, say, watching
 
 if TYPE_CHECKING:
-    from teamsight.analysis.explore import Exploration
-    from teamsight.policies.lazy_memory import LazyMemory
+    from teamsight.analysis.learning.explore import Exploration
+    from teamsight.policies.memory import LazyMemory
 
 
 def execute(**given: Any) -> None:
     """Explore, and write the memory."""
     settings = ExploreSettings(**given)
-    from teamsight.analysis import provenance
-    from teamsight.analysis.explore import forget_parts
-    from teamsight.analysis.store import check_folder, prepare_folder
-    from teamsight.policies.lazy_memory import LazyMemory
+    from teamsight.analysis.learning import provenance
+    from teamsight.analysis.learning.explore import forget_parts
+    from teamsight.analysis.runs.files import check_folder, prepare_folder
+    from teamsight.policies.memory import LazyMemory
 
     plan = plan_of(settings)
     parts = settings.out.with_name(settings.out.name + ".parts")
@@ -57,7 +57,7 @@ def execute(**given: Any) -> None:
 def plan_of(settings: ExploreSettings) -> Exploration:
     """Return the exploration that the settings ask for."""
     from teamsight.agents.awareness import AWARENESS, RingAwareness
-    from teamsight.analysis.explore import Exploration
+    from teamsight.analysis.learning.explore import Exploration
 
     degree = AWARENESS[settings.awareness]
     return Exploration(
@@ -74,7 +74,7 @@ def plan_of(settings: ExploreSettings) -> Exploration:
 
 
 def _explorer(settings: ExploreSettings) -> Any:
-    from teamsight.policies.random_walk import RandomWalk
+    from teamsight.policies.handmade.random_walk import RandomWalk
 
     if settings.policy == "random-walk":
         return RandomWalk(random_distance=settings.distance == "random")
@@ -88,8 +88,8 @@ def _explorer(settings: ExploreSettings) -> Any:
 
 def _held(settings: ExploreSettings) -> LazyMemory | None:
     """Return the memory that stands where the new one goes, unless it is to be replaced; with both, it is added to."""
-    from teamsight.files import check_place
-    from teamsight.policies.lazy_memory import LazyMemory
+    from teamsight.core.files import check_place
+    from teamsight.policies.memory import LazyMemory
 
     if settings.out.is_dir():
         raise ValueError(f"out={settings.out}: is a folder; give a file, such as {settings.out / 'pairs.safetensors'}")
@@ -106,21 +106,21 @@ def _held(settings: ExploreSettings) -> LazyMemory | None:
 
 
 def _explored(plan: Exploration, workers: int, parts: Path) -> LazyMemory:
-    from teamsight.analysis.crew import Crew
-    from teamsight.analysis.explore import explore
+    from teamsight.analysis.learning.explore import explore
+    from teamsight.analysis.runs.workers import WorkerPool
 
-    with watching() as watch, Crew(workers, ("teamsight.analysis.explore",), watch.tell) as crew:
+    with watching() as watch, WorkerPool(workers, ("teamsight.analysis.learning.explore",), watch.tell) as pool:
         return explore(
             plan,
             folder=parts if plan.is_long else None,
-            crew=crew,
+            pool=pool,
             progress=lambda done, total: watch("exploring", done, total),
         )
 
 
 def _kept(plan: Exploration, parts: Path) -> str:
     """Tell what an interrupted exploration leaves behind."""
-    from teamsight.analysis.explore import forget_parts, kept_pairs
+    from teamsight.analysis.learning.explore import forget_parts, kept_pairs
 
     kept = kept_pairs(plan, parts) if plan.is_long else 0
     if kept:

@@ -13,7 +13,7 @@ from teamsight.cli.show import interval, plural, say, watching
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.analysis.learning_curves import Curves
+    from teamsight.analysis.learning.curves import Curves
 
 _FILES = ("learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet")
 _PICTURE = "learning-curves.png"
@@ -26,32 +26,32 @@ def execute(**given: Any) -> None:
     """Make the learning curves and draw them."""
     settings = FigureSettings(**given)
     from teamsight import __version__
-    from teamsight.analysis import store
-    from teamsight.analysis.crew import Crew, cores
-    from teamsight.analysis.curve_points import awareness_gains, curve_points
-    from teamsight.analysis.execute import IMPORTS
-    from teamsight.analysis.learners import check_lesson
-    from teamsight.analysis.learning_curves import forget_lectures, make_curves
-    from teamsight.analysis.learning_figure import draw
+    from teamsight.analysis.learning.curve_figure import draw
+    from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
+    from teamsight.analysis.learning.curves import forget_lectures, make_curves
+    from teamsight.analysis.learning.learners import check_lesson
+    from teamsight.analysis.runs import files
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
 
     curves = curves_of(settings)
     check_lesson(curves.learners, curves.reward, curves.k, min(curves.samples))
-    folder = store.prepare_folder(settings.out)
+    folder = files.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
     for name in _FILES:
-        store.check_replaceable(folder / name, about, force=settings.force)
+        files.check_replaceable(folder / name, about, force=settings.force)
     # The picture tells no settings; they are those of the tables beside it.
-    store.check_replaceable(folder / _PICTURE, force=settings.force)
+    files.check_replaceable(folder / _PICTURE, force=settings.force)
     parts = folder / "learning-curves.parts"
-    store.check_folder(parts)
+    files.check_folder(parts)
     began = time.perf_counter()
     with when_stopped(lambda: _kept(curves, parts)):
-        with watching() as watch, Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew:
-            table = make_curves(curves, crew, folder=parts, progress=lambda done, total: watch("learning", done, total))
+        with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.tell) as pool:
+            table = make_curves(curves, pool, folder=parts, progress=lambda done, total: watch("learning", done, total))
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
-            store.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
-        store.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
+            files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
+        files.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
     forget_lectures(curves, parts)
     _show_gains(gains[gains["pairs"] == max(curves.samples)])
     say(f"learning curves in {folder} after {time.perf_counter() - began:.0f} s")
@@ -59,7 +59,7 @@ def execute(**given: Any) -> None:
 
 def curves_of(settings: FigureSettings) -> Curves:
     """Return the curves that the settings ask for."""
-    from teamsight.analysis.learning_curves import Curves
+    from teamsight.analysis.learning.curves import Curves
 
     given: dict[str, Any] = settings.model_dump(exclude={"out", "workers", "force", "quick"})
     left_open = _QUICK if settings.quick else _FULL
@@ -69,7 +69,7 @@ def curves_of(settings: FigureSettings) -> Curves:
 
 def _kept(curves: Curves, parts: Path) -> str:
     """Tell what interrupted curves leave behind."""
-    from teamsight.analysis.learning_curves import forget_lectures, kept_lectures
+    from teamsight.analysis.learning.curves import forget_lectures, kept_lectures
 
     kept, total = kept_lectures(curves, parts)
     if kept:

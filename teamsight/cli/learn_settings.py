@@ -6,10 +6,10 @@ from typing import Any, Self
 
 from pydantic import ValidationInfo, field_validator, model_validator
 
-from teamsight import checks
 from teamsight.cli import limits
 from teamsight.cli.paths import FilePath, FolderPath
 from teamsight.cli.settings import RingSettings, Settings, lengths, number_in, processes, seeds, whole
+from teamsight.core import checks
 
 # Numbers of samples of one figure.
 _MOST_SAMPLES = 100
@@ -20,10 +20,10 @@ _SAMPLES = (38_400,) * 9
 
 
 def _among(field: str, registry: str) -> Any:
-    """Return a validator of names in a registry of `teamsight.analysis.learners`: one, or with commas between them."""
+    """Return a validator of names in a registry of `teamsight.analysis.learning.learners`: one, or with commas between them."""
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        from teamsight.analysis import learners
+        from teamsight.analysis.learning import learners
 
         names = value.split(",") if isinstance(value, str) else value
         found = tuple(

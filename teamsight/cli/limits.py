@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from teamsight.analysis.limits import MOST_RUNS, MOST_STEPS
+from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
 
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_STEPS", "STEPS_CURE", "added_inputs",

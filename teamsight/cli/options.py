@@ -21,7 +21,7 @@ class Commands(click.Group):
         return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        from teamsight import checks
+        from teamsight.core import checks
 
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
 
-from teamsight import checks
+from teamsight.core import checks
 
 # A scheme of one letter is a drive of Windows.
 _ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")

@@ -12,16 +12,16 @@ from teamsight.cli.show import say, show_ledger, watching
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from teamsight.analysis.reproduce import Plan
+    from teamsight.analysis.paper.reproduce import Plan
 
 
 def execute(**given: Any) -> None:
     """Make what was asked for and print the ledger."""
     settings = ReproduceSettings(**given)
-    from teamsight.analysis.crew import Crew, cores
-    from teamsight.analysis.execute import IMPORTS
-    from teamsight.analysis.reproduce import check_results, reproduce
-    from teamsight.analysis.store import prepare_folder
+    from teamsight.analysis.paper.reproduce import check_results, reproduce
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
@@ -30,9 +30,9 @@ def execute(**given: Any) -> None:
     with (
         when_stopped(lambda: _kept(folder)),
         watching() as watch,
-        Crew(settings.workers or cores(), IMPORTS, watch.tell) as crew,
+        WorkerPool(settings.workers or cores(), IMPORTS, watch.tell) as pool,
     ):
-        ledger = reproduce(plan, folder, crew, watch, force=settings.force)
+        ledger = reproduce(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
     for line in lines_of(plan, folder):
@@ -45,7 +45,7 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
     """Return a line for each of the figures made that does not speak for itself."""
     import pandas as pd
 
-    from teamsight.analysis.figures import FIGURES
+    from teamsight.analysis.paper.figures import FIGURES
 
     found = []
     for name in plan.figures:
@@ -57,7 +57,7 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
 
 def _kept(folder: Path) -> str:
     """Tell what is left behind."""
-    from teamsight.analysis.reproduce import unfinished_in
+    from teamsight.analysis.paper.reproduce import unfinished_in
 
     kept = len(unfinished_in(folder))
     return f"{kept} runs are kept in {folder}; the same command goes on from there" if kept else "nothing was kept"
@@ -66,9 +66,9 @@ def _kept(folder: Path) -> str:
 def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings ask for."""
     from teamsight.agents.presets import PRESETS
-    from teamsight.analysis.figures import FIGURES
-    from teamsight.analysis.reproduce import DEFAULTS, Plan
-    from teamsight.analysis.study import PAPER, QUICK
+    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
+    from teamsight.analysis.runs.experiment import PAPER, QUICK
 
     named = {settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}}
     everything = not settings.figures

@@ -19,14 +19,14 @@ def execute(**given: Any) -> None:
 
     from teamsight import __version__
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.analysis import store
+    from teamsight.analysis.runs import files
 
     world = settings.model_dump(exclude={"steps", "seed", "save", "force"}, exclude_none=True)
     about = world | {"steps": settings.steps, "seed": settings.seed}
     model = CMOMMT(**world, rng=settings.seed)
     if settings.save:
-        store.check_replaceable(settings.save, about, force=settings.force)
-        store.prepare_folder(settings.save.parent)
+        files.check_replaceable(settings.save, about, force=settings.force)
+        files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with watching() as watch:
         stretch = -(-settings.steps // _STRETCHES)
@@ -37,7 +37,7 @@ def execute(**given: Any) -> None:
     history = model.history
     if settings.save:  # before anything is printed, which may fail
         told = about | {"version": __version__}
-        store.write_table(settings.save, history.reset_index(), told, force=settings.force)
+        files.write_table(settings.save, history.reset_index(), told, force=settings.force)
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("observed targets, mean over the run", f"{100 * model.observed_fraction:.1f} %")
     table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")

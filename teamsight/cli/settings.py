@@ -6,9 +6,9 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
-from teamsight import checks
 from teamsight.cli import limits
 from teamsight.cli.paths import FilePath, FolderPath
+from teamsight.core import checks
 
 LEDGER = "ledger"
 
@@ -61,7 +61,7 @@ def processes(*fields: str) -> Any:
     def check(value: Any) -> int | None:
         if value is None:
             return None
-        from teamsight.analysis.crew import check_workers
+        from teamsight.analysis.runs.workers import check_workers
 
         try:
             return check_workers(number_in(value))
@@ -140,7 +140,7 @@ class ReproduceSettings(Settings):
     @field_validator("figures")
     @classmethod
     def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
-        from teamsight.analysis.figures import FIGURES
+        from teamsight.analysis.paper.figures import FIGURES
 
         return tuple(dict.fromkeys(checks.choice("figure", name, (*FIGURES, LEDGER)) for name in names))
 
@@ -148,7 +148,7 @@ class ReproduceSettings(Settings):
     @classmethod
     def _preset(cls, name: str) -> str:
         from teamsight.agents.presets import PRESETS
-        from teamsight.analysis.reproduce import DEFAULTS
+        from teamsight.analysis.paper.reproduce import DEFAULTS
 
         return checks.choice("preset", name, (*PRESETS, DEFAULTS))
 

@@ -24,7 +24,7 @@ from teamsight.cli.errors import printable
 from teamsight.cli.streams import Forgiving, give_up, named
 
 if TYPE_CHECKING:
-    from teamsight.analysis.claims import Ledger
+    from teamsight.analysis.paper.claims import Ledger
 
 
 class Watch:

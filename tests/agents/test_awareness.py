@@ -21,7 +21,7 @@ from teamsight.agents.awareness import (
     RingAwareness,
     SharedAwareness,
 )
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.policies import Stationary
 from teamsight.policies.interface import Action
 
@@ -88,22 +88,22 @@ def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
         percept = robot.percept
         assert percept.targets.identity.tolist() == [target.unique_id for target in robot.observed_targets]
         assert np.allclose(percept.targets.offset, np.reshape([way(robot, t) for t in robot.observed_targets], (-1, 2)))
-        mates = [way(robot, mate) for mate in robot.neighbours]
+        teammates = [way(robot, mate) for mate in robot.neighbours]
         if isinstance(awareness, NoAwareness):
-            assert len(percept.mates.identity) == 0
+            assert len(percept.teammates.identity) == 0
         elif isinstance(awareness, RingAwareness):
-            shown = naive.ring_view(mates, robot.heading.tolist(), awareness.delta)
-            assert np.allclose(percept.mates.offset, np.reshape(shown, (-1, 2)), atol=1e-9)
-            assert np.all(percept.mates.identity == -1)
+            shown = naive.ring_view(teammates, robot.heading.tolist(), awareness.delta)
+            assert np.allclose(percept.teammates.offset, np.reshape(shown, (-1, 2)), atol=1e-9)
+            assert np.all(percept.teammates.identity == -1)
         else:
-            assert percept.mates.identity.tolist() == [mate.unique_id for mate in robot.neighbours]
-            assert np.allclose(percept.mates.offset, np.reshape(mates, (-1, 2)))
-        reports = []
+            assert percept.teammates.identity.tolist() == [mate.unique_id for mate in robot.neighbours]
+            assert np.allclose(percept.teammates.offset, np.reshape(teammates, (-1, 2)))
+        relayed = []
         if isinstance(awareness, SharedAwareness):
-            reports = [(target, way(robot, target)) for mate in robot.neighbours for target in mate.observed_targets]
-        assert percept.reports.identity.tolist() == [target.unique_id for target, _ in reports]
-        assert np.allclose(percept.reports.offset, np.reshape([offset for _, offset in reports], (-1, 2)))
-        for seen in (percept.targets, percept.mates, percept.reports):
+            relayed = [(target, way(robot, target)) for mate in robot.neighbours for target in mate.observed_targets]
+        assert percept.relayed.identity.tolist() == [target.unique_id for target, _ in relayed]
+        assert np.allclose(percept.relayed.offset, np.reshape([offset for _, offset in relayed], (-1, 2)))
+        for seen in (percept.targets, percept.teammates, percept.relayed):
             assert np.allclose(seen.distance, np.hypot(*seen.offset.T))
 
 
@@ -174,7 +174,7 @@ class Reader:
         pass
 
     def decide(self, percept: Any, memory: None, noise: Any) -> Any:
-        self.seen = [np.array(part) for part in (*percept.targets, *percept.mates, *percept.reports, percept.situation)]
+        self.seen = [np.array(part) for part in (*percept.targets, *percept.teammates, *percept.relayed, percept.situation)]
         return Action(np.zeros_like(percept.heading), np.zeros(len(percept.heading))), memory
 
 
@@ -199,18 +199,18 @@ def test_in_a_step_a_policy_is_given_what_its_robots_say_they_perceive(awareness
 MISFITS = [
     (
         "none",
-        {"needs": ("mates",)},
-        r"policy=Reader: needs 'mates', which awareness 'none' does not deliver; use awareness='ring' \(--awareness ring\)",
+        {"needs": ("teammates",)},
+        r"policy=Reader: needs 'teammates', which awareness 'none' does not deliver; use awareness='ring' \(--awareness ring\)",
     ),
     (
         "pairwise",
-        {"needs": ("reports",)},
-        r"needs 'reports', which awareness 'pairwise' does not deliver; use awareness='shared' \(--awareness shared\)",
+        {"needs": ("relayed",)},
+        r"needs 'relayed', which awareness 'pairwise' does not deliver; use awareness='shared' \(--awareness shared\)",
     ),
     (
         "none",
         {"needs": ("minds",)},
-        r"Reader\.needs='minds': unknown; did you mean 'mates'\? known are mates, reports, targets",
+        r"Reader\.needs='minds': unknown; did you mean 'teammates'\? known are teammates, relayed, targets",
     ),
     ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
@@ -233,7 +233,7 @@ def test_a_policy_that_does_not_fit_is_refused_with_the_cure(
 
 
 def test_a_policy_that_fits_is_not_refused() -> None:
-    CMOMMT(policy=Reader(inputs=16 + 18, needs=("mates", "targets")), awareness="pairwise")
+    CMOMMT(policy=Reader(inputs=16 + 18, needs=("teammates", "targets")), awareness="pairwise")
 
 
 def test_degrees_change_what_robots_do() -> None:
@@ -254,8 +254,8 @@ def test_a_ring_of_more_sectors_than_fit_in_memory_is_refused(delta: int) -> Non
 
 
 @kernel
-def _one_more(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    return reports.distance.shape[0] + 1
+def _one_more(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    return relayed.distance.shape[0] + 1
 
 
 class OneMore(NoAwareness):

@@ -93,7 +93,7 @@ class NoStart:
 
 
 class Misfit(NoStart):
-    needs = ("reports",)
+    needs = ("relayed",)
 
     def start(self, size: int) -> None:
         pass
@@ -122,7 +122,7 @@ GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"placement": [("a", "b")] * 3}, r"position=.*: must be numbers of shape \(3, 2\)"),
     ({"name": "first"}, r"name='first': another group has this name; give one of its own"),
     ({"awareness": None}, r"awareness=None: is no degree of awareness"),
-    pytest.param({"policy": Misfit()}, r"policy=Misfit: needs 'reports'"),
+    pytest.param({"policy": Misfit()}, r"policy=Misfit: needs 'relayed'"),
     pytest.param(
         {"policy": type("Negative", (Misfit,), {"needs": (), "draws": -1})()}, r".*draws=-1"
     ),

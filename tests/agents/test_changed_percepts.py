@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
-from teamsight.agents.exploration import explore
+from teamsight.agents.recording.explore import explore
 from teamsight.policies import Action, LazyQ, RandomWalk
-from teamsight.policies.interface import PerceptOfOne, SightingsOfOne
+from teamsight.policies.interface import NeighboursOfOne, PerceptOfOne
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
-NOTHING = SightingsOfOne(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
+NOTHING = NeighboursOfOne(np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
 
 
 class Blind(Robot):
@@ -128,9 +128,9 @@ def test_asking_between_steps_changes_nothing(policy: Any) -> None:
     ("change", "message"),
     [
         ({"targets": (np.zeros(1), np.zeros((0, 2)), np.zeros(0))}, r"percept\.targets: identity, offset and distance"),
-        ({"targets": None}, r"percept\.targets: must be SightingsOfOne"),
+        ({"targets": None}, r"percept\.targets: must be NeighboursOfOne"),
         ({"heading": np.ones(3)}, r"percept\.heading: has the shape \(3,\); it must be \(2,\)"),
-        ({"mates": (np.zeros(2, int), np.zeros((2, 3)), np.zeros(2))}, r"percept\.mates: .*\(2, 3\)"),
+        ({"teammates": (np.zeros(2, int), np.zeros((2, 3)), np.zeros(2))}, r"percept\.teammates: .*\(2, 3\)"),
     ],
 )
 def test_a_percept_that_a_kernel_could_not_read_is_refused(change: dict[str, Any], message: str) -> None:
@@ -148,7 +148,7 @@ def test_a_learner_that_reads_the_situation_is_not_given_changed_sightings_alone
             nothing = np.ones_like(percept.situation)
             return super().decide(percept._replace(targets=NOTHING, situation=nothing), rng)
 
-    learner = CMOMMT(robots=5, policy="learned", awareness="ring", rng=1)
+    learner = CMOMMT(robots=5, policy="evolved", awareness="ring", rng=1)
     assert not getattr(learner.robots.policy, "inputs", 0)
     memory = explore(CMOMMT(robots=5, awareness="ring", policy="random-walk", rng=1), 30)
     for kind, refused in ((Blind, True), (Honest, False)):

@@ -19,7 +19,7 @@ from teamsight.agents.awareness import (
     Width,
 )
 from teamsight.agents.awareness.shared import team_targets
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 
 DEGREES = [
     NoAwareness(), RingAwareness(), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness(),
@@ -39,31 +39,31 @@ def test_every_degree_that_ships_keeps_the_contract(degree: Awareness, seed: int
 @kernel
 def _nearest(scene: Any, i: int) -> int:
     best = -1
-    for k in range(scene.mates.start[i], scene.mates.start[i + 1]):
-        if best < 0 or scene.mates.distance[k] < scene.mates.distance[best]:
+    for k in range(scene.teammates.start[i], scene.teammates.start[i + 1]):
+        if best < 0 or scene.teammates.distance[k] < scene.teammates.distance[best]:
             best = k
     return best
 
 
 @kernel
-def _show(scene: Any, mates: Any, at: int, k: int, identity: int) -> None:
-    mates.identity[at] = identity
-    mates.offset[at, 0] = scene.mates.offset[k, 0]
-    mates.offset[at, 1] = scene.mates.offset[k, 1]
-    mates.distance[at] = scene.mates.distance[k]
+def _show(scene: Any, teammates: Any, at: int, k: int, identity: int) -> None:
+    teammates.identity[at] = identity
+    teammates.offset[at, 0] = scene.teammates.offset[k, 0]
+    teammates.offset[at, 1] = scene.teammates.offset[k, 1]
+    teammates.distance[at] = scene.teammates.distance[k]
 
 
 @kernel
-def _perceive(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     at = 0
     for i in range(scene.heading.shape[0]):
-        mates.start[i] = at
+        teammates.start[i] = at
         k = _nearest(scene, i)
         if k >= 0:
-            if at < mates.distance.shape[0]:
-                _show(scene, mates, at, k, -1)
+            if at < teammates.distance.shape[0]:
+                _show(scene, teammates, at, k, -1)
             at += 1
-    mates.start[scene.heading.shape[0]] = at
+    teammates.start[scene.heading.shape[0]] = at
     return at
 
 
@@ -72,7 +72,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(scene.heading.shape[0]):
         k = _nearest(scene, i)
         situation[i, 0] = scene.targets.start[i + 1] - scene.targets.start[i]
-        situation[i, 1] = scene.mates.distance[k] / scene.awareness_range[i] if k >= 0 else 1.0
+        situation[i, 1] = scene.teammates.distance[k] / scene.awareness_range[i] if k >= 0 else 1.0
 
 
 class Nearest(Awareness):
@@ -80,7 +80,7 @@ class Nearest(Awareness):
     order = "Θ(1)"
     perceive = _perceive
     situate = _situate
-    delivers = ("targets", "mates")
+    delivers = ("targets", "teammates")
 
     def width(self, team_size: int) -> Width:
         return Width(1, 1)
@@ -91,84 +91,84 @@ def test_a_degree_of_ones_own_passes() -> None:
 
 
 @kernel
-def _no_room(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+def _no_room(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     at = 0
     for i in range(scene.heading.shape[0]):
-        mates.start[i] = at
+        teammates.start[i] = at
         k = _nearest(scene, i)
         if k >= 0:
-            _show(scene, mates, at, k, -1)
+            _show(scene, teammates, at, k, -1)
             at += 1
-    mates.start[scene.heading.shape[0]] = at
+    teammates.start[scene.heading.shape[0]] = at
     return at
 
 
 @kernel
-def _returns_nothing_needed(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    return _perceive(scene, parameters, mates, reports) * 0
+def _returns_nothing_needed(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    return _perceive(scene, parameters, teammates, relayed) * 0
 
 
 @kernel
-def _never_enough(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    need = _perceive(scene, parameters, mates, reports)
-    return mates.distance.shape[0] + 1 if need > 0 else 0
+def _never_enough(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    need = _perceive(scene, parameters, teammates, relayed)
+    return teammates.distance.shape[0] + 1 if need > 0 else 0
 
 
 @kernel
-def _for_nobody(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    _perceive(scene, parameters, mates, reports)
+def _for_nobody(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    _perceive(scene, parameters, teammates, relayed)
     return scene.heading.shape[0]
 
 
 @kernel
-def _no_last_start(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    before = mates.start[scene.heading.shape[0]]
-    need = _perceive(scene, parameters, mates, reports)
-    mates.start[scene.heading.shape[0]] = before
+def _no_last_start(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    before = teammates.start[scene.heading.shape[0]]
+    need = _perceive(scene, parameters, teammates, relayed)
+    teammates.start[scene.heading.shape[0]] = before
     return need
 
 
 @kernel
-def _no_distance(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    need = _perceive(scene, parameters, mates, reports)
-    for at in range(min(need, mates.distance.shape[0])):
-        mates.distance[at] = 2.0
+def _no_distance(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    need = _perceive(scene, parameters, teammates, relayed)
+    for at in range(min(need, teammates.distance.shape[0])):
+        teammates.distance[at] = 2.0
     return need
 
 
 @kernel
-def _nan_offset(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    need = _perceive(scene, parameters, mates, reports)
-    for at in range(min(need, mates.distance.shape[0])):
-        mates.offset[at, 0] = np.nan
+def _nan_offset(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    need = _perceive(scene, parameters, teammates, relayed)
+    for at in range(min(need, teammates.distance.shape[0])):
+        teammates.offset[at, 0] = np.nan
     return need
 
 
 @kernel
-def _place_as_identity(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
-    need = _perceive(scene, parameters, mates, reports)
-    for at in range(min(need, mates.distance.shape[0])):
-        mates.identity[at] = 4_000_000
+def _place_as_identity(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    need = _perceive(scene, parameters, teammates, relayed)
+    for at in range(min(need, teammates.distance.shape[0])):
+        teammates.identity[at] = 4_000_000
     return need
 
 
 @kernel
-def _descending(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+def _descending(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     at = 0
     for i in range(scene.heading.shape[0]):
-        mates.start[i] = at
-        first = scene.mates.start[i]
-        for back in range(scene.mates.start[i + 1] - first):
-            k = scene.mates.start[i + 1] - 1 - back
-            if at < mates.distance.shape[0]:
-                _show(scene, mates, at, k, scene.mates.identity[k])
+        teammates.start[i] = at
+        first = scene.teammates.start[i]
+        for back in range(scene.teammates.start[i + 1] - first):
+            k = scene.teammates.start[i + 1] - 1 - back
+            if at < teammates.distance.shape[0]:
+                _show(scene, teammates, at, k, scene.teammates.identity[k])
             at += 1
-    mates.start[scene.heading.shape[0]] = at
+    teammates.start[scene.heading.shape[0]] = at
     return at
 
 
 @kernel
-def _writes_scene(scene: Any, parameters: Any, mates: Any, reports: Any) -> int:
+def _writes_scene(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     scene.heading[0, 0] = 1.0  # writes_scene
     return 0
 
@@ -184,7 +184,7 @@ def _other_columns(scene: Any, parameters: Any, situation: Any) -> None:
 def _unwritten(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(scene.heading.shape[0]):
         situation[i, 0] = 1.0
-        if scene.mates.start[i + 1] > scene.mates.start[i]:
+        if scene.teammates.start[i + 1] > scene.teammates.start[i]:
             situation[i, 1] = 1.0
 
 
@@ -192,7 +192,7 @@ def _unwritten(scene: Any, parameters: Any, situation: Any) -> None:
 def _not_finite(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(scene.heading.shape[0]):
         situation[i, 0] = 1.0
-        situation[i, 1] = 0.0 / (scene.mates.start[i + 1] - scene.mates.start[i])
+        situation[i, 1] = 0.0 / (scene.teammates.start[i + 1] - scene.teammates.start[i])
 
 
 @kernel
@@ -223,19 +223,19 @@ def _misspelt(scene: Any, parameters: Any, situation: Any) -> None:
 
 
 WRONG = [
-    ({"perceive": _no_room}, r".*test_check_awareness\.py:\d+: perceive uses index 0 of mates\.identity, whose number of entries is 0; write no more than there is room for"),
-    ({"perceive": _returns_nothing_needed}, r"perceive returns 0, and writes \d+ mates; return how many entries"),
+    ({"perceive": _no_room}, r".*test_check_awareness\.py:\d+: perceive uses index 0 of teammates\.identity, whose number of entries is 0; write no more than there is room for"),
+    ({"perceive": _returns_nothing_needed}, r"perceive returns 0, and writes \d+ teammates; return how many entries"),
     ({"perceive": _never_enough}, r"perceive asks for more room each time, at last for \d+; return what is needed"),
     ({"perceive": _for_nobody}, r"perceive returns 3 for robots without a team; it must be 0"),
-    ({"perceive": _no_last_start}, r"perceive writes mates\.start = \[.*-7777777\].*write all n \+ 1 elements"),
-    ({"perceive": _no_distance}, r"perceive writes mates of robot \d+ with the distance 2 and an offset of length .*equal"),
-    ({"perceive": _nan_offset}, r"perceive writes mates of robot \d+ whose offset or distance is unwritten or not finite; write both"),
+    ({"perceive": _no_last_start}, r"perceive writes teammates\.start = \[.*-7777777\].*write all n \+ 1 elements"),
+    ({"perceive": _no_distance}, r"perceive writes teammates of robot \d+ with the distance 2 and an offset of length .*equal"),
+    ({"perceive": _nan_offset}, r"perceive writes teammates of robot \d+ whose offset or distance is unwritten or not finite; write both"),
     ({"perceive": _place_as_identity}, r".* with the identity 4000000, which nobody has; .*-1 to hide"),
     ({"perceive": _descending}, r".* with the identities \[.*\].*; they must ascend"),
     ({"perceive": _writes_scene}, r".*: perceive writes into scene\.heading, which it may only read; copy"),
-    ({"shows_mates": True}, r".*: perceive writes into mates\.start, which it may only read"),
-    ({"delivers": ("targets",)}, r"delivers=\('targets',\): perceive writes mates; add 'mates'"),
-    ({"delivers": ("targets", "mate")}, r"delivers=\('targets', 'mate'\): must be a tuple of some of targets, mates, reports"),
+    ({"shows_teammates": True}, r".*: perceive writes into teammates\.start, which it may only read"),
+    ({"delivers": ("targets",)}, r"delivers=\('targets',\): perceive writes teammates; add 'teammates'"),
+    ({"delivers": ("targets", "mate")}, r"delivers=\('targets', 'mate'\): must be a tuple of some of targets, teammates, relayed"),
     ({"situate": _other_columns}, r".*: situate uses index \d+ of situation, whose number of inputs is 2; width\(team_size\)"),
     ({"situate": _unwritten}, r"situate, of robot 0 in a team of 1, leaves input 1 of 2 unwritten; write every element"),
     ({"situate": _not_finite}, r"situate, of robot 0 in a team of 1, writes nan to input 1; readings must be finite"),
@@ -273,8 +273,8 @@ def test_a_kernel_that_cannot_be_compiled_is_named_with_its_line() -> None:
 
 
 @kernel
-def _returns_nothing(scene: Any, parameters: Any, mates: Any, reports: Any) -> None:
-    mates.start[:] = 0
+def _returns_nothing(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> None:
+    teammates.start[:] = 0
 
 
 def test_a_perceive_that_returns_no_number_is_named() -> None:

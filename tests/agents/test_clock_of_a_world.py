@@ -36,7 +36,7 @@ def test_a_resource_of_simpy_serves_processes_of_the_world(advance: Callable[[Wo
 
     def boss() -> Generator[Any, Any, None]:
         for _ in range(2):
-            log.append(((yield store.get()), "reports", model.now))
+            log.append(((yield store.get()), "relayed", model.now))
         yield simpy.AllOf(model.clock, [model.clock.timeout(1), simpy.Timeout(model.clock, 3)])
         log.append(("boss", "leaves", model.clock.now))
 
@@ -46,8 +46,8 @@ def test_a_resource_of_simpy_serves_processes_of_the_world(advance: Callable[[Wo
     model.clock.process(boss())
     advance(model, 20)
     assert log == [
-        ("a", "begins", 3), ("a", "ends", 5.5), ("b", "begins", 5.5), ("a", "reports", 5.5), ("b", "ends", 8.0),
-        ("b", "reports", 8.0), ("boss", "leaves", 11.0),
+        ("a", "begins", 3), ("a", "ends", 5.5), ("b", "begins", 5.5), ("a", "relayed", 5.5), ("b", "ends", 8.0),
+        ("b", "relayed", 8.0), ("boss", "leaves", 11.0),
     ]  # fmt: skip
     assert tank.level == 0
 

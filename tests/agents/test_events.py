@@ -227,7 +227,7 @@ def test_an_agent_that_moves_in_its_own_step_is_perceived_where_it_is() -> None:
             self.position = (0.01 * self.unique_id, 0.0)
 
     def look(percept: Any, rng: Any) -> tuple[float, float]:
-        seen.append(len(percept.mates.identity))
+        seen.append(len(percept.teammates.identity))
         return 0.0, 0.0
 
     model = World(CMOMMT(rng=1).arena, rng=1)

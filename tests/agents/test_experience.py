@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
-from teamsight.agents.experience import Experience
 from teamsight.agents.group import Group
-from teamsight.agents.noting import FACTS
+from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transitions import Experience
 from teamsight.policies import RandomWalk
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")

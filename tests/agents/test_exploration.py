@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
-from teamsight.agents.exploration import explore, meet, memory_of
+from teamsight.agents.recording.explore import explore, meet, memory_of
 from teamsight.policies import RandomWalk
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 

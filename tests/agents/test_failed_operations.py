@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
-from teamsight.policies import Action, CompiledPolicy, Memory, RandomWalk, Stationary
+from teamsight.policies import Action, CompiledPolicy, PolicyState, RandomWalk, Stationary
 from teamsight.world.clock import Clock
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -45,7 +45,7 @@ class Stubborn(CompiledPolicy):
     def __init__(self, starts: int = 0) -> None:
         self.starts = starts
 
-    def start(self, size: int) -> Memory:
+    def start(self, size: int) -> PolicyState:
         if self.starts == 0:
             raise ValueError("cannot start")
         self.starts -= 1
@@ -55,14 +55,14 @@ class Stubborn(CompiledPolicy):
 class Forgetful(Stubborn):
     """Begins with a memory that its kernel cannot read."""
 
-    def start(self, size: int) -> Memory:
-        return Memory(np.zeros((size + 1, 0, 0)), np.zeros((size, 0, 0), np.int64))
+    def start(self, size: int) -> PolicyState:
+        return PolicyState(np.zeros((size + 1, 0, 0)), np.zeros((size, 0, 0), np.int64))
 
 
 class Needy(RandomWalk):
     """Cannot do without what teammates report."""
 
-    needs = ("reports",)
+    needs = ("relayed",)
 
 
 def make() -> World:
@@ -293,7 +293,7 @@ def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
             robots.add_column("battery", 1.0)
             done = interrupted_at(line, lambda world=world, robots=robots: _do(deed, world, robots))
             sizes = {
-                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.memory.real),
+                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.memory.floats),
                 len(robots.columns["battery"]), sum(agent.group is robots for agent in world.agents),
                 len(robots.perception.situation), robots.action.distance.shape[0],
             }  # fmt: skip

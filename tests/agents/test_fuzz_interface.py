@@ -57,7 +57,7 @@ class Straight:
 
 CLASSES = [Robot, Target, Rival, Slow]
 POLICIES: list[Any] = [
-    "a-cmommt", "centroid", "random-walk", "stationary", "evasive", "learned", RandomWalk(0.05), Stationary(), Straight(),
+    "a-cmommt", "centroid", "random-walk", "stationary", "evasive", "evolved", RandomWalk(0.05), Stationary(), Straight(),
     lambda percept, rng: (float(rng.random()), 0.05),
 ]  # fmt: skip
 AWARENESS: list[Any] = ["none", "ring", "pairwise", "shared", RingAwareness(3)]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
-from teamsight.kernel import kernel
-from teamsight.policies import Action, CompiledPolicy, Memory, RandomWalk, Stationary
+from teamsight.core.kernel import kernel
+from teamsight.policies import Action, CompiledPolicy, PolicyState, RandomWalk, Stationary
 
 
 def test_names_are_given_and_kept_apart() -> None:
@@ -104,12 +104,12 @@ def test_positions_set_by_hand_are_seen_at_once() -> None:
 
 
 @kernel
-def _fails_late(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def _fails_late(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
-        mind.memory.whole[i, 0, 0] += 1
+        arrays.state.ints[i, 0, 0] += 1
         action.heading[i, 0] = 1.0
         action.heading[i, 1] = 0.0
-        action.distance[i] = np.nan if mind.memory.whole[i, 0, 0] > 20 else 0.01
+        action.distance[i] = np.nan if arrays.state.ints[i, 0, 0] > 20 else 0.01
 
 
 class FailsLate(CompiledPolicy):
@@ -118,8 +118,8 @@ class FailsLate(CompiledPolicy):
     kernel = _fails_late
     parameters = ()
 
-    def start(self, size: int) -> Memory:
-        return Memory(np.zeros((size, 0, 0)), np.zeros((size, 1, 1), np.int64))
+    def start(self, size: int) -> PolicyState:
+        return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 1, 1), np.int64))
 
 
 @pytest.mark.parametrize("road", ["run", "step"])
@@ -258,7 +258,7 @@ def test_a_column_of_another_length_is_refused() -> None:
 
 
 @kernel
-def _strides(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def _strides(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(percept.speed.shape[0]):
         action.heading[i, 0] = 1.5
         action.heading[i, 1] = 0.0
@@ -282,8 +282,8 @@ def test_a_compiled_heading_that_is_no_unit_vector_is_refused() -> None:
 @pytest.mark.parametrize(
     "memory",
     [
-        lambda size: Memory(np.zeros((size, 0, 0), np.float32), np.zeros((size, 1, 1), np.int32)),
-        lambda size: Memory(np.zeros((size - 1, 0, 0)), np.zeros((size - 1, 1, 1), np.int64)),
+        lambda size: PolicyState(np.zeros((size, 0, 0), np.float32), np.zeros((size, 1, 1), np.int32)),
+        lambda size: PolicyState(np.zeros((size - 1, 0, 0)), np.zeros((size - 1, 1, 1), np.int64)),
     ],
 )
 def test_a_compiled_memory_of_the_wrong_kind_or_size_is_refused(memory: Any) -> None:

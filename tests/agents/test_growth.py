@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.engine import Engine
-from teamsight.world.proximity import Search
+from teamsight.agents.engine.engine import Engine
+from teamsight.world.proximity.search import Search
 
 DEGREES = ["none", "ring", "pairwise", "shared"]
 
@@ -50,7 +50,7 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
         assert np.array_equal(model.robots.position, other.robots.position)
         assert np.array_equal(model.targets.position, other.targets.position)
         assert model.history.equals(other.history)
-        for a, b in zip(model.robots.sightings("mates"), other.robots.sightings("mates"), strict=True):
+        for a, b in zip(model.robots.sightings("teammates"), other.robots.sightings("teammates"), strict=True):
             assert np.array_equal(a, b)
 
 
@@ -77,7 +77,7 @@ def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pyte
         seen: list[int] = []
 
         def look(percept: Any, rng: Any) -> tuple[float, float]:
-            seen.append(len(percept.mates.identity) + 100 * len(percept.reports.identity))
+            seen.append(len(percept.teammates.identity) + 100 * len(percept.relayed.identity))
             toward = percept.targets.offset.mean(axis=0)
             return float(np.arctan2(*toward[::-1]) - np.arctan2(*percept.heading[::-1])), 0.3
 

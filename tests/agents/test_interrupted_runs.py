@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
-from teamsight.agents.engine import Engine
-from teamsight.kernel import Entry
+from teamsight.agents.engine.engine import Engine
+from teamsight.core.kernel import Entry
 from teamsight.policies import Action
-from teamsight.world.proximity import Search
+from teamsight.world.proximity.search import Search
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 

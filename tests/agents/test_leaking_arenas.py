@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 
 from teamsight import Robot, World
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.policies import RandomWalk
 from teamsight.world.arena import Arena
 

@@ -14,11 +14,11 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.agents.awareness.interface import Width
-from teamsight.agents.exploration import explore
-from teamsight.kernel import kernel
+from teamsight.agents.recording.explore import explore
+from teamsight.core.kernel import kernel
 from teamsight.policies import LazyQ, PessimisticLazyQ, RandomWalk, SheppardLazyQ
 from teamsight.policies.eager import LinearQ, TabularQ
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import team_reward
 
 pytestmark = pytest.mark.filterwarnings("error:run.. makes its steps one by one")

@@ -12,7 +12,7 @@ import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
-from teamsight.policies import ACmommt, Centroid, Evasive, Learned, RandomWalk, Stationary, turned
+from teamsight.policies import ACmommt, Centroid, Evasive, Evolved, RandomWalk, Stationary, turned
 from teamsight.policies.interface import Action
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -37,12 +37,12 @@ def fingerprint(model: World) -> list[Any]:
     for group in model.groups:
         seen += [group.position, group.heading, group.bodies.moved, group.identity]
         seen += [group.memory] if isinstance(group.memory, np.ndarray) else list(group.memory or ())
-        for kind in ("targets", "mates"):
+        for kind in ("targets", "teammates"):
             seen += list(group.sightings(kind))
         seen += [agent.situation for agent in group if isinstance(agent, Robot)]
         for agent in list(group)[:3]:
             percept = agent.percept
-            seen += [*percept.targets, *percept.mates, *percept.reports, percept.moved]
+            seen += [*percept.targets, *percept.teammates, *percept.relayed, percept.moved]
     seen += [model.history, model.trajectory]
     if hasattr(model, "datacollector"):
         seen += [model.datacollector.get_model_vars_dataframe()]
@@ -82,7 +82,7 @@ POLICIES = [
     ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", search="wander"), ACmommt(weights="none", search="stay"),
     ACmommt(search_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
-    Learned(),
+    Evolved(),
 ]  # fmt: skip
 DEGREES = [NoAwareness(), RingAwareness(16), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness()]
 
@@ -194,7 +194,7 @@ class Careful:
 
 def rule(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
     """A policy for one robot."""
-    return rng.normal() + len(percept.mates.identity), percept.speed * rng.random()
+    return rng.normal() + len(percept.teammates.identity), percept.speed * rng.random()
 
 
 class Own(Robot):

@@ -1,4 +1,4 @@
-"""Jobs for the tests of the crew: functions of a module, as spawned workers need them."""
+"""Jobs for the tests of the pool: functions of a module, as spawned workers need them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import os
 import signal
 import time
 
-from teamsight.analysis.crew import tell
-from teamsight.cache_folder import cache_folder
+from teamsight.analysis.runs.workers import tell
+from teamsight.core.kernel.cache_folder import cache_folder
 
 
 def square(number: int) -> int:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, World
-from teamsight.agents.exploration import explore as explore_world
-from teamsight.analysis import delta, neighbour_graph
+from teamsight.agents.recording.explore import explore as explore_world
+from teamsight.analysis import neighbour_graph
+from teamsight.analysis.delta import choose
 from teamsight.policies import RandomWalk
 
 
@@ -58,7 +59,7 @@ def late(seed: int) -> World:
     ("make", "robots", "neighbours"), [(two_groups, 7, 6), (two_teams, 5, 4), (coming_and_going, 6, 5), (late, 3, 2)]
 )
 def test_delta_counts_all_that_are_on_a_team(make: Callable[[int], World], robots: int, neighbours: int) -> None:
-    report = delta.choose_delta(make, runs=4, steps=40, risk=0.6, rng=1)
+    report = choose.choose_delta(make, runs=4, steps=40, risk=0.6, rng=1)
     assert report.maxima["max_neighbours"].tolist() == [neighbours] * 4
     assert (report.robots, report.delta, report.largest) == (robots, neighbours, neighbours)
     assert len(report.exceedance) == robots
@@ -68,18 +69,18 @@ def test_delta_counts_all_that_are_on_a_team(make: Callable[[int], World], robot
 
 
 def test_the_closed_form_is_for_one_team_that_stays_as_it_is() -> None:
-    report = delta.choose_delta(two_groups, runs=2, steps=10, risk=0.6, rng=1)
+    report = choose.choose_delta(two_groups, runs=2, steps=10, risk=0.6, rng=1)
     assert report.prediction is not None
     assert len(report.prediction.at_least) == 7
     assert report.notes == ()
     for make in (two_teams, coming_and_going):
-        assert delta.choose_delta(make, runs=2, steps=40, risk=0.6, rng=1).prediction is None
-    assert "several teams" in delta.choose_delta(two_teams, runs=2, steps=5, risk=0.6).to_markdown()
-    assert "N = 6 is the most" in delta.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6).to_markdown()
+        assert choose.choose_delta(make, runs=2, steps=40, risk=0.6, rng=1).prediction is None
+    assert "several teams" in choose.choose_delta(two_teams, runs=2, steps=5, risk=0.6).to_markdown()
+    assert "N = 6 is the most" in choose.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6).to_markdown()
 
 
 def test_two_groups_are_one_team_of_as_many() -> None:
-    one = delta.choose_delta({"robots": 12, "radius": 2.0, "policy": "random-walk"}, runs=60, steps=60, risk=0.2, rng=2)
+    one = choose.choose_delta({"robots": 12, "radius": 2.0, "policy": "random-walk"}, runs=60, steps=60, risk=0.2, rng=2)
 
     def split(seed: int) -> World:
         world = World(Disc(2.0), rng=seed)
@@ -87,7 +88,7 @@ def test_two_groups_are_one_team_of_as_many() -> None:
             world.add(Robot, size, policy=RandomWalk())
         return world
 
-    two = delta.choose_delta(split, runs=60, steps=60, risk=0.2, rng=2)
+    two = choose.choose_delta(split, runs=60, steps=60, risk=0.2, rng=2)
     assert (two.robots, two.awareness_range, two.predicted_delta) == (12, 1.0, one.predicted_delta)
     assert abs(two.delta - one.delta) <= 1
 
@@ -134,12 +135,12 @@ def test_a_world_without_a_team_is_refused() -> None:
         neighbour_graph.over_time(world, 5)
     assert world.tick == 0
     with pytest.raises(ValueError, match=r"nobody is on a team in the world of seed \d+.*add a group of Robot"):
-        delta.choose_delta(nobody, runs=3, steps=2)
+        choose.choose_delta(nobody, runs=3, steps=2)
 
 
 def test_a_factory_of_something_else_is_refused() -> None:
     with pytest.raises(TypeError, match=r"model\(\d+\) is None: must be a World"):
-        delta.choose_delta(lambda seed: None, runs=1)  # type: ignore[arg-type,return-value]
+        choose.choose_delta(lambda seed: None, runs=1)  # type: ignore[arg-type,return-value]
 
 
 def test_steps_that_a_factory_has_made_do_not_count() -> None:
@@ -150,7 +151,7 @@ def test_steps_that_a_factory_has_made_do_not_count() -> None:
             robot.remove()
         return world
 
-    report = delta.choose_delta(crowd_that_leaves, runs=3, steps=5, risk=0.9, rng=1)
+    report = choose.choose_delta(crowd_that_leaves, runs=3, steps=5, risk=0.9, rng=1)
     assert report.maxima["max_neighbours"].tolist() == [3, 3, 3]
     assert report.robots == 4
 
@@ -162,7 +163,7 @@ def test_ranges_that_differ() -> None:
         world.add(Robot, 2, policy=RandomWalk(), awareness_range=[0.01, 3.0])
         return world
 
-    report = delta.choose_delta(make, runs=2, steps=10, risk=0.6, rng=1)
+    report = choose.choose_delta(make, runs=2, steps=10, risk=0.6, rng=1)
     assert (report.awareness_range, report.prediction, report.largest) == (None, None, 4)
     world = make(1)
     table = neighbour_graph.over_time(world, 3)
@@ -180,5 +181,5 @@ def test_exploring_keeps_what_each_group_meets(make: Callable[[int], World]) -> 
 
 def test_cmommt_is_a_world_like_any_other() -> None:
     model = CMOMMT(robots=9, radius=2.0, rng=3)
-    assert model.proximity.index.tolist() == model.robots.relations["mates"].graph.index.tolist()
+    assert model.proximity.index.tolist() == model.robots.relations["teammates"].graph.index.tolist()
     assert model.teammates.identity.tolist() == model.robots.identity.tolist()

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis import calibration
-from teamsight.analysis.calibrate import page
-from teamsight.analysis.calibration import OPEN_CLAIMS, PARAMETERS
-from teamsight.analysis.claims import Verdict
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.study import QUICK
+from teamsight.analysis.calibration import calibration
+from teamsight.analysis.calibration.calibrate import page
+from teamsight.analysis.calibration.calibration import OPEN_CLAIMS, PARAMETERS
+from teamsight.analysis.paper.claims import Verdict
+from teamsight.analysis.runs.experiment import QUICK
+from teamsight.analysis.runs.workers import WorkerPool
 
 
 def assessed(holds: dict[tuple[float, str, int], set[str]], stage: str = "final") -> pd.DataFrame:
@@ -92,9 +92,9 @@ def test_the_search_judges_the_best_again_and_the_defaults() -> None:
     ]
     stages = (calibration.SCREEN._replace(runs=2), calibration.FINAL._replace(grid=QUICK, runs=2, roots=(-2, -3)))
     seen: list[tuple[int, int]] = []
-    with Crew(1) as crew:
+    with WorkerPool(1) as pool:
         found = calibration.search(
-            crew, settings=settings, stages=stages, finalists=1, steps=3, progress=lambda *done: seen.append(done)
+            pool, settings=settings, stages=stages, finalists=1, steps=3, progress=lambda *done: seen.append(done)
         )
     best = calibration.ranking(found[found["stage"] == "screen"]).iloc[0]
     final = found[found["stage"] == "final"]

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.claims import CLAIMS, Ledger, Tables, Verdict, needed
-from teamsight.analysis.experiments import catalogue
-from teamsight.analysis.study import PAPER, QUICK, Grid
+from teamsight.analysis.paper.claims import CLAIMS, Ledger, Tables, Verdict, needed
+from teamsight.analysis.paper.experiments import catalogue
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
 
 Share = Callable[[int, float], float]
 BY_NAME = {claim.name: claim for claim in CLAIMS}
@@ -274,7 +274,7 @@ def test_every_rule_can_be_applied_to_either_grid(grid: Grid) -> None:
 
 def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     from teamsight.analysis import search_space
-    from teamsight.policies import forces
+    from teamsight.policies.handmade import forces
 
     monkeypatch.setattr(search_space, "inputs", lambda degree, team: 16 + team)
     assert not BY_NAME["degrees"].judge({}).holds
@@ -283,7 +283,7 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_another_exploration_than_the_papers_differs(monkeypatch: pytest.MonkeyPatch) -> None:
-    from teamsight.policies import lazy_q
+    from teamsight.policies.lazy import lazy_q
 
     shipped = lazy_q.shipped()
     monkeypatch.setattr(lazy_q, "shipped", lambda: shipped.sample(599, seed=1))

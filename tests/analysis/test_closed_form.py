@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from teamsight.analysis import closed_form
+from teamsight.analysis.delta import closed_form
 
 
 @pytest.mark.parametrize(

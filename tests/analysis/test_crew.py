@@ -1,4 +1,4 @@
-"""A crew returns results in order, survives nothing silently, and leaves no process behind."""
+"""A pool returns results in order, survives nothing silently, and leaves no process behind."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from teamsight.analysis import crew as workers_module
-from teamsight.analysis.crew import Crew, JobError, check_workers
-from teamsight.analysis.study import Run
-from teamsight.cache_folder import cache_folder
+from teamsight.analysis.runs import workers as workers_module
+from teamsight.analysis.runs.experiment import Run
+from teamsight.analysis.runs.workers import JobError, WorkerPool, check_workers
+from teamsight.core.kernel.cache_folder import cache_folder
 
 sys.path.insert(0, str(Path(__file__).parent))
 import jobs
@@ -26,34 +26,34 @@ import jobs
 @pytest.mark.parametrize("workers", [1, 3])
 def test_results_come_in_the_order_of_the_jobs(workers: int) -> None:
     done: list[int] = []
-    with Crew(workers) as crew:
-        assert crew.map(jobs.square, range(20), done.append) == [number**2 for number in range(20)]
+    with WorkerPool(workers) as pool:
+        assert pool.map(jobs.square, range(20), done.append) == [number**2 for number in range(20)]
         assert sorted(done) == list(range(20))
-        assert crew.map(jobs.square, [5]) == [25]
-        assert crew.map(jobs.square, []) == []
+        assert pool.map(jobs.square, [5]) == [25]
+        assert pool.map(jobs.square, []) == []
 
 
 def test_all_workers_take_part() -> None:
-    with Crew(2) as crew:
-        assert len(set(crew.map(jobs.process_of, range(20))) - {os.getpid()}) == 2
+    with WorkerPool(2) as pool:
+        assert len(set(pool.map(jobs.process_of, range(20))) - {os.getpid()}) == 2
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_failing_job_is_reported_with_its_own_words(workers: int) -> None:
-    with pytest.raises(JobError, match=r"^delta=0: a ring needs at least 1 sector$"), Crew(workers) as crew:
-        crew.map(jobs.fail_at_three, range(6))
+    with pytest.raises(JobError, match=r"^delta=0: a ring needs at least 1 sector$"), WorkerPool(workers) as pool:
+        pool.map(jobs.fail_at_three, range(6))
 
 
 def test_a_killed_worker_is_reported_with_its_job() -> None:
-    with pytest.raises(JobError, match=r"exit code -9 in job <7>"), Crew(2) as crew:
-        crew.map(jobs.die, [7], describe=lambda job: f"job <{job}>")
+    with pytest.raises(JobError, match=r"exit code -9 in job <7>"), WorkerPool(2) as pool:
+        pool.map(jobs.die, [7], describe=lambda job: f"job <{job}>")
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_what_a_job_tells_arrives(workers: int) -> None:
     lines: list[str] = []
-    with Crew(workers, told=lines.append) as crew:
-        crew.map(jobs.talk, range(4))
+    with WorkerPool(workers, told=lines.append) as pool:
+        pool.map(jobs.talk, range(4))
     assert sorted(lines) == [f"line {number}" for number in range(4)]
 
 
@@ -61,12 +61,12 @@ _LONG = """
 import sys
 sys.path.insert(0, {tests!r})
 import jobs
-from teamsight.analysis.crew import Crew
+from teamsight.analysis.runs.workers import WorkerPool
 if __name__ == "__main__":
     try:
-        with Crew(2) as crew:
-            print(*(worker.process.pid for worker in crew._workers), flush=True)
-            crew.map(jobs.{job}, range(4))
+        with WorkerPool(2) as pool:
+            print(*(worker.process.pid for worker in pool._workers), flush=True)
+            pool.map(jobs.{job}, range(4))
     except KeyboardInterrupt:
         sys.exit(130)
 """
@@ -119,10 +119,10 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
     # In a process of its own, since the first start of a process is unlike the others.
     script = tmp_path / "masks.py"
     script.write_text(
-        "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.crew import Crew\n"
+        "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.runs.workers import WorkerPool\n"
         "if __name__ == '__main__':\n"
-        "    with Crew(2) as crew:\n"
-        "        for worker in crew._workers:\n"
+        "    with WorkerPool(2) as pool:\n"
+        "        for worker in pool._workers:\n"
         "            status = Path(f'/proc/{worker.process.pid}/status').read_text()\n"
         "            print(*(line for line in status.splitlines() if line.startswith('SigBlk')))\n"
         "    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))\n"
@@ -154,8 +154,8 @@ def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp
 
 
 def test_a_killed_worker_with_a_long_job_is_told_in_one_line_with_a_cure() -> None:
-    with pytest.raises(JobError, match=r"exit code -9 in .*fewer workers$") as caught, Crew(2) as crew:
-        crew.map(jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
+    with pytest.raises(JobError, match=r"exit code -9 in .*fewer workers$") as caught, WorkerPool(2) as pool:
+        pool.map(jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
 
@@ -164,9 +164,9 @@ def test_a_killed_worker_with_a_long_job_is_told_in_one_line_with_a_cure() -> No
 def test_a_long_error_keeps_its_beginning_and_its_end(workers: int) -> None:
     with (
         pytest.raises(JobError, match=r"^number=3: is wrong for .* … .*\(in the run rng=7\)$") as caught,
-        Crew(workers) as crew,
+        WorkerPool(workers) as pool,
     ):
-        crew.map(jobs.fail_at_length, [3])
+        pool.map(jobs.fail_at_length, [3])
     assert len(str(caught.value)) < 300
 
 
@@ -188,13 +188,13 @@ def test_too_many_workers_are_refused_before_any_is_started(monkeypatch: pytest.
             check_workers(count)
         assert len(str(caught.value)) < 300
     with pytest.raises(ValueError, match="^workers=200: must be at most 12"):
-        Crew(200)
+        WorkerPool(200)
     for wrong in (0, -1):
         with pytest.raises(ValueError, match=f"workers={wrong}: must be at least 1"):
-            Crew(wrong)
+            WorkerPool(wrong)
     for kind in (2.5, "4", None, True):
         with pytest.raises(TypeError, match="workers="):
-            Crew(kind)  # type: ignore[arg-type]
+            WorkerPool(kind)  # type: ignore[arg-type]
 
 
 def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
@@ -206,8 +206,8 @@ def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(unsafe))
-    with Crew(2) as crew:
-        folders = set(crew.map(jobs.cache_folder_of, range(6)))
+    with WorkerPool(2) as pool:
+        folders = set(pool.map(jobs.cache_folder_of, range(6)))
     assert folders == {str(cache_folder())}
     assert capfd.readouterr().err.count("\n") == 1
 
@@ -225,7 +225,7 @@ def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pyt
 
     monkeypatch.setattr(spawn.Process, "start", start)
     with pytest.raises(OSError, match="temporarily unavailable"):
-        Crew(3)
+        WorkerPool(3)
     assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
 
 
@@ -245,7 +245,7 @@ def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPa
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):
-            Crew(2)
+            WorkerPool(2)
     finally:
         signal.signal(signal.SIGINT, before)
     assert len(started) == 2

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis import delta
-from teamsight.analysis.delta import DeltaReport
+from teamsight.analysis.delta import choose
+from teamsight.analysis.delta.choose import DeltaReport
 
 sys.path.insert(0, str(Path(__file__).parent))  # the suite is imported by file, so helpers are found by path
 from snapshots import Snapshots
@@ -20,7 +20,7 @@ from snapshots import Snapshots
 
 @pytest.fixture(scope="module")
 def report() -> DeltaReport:
-    return delta.choose_delta(Snapshots, runs=300, steps=12, risk=0.05)
+    return choose.choose_delta(Snapshots, runs=300, steps=12, risk=0.05)
 
 
 def test_delta_is_read_from_the_maxima(report: DeltaReport) -> None:
@@ -59,8 +59,8 @@ def test_cost_compares_the_degrees(report: DeltaReport) -> None:
 
 
 def test_every_run_can_be_repeated_from_its_seed() -> None:
-    found = delta.explore(Snapshots, runs=3, steps=5, rng=7)
-    again = delta.explore(Snapshots, runs=5, steps=5, rng=7)
+    found = choose.explore(Snapshots, runs=3, steps=5, rng=7)
+    again = choose.explore(Snapshots, runs=5, steps=5, rng=7)
     pd.testing.assert_frame_equal(found.maxima, again.maxima.head(3))
     world = Snapshots(int(found.maxima["seed"][2]))
     world.run(5)
@@ -69,20 +69,20 @@ def test_every_run_can_be_repeated_from_its_seed() -> None:
 
 
 def test_without_a_seed_explorations_differ() -> None:
-    one, other = (delta.explore(Snapshots, runs=1, steps=1).maxima["seed"][0] for _ in range(2))
+    one, other = (choose.explore(Snapshots, runs=1, steps=1).maxima["seed"][0] for _ in range(2))
     assert one != other
 
 
 def test_progress_and_closing() -> None:
     Snapshots.opened = Snapshots.closed = 0
     seen: list[tuple[int, int]] = []
-    delta.explore(Snapshots, runs=3, steps=2, progress=lambda done, total: seen.append((done, total)))
+    choose.explore(Snapshots, runs=3, steps=2, progress=lambda done, total: seen.append((done, total)))
     assert seen == [(1, 3), (2, 3), (3, 3)]
     assert Snapshots.opened == Snapshots.closed == 3
 
 
 def test_too_few_runs_are_said_plainly() -> None:
-    few = delta.choose_delta(Snapshots, runs=20, steps=3, risk=0.01, rng=1)
+    few = choose.choose_delta(Snapshots, runs=20, steps=3, risk=0.01, rng=1)
     assert not few.supported
     assert few.delta_safe == 7
     text = str(few)
@@ -91,7 +91,7 @@ def test_too_few_runs_are_said_plainly() -> None:
 
 
 def test_a_lone_robot_needs_no_ring() -> None:
-    alone = delta.choose_delta(partial(Snapshots, robots=1), runs=5, steps=2, risk=0.5)
+    alone = choose.choose_delta(partial(Snapshots, robots=1), runs=5, steps=2, risk=0.5)
     assert alone.delta == alone.delta_safe == alone.predicted_delta == 0
     assert "NoAwareness()" in str(alone)
     assert alone.to_markdown()
@@ -135,12 +135,12 @@ def test_an_unwritable_folder_is_named(report: DeltaReport, tmp_path: Path) -> N
 )
 def test_bad_numbers_are_named(given: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        delta.choose_delta(Snapshots, **given)
+        choose.choose_delta(Snapshots, **given)
 
 
 def test_a_model_that_is_none_is_refused() -> None:
     with pytest.raises(TypeError, match="model=3"):
-        delta.choose_delta(3, runs=1)
+        choose.choose_delta(3, runs=1)
 
 
 @pytest.mark.parametrize(
@@ -156,4 +156,4 @@ def test_what_would_run_for_ever_is_refused(given: dict[str, Any], told: str) ->
         raise AssertionError("a world was made")
 
     with pytest.raises(ValueError, match=told):
-        delta.choose_delta(never, **given)
+        choose.choose_delta(never, **given)

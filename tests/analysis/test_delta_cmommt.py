@@ -10,19 +10,20 @@ from scipy.spatial import cKDTree
 
 from teamsight import CMOMMT
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
-from teamsight.analysis import delta, neighbour_graph, tracks
-from teamsight.analysis.delta_report import cost_table
-from teamsight.analysis.study import model_seed
+from teamsight.analysis import neighbour_graph
+from teamsight.analysis.delta import choose, from_trajectories
+from teamsight.analysis.delta.report import cost_table
+from teamsight.analysis.runs.experiment import model_seed
 
 EXPLORER = {"robots": 20, "radius": 3.0, "policy": "random-walk"}
 
 
 @pytest.fixture(scope="module")
-def report() -> delta.DeltaReport:
-    return delta.choose_delta(EXPLORER, runs=100, steps=120, risk=0.05, rng=5)
+def report() -> choose.DeltaReport:
+    return choose.choose_delta(EXPLORER, runs=100, steps=120, risk=0.05, rng=5)
 
 
-def test_maxima_are_those_of_the_models_run_by_hand(report: delta.DeltaReport) -> None:
+def test_maxima_are_those_of_the_models_run_by_hand(report: choose.DeltaReport) -> None:
     for run in (0, 17):
         seed = model_seed(5, run, 20, 15, 3.0)
         assert report.maxima["seed"][run] == seed
@@ -33,7 +34,7 @@ def test_maxima_are_those_of_the_models_run_by_hand(report: delta.DeltaReport) -
 
 
 def test_looking_at_bearings_changes_no_run() -> None:
-    few = delta.explore(EXPLORER, runs=4, steps=100, rng=8)
+    few = choose.explore(EXPLORER, runs=4, steps=100, rng=8)
     for seed, largest in zip(few.maxima["seed"], few.maxima["max_neighbours"], strict=True):
         model = CMOMMT(**EXPLORER, rng=int(seed))
         model.run(100)
@@ -41,15 +42,15 @@ def test_looking_at_bearings_changes_no_run() -> None:
         model.close()
 
 
-def test_settings_and_a_factory_give_the_same_kind_of_report(report: delta.DeltaReport) -> None:
-    made = delta.choose_delta(lambda seed: CMOMMT(**EXPLORER, rng=seed), runs=100, steps=120, risk=0.05, rng=6)
+def test_settings_and_a_factory_give_the_same_kind_of_report(report: choose.DeltaReport) -> None:
+    made = choose.choose_delta(lambda seed: CMOMMT(**EXPLORER, rng=seed), runs=100, steps=120, risk=0.05, rng=6)
     assert abs(made.delta - report.delta) <= 1
     assert (made.robots, made.awareness_range) == (report.robots, report.awareness_range) == (20, 1.0)
     assert made.predicted_delta == report.predicted_delta
     assert "CMOMMT(robots=20, radius=3.0, policy=random-walk)" in report.subject
 
 
-def test_the_closed_form_is_near_for_random_walkers(report: delta.DeltaReport) -> None:
+def test_the_closed_form_is_near_for_random_walkers(report: choose.DeltaReport) -> None:
     assert report.predicted_delta is not None
     # The reference page finds the form off by at most 1.3 in the mean; δ can be one more apart by rounding.
     assert abs(report.predicted_delta - report.delta) <= 2
@@ -69,9 +70,9 @@ def test_cost_counts_what_the_degrees_really_add() -> None:
 
 def test_bad_settings_are_refused_before_any_run() -> None:
     with pytest.raises(ValueError, match=r"rng=3: .* give rng to choose_delta"):
-        delta.choose_delta({"robots": 3, "rng": 3}, runs=1)
+        choose.choose_delta({"robots": 3, "rng": 3}, runs=1)
     with pytest.raises(ValueError, match="robots=0"):
-        delta.choose_delta({"robots": 0}, runs=1)
+        choose.choose_delta({"robots": 0}, runs=1)
 
 
 def test_graph_over_time_agrees_with_the_model_and_its_record() -> None:
@@ -105,7 +106,7 @@ def test_tracks_of_a_run_give_its_degrees() -> None:
     model.run(60)
     trajectory = model.trajectory
     robots = trajectory[trajectory["group"] == trajectory["group"].iloc[0]].rename(columns={"identity": "robot"})
-    found = tracks.delta_from_tracks(robots, 1.0, window=20.0, arena=model.arena, risk=0.5)
+    found = from_trajectories.delta_from_tracks(robots, 1.0, window=20.0, arena=model.arena, risk=0.5)
     degree = found.over_time.set_index("time")["max_degree"]
     history = model.history["max_neighbours"]
     both = degree.index.intersection(history.index)

@@ -8,27 +8,27 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis import comparison, evolution
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.evolution import LOG, Evolution, LogError, evolve
-from teamsight.analysis.study import Grid
+from teamsight.analysis.evolution import cma, compare
+from teamsight.analysis.evolution.cma import LOG, Evolution, LogError, evolve
+from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.workers import WorkerPool
 
 SMALL = Evolution(population=4)
 
 
 @pytest.fixture(autouse=True)
 def few_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evolution, "GRID", Grid((5,), (2.0, 3.0)))
-    monkeypatch.setattr(evolution, "STEPS", 30)
+    monkeypatch.setattr(cma, "GRID", Grid((5,), (2.0, 3.0)))
+    monkeypatch.setattr(cma, "STEPS", 30)
 
 
 def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndarray]:
-    with Crew(1) as crew:
-        return [found.mean for found in evolve(what, generations, folder, crew)]
+    with WorkerPool(1) as pool:
+        return [found.mean for found in evolve(what, generations, folder, pool)]
 
 
 def test_an_interrupted_evolution_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    whole, parts = tmp_path / "ints", tmp_path / "parts"
     whole.mkdir(), parts.mkdir()
     expected = run(4, whole)
     run(1, parts)
@@ -50,12 +50,12 @@ def test_another_evolution_is_not_mixed_in(tmp_path: Path) -> None:
 
 
 def test_every_candidate_of_a_generation_meets_the_same_worlds_and_the_next_meets_others() -> None:
-    first = evolution.Job(evolution.beginning(1), 0)
-    assert evolution.worth(first) == evolution.worth(first) != evolution.worth(first._replace(generation=1))
+    first = cma.Job(cma.beginning(1), 0)
+    assert cma.worth(first) == cma.worth(first) != cma.worth(first._replace(generation=1))
 
 
 def test_no_command_accepts_a_seed_of_the_evolution_and_none_is_used_twice() -> None:
-    roots = [evolution.TRAIN, evolution.VALIDATE, evolution.SCREEN, evolution.TEST]
+    roots = [cma.TRAIN, cma.VALIDATE, cma.SCREEN, cma.TEST]
     assert max(roots) < 0
     assert len(set(roots)) == 4
 
@@ -67,7 +67,7 @@ def test_the_interval_rests_on_the_replicates() -> None:
             "difference": [0.0, 0.02, 0.01, 0.03, 0.02, 0.04],
         }
     )  # fmt: skip
-    gain = comparison.overall(table)
+    gain = compare.overall(table)
     assert gain.mean == pytest.approx(2.0)
     # Student's t with two degrees of freedom: 4.303 times the standard error of 1, 2, 3.
     assert gain.high - gain.mean == pytest.approx(4.3027 / 3**0.5, rel=1e-4)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from teamsight.analysis import exceedance
+from teamsight.analysis.stats import exceedance
 
 
 @given(trials=st.integers(1, 2000), share=st.floats(0, 1), confidence=st.floats(0.6, 0.999))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from teamsight import CMOMMT, kernel
-from teamsight.analysis import execute
-from teamsight.analysis.crew import Crew, JobError
-from teamsight.analysis.execute import Outcome, Request, make_tables
-from teamsight.analysis.experiments import catalogue
-from teamsight.analysis.study import Experiment, Grid, Run
+from teamsight import CMOMMT
+from teamsight.analysis.paper.experiments import catalogue
+from teamsight.analysis.runs import simulate as runner
+from teamsight.analysis.runs.experiment import Experiment, Grid, Run
+from teamsight.analysis.runs.simulate import Outcome, Request, make_tables
+from teamsight.analysis.runs.workers import JobError, WorkerPool
+from teamsight.core.kernel import entry as kernel_entry
 
 GRID = Grid((2, 6), (1.0, 3.0))
 SETTING = {"robot_speed": 0.2, "search": "wander"}
@@ -21,8 +22,8 @@ def requests(*names: str) -> list[Request]:
 
 
 def made(workers: int, *names: str) -> dict[str, pd.DataFrame]:
-    with Crew(workers, execute.IMPORTS) as crew:
-        return make_tables(crew, requests(*names), root=5, runs=3, steps=30)[0]
+    with WorkerPool(workers, runner.IMPORTS) as pool:
+        return make_tables(pool, requests(*names), root=5, runs=3, steps=30)[0]
 
 
 def test_tables_do_not_depend_on_the_number_of_workers() -> None:
@@ -54,28 +55,28 @@ def test_a_run_that_several_need_is_made_once(monkeypatch: pytest.MonkeyPatch) -
         made_runs.append(run)
         return Outcome(0.5, 1)
 
-    monkeypatch.setattr(execute, "simulate", count)
+    monkeypatch.setattr(runner, "simulate", count)
     one = Experiment("one", {"policy": "random-walk"}, GRID.cells)
     other = Experiment("other", {"policy": "random-walk"}, GRID.cells[:2])
-    with Crew(1) as crew:
+    with WorkerPool(1) as pool:
         # The rule for sharing targets is nothing to a random walk: the same runs under both settings.
         asked = [Request({"weights": "none"}, [one, other]), Request({"weights": "shared"}, [one])]
-        tables = make_tables(crew, asked, root=1, runs=2, steps=10)
+        tables = make_tables(pool, asked, root=1, runs=2, steps=10)
     assert len([run for run in made_runs if run.steps == 10]) == len(GRID.cells) * 2
     assert [len(table) for found in tables for table in found.values()] == [8, 4, 8]
 
 
 def test_a_failing_run_tells_its_settings() -> None:
     wrong = Experiment("wrong", {"policy": "a-cmommt"}, ((3, 2.0),))
-    with pytest.raises(JobError, match=r"robot_speed=-1.*robots=3, targets=15, radius=2\.0.*rng=\d+"), Crew(2) as crew:
-        make_tables(crew, [Request({"robot_speed": -1.0}, [wrong])], root=1, runs=2, steps=10)
+    with pytest.raises(JobError, match=r"robot_speed=-1.*robots=3, targets=15, radius=2\.0.*rng=\d+"), WorkerPool(2) as pool:
+        make_tables(pool, [Request({"robot_speed": -1.0}, [wrong])], root=1, runs=2, steps=10)
 
 
 def test_progress_grows_to_the_whole() -> None:
     seen: list[tuple[float, float]] = []
-    with Crew(1) as crew:
+    with WorkerPool(1) as pool:
         make_tables(
-            crew,
+            pool,
             requests("centroid"),
             root=1,
             runs=2,
@@ -89,13 +90,13 @@ def test_progress_grows_to_the_whole() -> None:
 
 def test_compiling_is_announced_once_and_by_one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     def compiles(run: Run) -> Outcome:
-        kernel.announce("some entry")
+        kernel_entry.announce("some entry")
         return Outcome(0.5, 1)
 
-    monkeypatch.setattr(execute, "simulate", compiles)
+    monkeypatch.setattr(runner, "simulate", compiles)
     told: list[str] = []
-    with Crew(1, told=told.append) as crew:
-        crew.map(execute.compile_kinds, [[Run({"robots": 1}, 0, 1, 1)] * 3])
+    with WorkerPool(1, told=told.append) as pool:
+        pool.map(runner.compile_kinds, [[Run({"robots": 1}, 0, 1, 1)] * 3])
     assert len(told) == 1
     assert "once per machine" in told[0]
 
@@ -103,7 +104,7 @@ def test_compiling_is_announced_once_and_by_one_worker(monkeypatch: pytest.Monke
 def test_each_kind_is_compiled_before_the_work_is_shared() -> None:
     runs = [run for experiment in requests("a-cmommt", "centroid", "ring-16")[0].experiments
             for _, run in experiment.rows(SETTING, 1, 2, 50)]  # fmt: skip
-    kinds = execute._one_of_each_kind(runs)
+    kinds = runner._one_of_each_kind(runs)
     assert {(run.parameters["policy"], run.parameters["awareness"]) for run in kinds} == {
         ("a-cmommt", "pairwise"), ("centroid", "none"), ("a-cmommt", "ring"),
     }  # fmt: skip

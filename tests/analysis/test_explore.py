@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from teamsight.agents.exploration import explore as explore_one
-from teamsight.analysis import explore as module
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.explore import Exploration, explore
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.agents.recording.explore import explore as explore_one
+from teamsight.analysis.learning import explore as module
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.policies.memory import LazyMemory
 
 SMALL = Exploration(robots=3, targets=4, radius=2.0, steps=10, runs=7, seed=3)
 
@@ -49,10 +49,10 @@ def test_parts_and_workers_change_nothing(tmp_path: Path) -> None:
     memory = explore(SMALL, progress=lambda done, total: seen.append((done, total)))
     assert len(memory) == SMALL.pairs == 210
     assert seen == [(0, 210), (60, 210), (120, 210), (180, 210), (210, 210)]
-    with Crew(2) as crew:
+    with WorkerPool(2) as pool:
         # Workers import the module anew, and make larger parts of it; what they are sent are these parts.
-        assert bits(explore(SMALL, crew=crew)) == bits(memory)
-        assert bits(explore(SMALL, folder=tmp_path / "parts", crew=crew)) == bits(memory)
+        assert bits(explore(SMALL, pool=pool)) == bits(memory)
+        assert bits(explore(SMALL, folder=tmp_path / "parts", pool=pool)) == bits(memory)
     worlds = [explore_one(SMALL.model(run), SMALL.steps) for run in range(SMALL.runs)]
     assert bits(worlds[0].merge(*worlds[1:])) == bits(memory)
 

@@ -10,12 +10,12 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
-from teamsight.analysis.experiments import DELTAS
-from teamsight.analysis.figures import FIGURES, Conditions, Job, Tables, make
-from teamsight.analysis.figures.style import canvas
-from teamsight.analysis.figures.surface import Look, draw_row
-from teamsight.analysis.observation import grid_of
-from teamsight.analysis.study import Grid
+from teamsight.analysis.paper.experiments import DELTAS
+from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, Tables, make
+from teamsight.analysis.plot.style import canvas
+from teamsight.analysis.plot.surface import Look, draw_row
+from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.stats.paired import grid_of
 
 CONDITIONS = Conditions("defaults", {}, 1, 3, 20)
 SMALL = Grid((1, 2, 30), (1.0, 5.0))

@@ -10,15 +10,25 @@ import pandas as pd
 import pytest
 
 from teamsight.agents.presets import PRESETS
-from teamsight.analysis import lazy_search
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.lazy_constants import CHOSEN, VALUES, Constants
-from teamsight.analysis.lazy_search import AGAIN, CHOOSE, DEFAULTS, OPEN_CLAIMS, REPORT, SETTINGS, Size, Trial, assess
-from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, world_of
-from teamsight.analysis.study import Grid
-from teamsight.analysis.tune_lazy import page
+from teamsight.analysis.calibration import lazy_search
+from teamsight.analysis.calibration.lazy_constants import CHOSEN, VALUES, Constants
+from teamsight.analysis.calibration.lazy_search import (
+    AGAIN,
+    CHOOSE,
+    DEFAULTS,
+    OPEN_CLAIMS,
+    REPORT,
+    SETTINGS,
+    Size,
+    Trial,
+    assess,
+)
+from teamsight.analysis.calibration.tune_lazy import page
+from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, world_of
+from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies import LazyQ
-from teamsight.policies.lazy_q import shipped
+from teamsight.policies.lazy.lazy_q import shipped
 
 DOCS = Path(__file__).parents[2] / "docs"
 FEW = Grid((5, 30), (2.0, 8.0))
@@ -26,10 +36,10 @@ FEW = Grid((5, 30), (2.0, 8.0))
 
 @pytest.fixture(scope="module")
 def small() -> pd.DataFrame:
-    with Crew(1) as crew:
+    with WorkerPool(1) as pool:
         told: list[int] = []
         size = Size(drawn=12, memories=3, finalists=2, reported=2, reported_elsewhere=1, varied=1, steps=10)
-        found = lazy_search.search(crew, size, told.append, FEW)
+        found = lazy_search.search(pool, size, told.append, FEW)
     assert told == list(range(1, lazy_search.trials(size) + 1))
     return found
 

@@ -6,11 +6,11 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.presets import PRESETS
-from teamsight.analysis.experiments import LEARNED, catalogue
-from teamsight.analysis.explore import Exploration, explore
-from teamsight.analysis.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, treatments
-from teamsight.analysis.study import QUICK, Run, canonical
-from teamsight.policies.lazy_q import shipped
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.paper.experiments import LEARNED, catalogue
+from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, treatments
+from teamsight.analysis.runs.experiment import QUICK, Run, canonical
+from teamsight.policies.lazy.lazy_q import shipped
 
 SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from teamsight.analysis.comparison import WORST
-from teamsight.analysis.evolution import GRID
-from teamsight.analysis.learned_page import page
-from teamsight.policies.learned.policy import made
+from teamsight.analysis.evolution.cma import GRID
+from teamsight.analysis.evolution.compare import WORST
+from teamsight.analysis.evolution.page import page
+from teamsight.policies.evolved.policy import made
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

@@ -11,9 +11,8 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
-from teamsight.agents.exploration import explore
-from teamsight.analysis.crew import Crew, JobError
-from teamsight.analysis.evaluation import (
+from teamsight.agents.recording.explore import explore
+from teamsight.analysis.learning.evaluation import (
     COLLECTIVE,
     COOPERATIVE,
     DESIGNED,
@@ -26,10 +25,11 @@ from teamsight.analysis.evaluation import (
     evaluate,
     summary,
 )
-from teamsight.analysis.explore import Exploration
-from teamsight.analysis.learners import LEARNERS, REWARDS, Lesson, awareness_for, check_lesson, learn
+from teamsight.analysis.learning.explore import Exploration
+from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Lesson, awareness_for, check_lesson, learn
+from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.policies import RandomWalk, check_policy
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 SMALL = Stage(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
 
@@ -78,8 +78,8 @@ def test_an_evaluation_is_what_each_model_gives_alone() -> None:
     policies = contenders("linear", memory(), Lesson())
     assert list(policies) == [COOPERATIVE, COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
     seen: list[float] = []
-    with Crew(1) as crew:
-        table = evaluate(policies, SMALL, crew, lambda done, total: seen.append(done / total))
+    with WorkerPool(1) as pool:
+        table = evaluate(policies, SMALL, pool, lambda done, total: seen.append(done / total))
     assert seen[-1] == 1
     assert len(table) == 15
     for _, row in table.iterrows():
@@ -96,8 +96,8 @@ def test_a_memory_without_teammates_has_no_cooperative_learner() -> None:
 
 def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> None:
     policies = contenders("linear", memory("pairwise"), Lesson())
-    with Crew(1) as crew, pytest.raises(JobError, match="20 inputs|reads 20"):
-        evaluate(policies, SMALL._replace(robots=4), crew)
+    with WorkerPool(1) as pool, pytest.raises(JobError, match="20 inputs|reads 20"):
+        evaluate(policies, SMALL._replace(robots=4), pool)
 
 
 def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
@@ -141,8 +141,8 @@ def test_robots_act_with_the_bodies_that_they_explored_with() -> None:
     bodies = bodies_of(pairs)
     assert bodies == {"robot_speed": 0.4, "target_speed": 0.075, "sensing_range": 1.0, "awareness_range": 1.0}
     stage = SMALL._replace(bodies=bodies, runs=1)
-    with Crew(1) as crew:
-        row = evaluate({"random": (RandomWalk(), NoAwareness())}, stage, crew).iloc[0]
+    with WorkerPool(1) as pool:
+        row = evaluate({"random": (RandomWalk(), NoAwareness())}, stage, pool).iloc[0]
     fast = CMOMMT(
         robots=3, targets=5, radius=2.0, policy=RandomWalk(), awareness="none", robot_speed=0.4, rng=row["seed"]
     )

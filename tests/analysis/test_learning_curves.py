@@ -9,21 +9,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.exploration import explore as explore_one
-from teamsight.analysis import learning_curves as module
-from teamsight.analysis.crew import Crew
-from teamsight.analysis.curve_points import awareness_gains, curve_points
-from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning_curves import Curves, make_curves
-from teamsight.analysis.learning_figure import draw
+from teamsight.agents.recording.explore import explore as explore_one
+from teamsight.analysis.learning import curves as module
+from teamsight.analysis.learning.curve_figure import draw
+from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
+from teamsight.analysis.learning.curves import Curves, make_curves
+from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.runs.workers import WorkerPool
 
 SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0, steps=8, seed=6)
 
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
-    with Crew(1) as crew:
-        return make_curves(SMALL, crew)
+    with WorkerPool(1) as pool:
+        return make_curves(SMALL, pool)
 
 
 @pytest.mark.short
@@ -83,21 +83,21 @@ def test_what_was_made_before_an_interruption_is_kept(
         if done > total / 2:
             raise KeyboardInterrupt
 
-    with Crew(1) as crew, pytest.raises(KeyboardInterrupt):
-        make_curves(SMALL, crew, folder=tmp_path, progress=stop)
+    with WorkerPool(1) as pool, pytest.raises(KeyboardInterrupt):
+        make_curves(SMALL, pool, folder=tmp_path, progress=stop)
     kept = len(list(tmp_path.iterdir()))
     assert 0 < kept < 10
     made: list[str] = []
     learned = module._learned
     monkeypatch.setattr(module, "_learned", lambda lecture: (made.append(lecture.degree), learned(lecture))[1])
-    with Crew(1) as crew:
-        assert make_curves(SMALL, crew, folder=tmp_path).equals(table)
+    with WorkerPool(1) as pool:
+        assert make_curves(SMALL, pool, folder=tmp_path).equals(table)
     assert len(made) + kept >= 9
     assert len(made) < 8
     assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
     # Other curves do not take them for theirs, and do not touch them.
-    with Crew(1) as crew:
-        other = make_curves(replace(SMALL, gamma=0.1), crew, folder=tmp_path)
+    with WorkerPool(1) as pool:
+        other = make_curves(replace(SMALL, gamma=0.1), pool, folder=tmp_path)
     assert not other["observed_fraction"].equals(table["observed_fraction"])
     (tmp_path / "notes.txt").write_text("my own")
     module.forget_lectures(replace(SMALL, gamma=0.1), tmp_path)

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from teamsight.analysis.curve_points import curve_points
-from teamsight.analysis.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning_curves import SAMPLES, Curves
-from teamsight.analysis.learning_figure import LEAST_FOR_INTERVAL, draw_on_canvas
+from teamsight.analysis.learning.curve_figure import LEAST_FOR_INTERVAL, draw_on_canvas
+from teamsight.analysis.learning.curve_points import curve_points
+from teamsight.analysis.learning.curves import SAMPLES, Curves
+from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 
 pytestmark = pytest.mark.short
 

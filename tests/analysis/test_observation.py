@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.observation import cell_maxima, cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import cell_maxima, cell_means, grid_of, paired
 
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:

@@ -9,29 +9,29 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from teamsight.analysis import occupancy
-from teamsight.world.proximity import proximity_graph
+from teamsight.analysis.delta import sector_occupancy
+from teamsight.world.proximity.search import proximity_graph
 
 
 @pytest.mark.parametrize(("neighbours", "sectors"), [(0, 3), (1, 5), (3, 4), (5, 3), (4, 1)])
 def test_distribution_is_that_of_all_throws(neighbours: int, sectors: int) -> None:
     throws = [len(set(throw)) for throw in product(range(sectors), repeat=neighbours)]
     share = np.bincount(throws, minlength=neighbours + 1) / len(throws)
-    assert occupancy.sector_distribution(neighbours, sectors) == pytest.approx(share)
-    assert occupancy.expected_sectors(neighbours, sectors) == pytest.approx(np.mean(throws))
+    assert sector_occupancy.sector_distribution(neighbours, sectors) == pytest.approx(share)
+    assert sector_occupancy.expected_sectors(neighbours, sectors) == pytest.approx(np.mean(throws))
 
 
 @pytest.mark.parametrize(("neighbours", "shown"), [(7, 5.8), (16, 10.3)])
 def test_reference_values_for_sixteen_sensors(neighbours: int, shown: float) -> None:
-    assert occupancy.expected_sectors(neighbours, 16) == pytest.approx(shown, abs=0.05)
+    assert sector_occupancy.expected_sectors(neighbours, 16) == pytest.approx(shown, abs=0.05)
 
 
 @given(neighbours=st.integers(0, 60), sectors=st.integers(1, 40))
 def test_distribution_has_the_expected_mean(neighbours: int, sectors: int) -> None:
-    probability = occupancy.sector_distribution(neighbours, sectors)
+    probability = sector_occupancy.sector_distribution(neighbours, sectors)
     assert probability.sum() == pytest.approx(1.0)
     mean = (probability * np.arange(neighbours + 1)).sum()
-    assert mean == pytest.approx(float(occupancy.expected_sectors(neighbours, sectors)))
+    assert mean == pytest.approx(float(sector_occupancy.expected_sectors(neighbours, sectors)))
 
 
 def _naive_sectors(position: np.ndarray, heading: np.ndarray, reach: float, sectors: int) -> list[int]:
@@ -52,19 +52,19 @@ def _naive_sectors(position: np.ndarray, heading: np.ndarray, reach: float, sect
 def test_occupied_sectors_are_those_counted_one_by_one(size: int, sectors: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     position, heading = rng.uniform(0, 2, (size, 2)), rng.normal(size=(size, 2))
-    found = occupancy.bearings(proximity_graph(position, None, 1.0), heading)
-    assert occupancy.occupied_sectors(found, sectors).tolist() == _naive_sectors(position, heading, 1.0, sectors)
+    found = sector_occupancy.bearings(proximity_graph(position, None, 1.0), heading)
+    assert sector_occupancy.occupied_sectors(found, sectors).tolist() == _naive_sectors(position, heading, 1.0, sectors)
 
 
 def test_a_bearing_dead_ahead_is_one_sector_whatever_the_rounding() -> None:
-    found = occupancy.Bearings(np.array([3]), np.array([0.0, np.nextafter(1.0, 0.0), 1e-17]))
-    assert occupancy.occupied_sectors(found, 16).tolist() == [1]
+    found = sector_occupancy.Bearings(np.array([3]), np.array([0.0, np.nextafter(1.0, 0.0), 1e-17]))
+    assert sector_occupancy.occupied_sectors(found, 16).tolist() == [1]
 
 
 def test_robots_without_a_heading_are_left_out() -> None:
     position = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.5]])
     heading = np.array([[0.0, 0.0], [np.nan, 1.0], [0.0, 2.0]])
-    found = occupancy.bearings(proximity_graph(position, None, 2.0), heading)
+    found = sector_occupancy.bearings(proximity_graph(position, None, 2.0), heading)
     assert found.degree.tolist() == [2]
     assert sorted(found.turn) == pytest.approx([3 / 8, 5 / 8])
 
@@ -72,19 +72,19 @@ def test_robots_without_a_heading_are_left_out() -> None:
 def test_tables_measure_what_uniform_neighbours_would_show() -> None:
     rng = np.random.default_rng()
     degree = rng.integers(0, 7, 30_000)
-    found = occupancy.Bearings(degree, rng.uniform(size=degree.sum()))
-    ring = occupancy.ring_table(found, (4, 16), largest=8)
+    found = sector_occupancy.Bearings(degree, rng.uniform(size=degree.sum()))
+    ring = sector_occupancy.ring_table(found, (4, 16), largest=8)
     assert ring.groupby("sectors")["neighbours"].max().tolist() == [8, 8]
     met = ring[ring["samples"] > 0]
     # Some 4,000 samples, a standard deviation below 1: six standard errors.
     assert met["shown"].to_numpy() == pytest.approx(met["expected"].to_numpy(), abs=0.1)
     assert (met["hidden"] == met["neighbours"] - met["shown"]).all()
     assert ring[ring["neighbours"] > 6]["shown"].isna().all()
-    merging = occupancy.merging_table(found, 4)
+    merging = sector_occupancy.merging_table(found, 4)
     assert merging["measured"].to_numpy() == pytest.approx(merging["expected"].to_numpy(), abs=0.05)
     assert merging.groupby("neighbours")["measured"].sum().to_numpy() == pytest.approx(1.0)
 
 
 def test_gathering_nothing_is_empty() -> None:
-    assert occupancy.gather([]).degree.size == 0
-    assert occupancy.ring_table(occupancy.gather([]), (16,), 0).empty
+    assert sector_occupancy.gather([]).degree.size == 0
+    assert sector_occupancy.ring_table(sector_occupancy.gather([]), (16,), 0).empty

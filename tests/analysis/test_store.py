@@ -11,13 +11,13 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from teamsight.analysis import store
-from teamsight.analysis.explore import Exploration, explore
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.runs import files
 
 
 def test_a_table_comes_back_with_its_metadata(tmp_path: Path) -> None:
     table = pd.DataFrame({"robots": [1, 2], "seed": [2**63 - 1, 0], "observed_fraction": [0.25, 1 / 3]})
-    store.write_table(tmp_path / "t.parquet", table, {"seed": 7, "settings": {"robot_speed": 0.1}, "version": "0.1.0"})
+    files.write_table(tmp_path / "t.parquet", table, {"seed": 7, "settings": {"robot_speed": 0.1}, "version": "0.1.0"})
     back = pd.read_parquet(tmp_path / "t.parquet")
     pd.testing.assert_frame_equal(back, table)
     assert back.attrs == {"seed": 7, "settings": {"robot_speed": 0.1}, "version": "0.1.0"}
@@ -25,10 +25,10 @@ def test_a_table_comes_back_with_its_metadata(tmp_path: Path) -> None:
 
 
 def test_json_and_text_are_utf8(tmp_path: Path) -> None:
-    store.write_json(tmp_path / "j.json", {"δ": [1, 2.5, None]})
+    files.write_json(tmp_path / "j.json", {"δ": [1, 2.5, None]})
     assert json.loads((tmp_path / "j.json").read_text(encoding="utf-8")) == {"δ": [1, 2.5, None]}
     with pytest.raises(ValueError, match="JSON compliant"):
-        store.write_json(tmp_path / "j.json", float("nan"))
+        files.write_json(tmp_path / "j.json", float("nan"))
     assert json.loads((tmp_path / "j.json").read_text(encoding="utf-8"))["δ"] == [1, 2.5, None]
 
 
@@ -37,11 +37,11 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
     tmp_path: Path, trouble: type[BaseException]
 ) -> None:
     def write_half() -> None:
-        with store.complete(tmp_path / "result.md") as draft:
+        with files.complete(tmp_path / "result.md") as draft:
             draft.write(b"half")
             raise trouble
 
-    store.write_text(tmp_path / "result.md", "old")
+    files.write_text(tmp_path / "result.md", "old")
     with pytest.raises(trouble):
         write_half()
     assert [path.name for path in tmp_path.iterdir()] == ["result.md"]
@@ -49,25 +49,25 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
 
 
 def test_a_folder_is_made(tmp_path: Path) -> None:
-    assert store.prepare_folder(tmp_path / "a" / "b").is_dir()
+    assert files.prepare_folder(tmp_path / "a" / "b").is_dir()
     assert list((tmp_path / "a" / "b").iterdir()) == []
 
 
 def test_an_unwritable_place_is_told_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    with pytest.raises(store.UnwritableError, match=r"file/sub: cannot be written \(Not a directory\)") as caught:
-        store.prepare_folder(tmp_path / "file" / "sub")
+    with pytest.raises(files.UnwritableError, match=r"file/sub: cannot be written \(Not a directory\)") as caught:
+        files.prepare_folder(tmp_path / "file" / "sub")
     assert "\n" not in str(caught.value)
-    with pytest.raises(store.UnwritableError, match="gone"):
-        store.write_text(tmp_path / "gone" / "x.md", "text")
+    with pytest.raises(files.UnwritableError, match="gone"):
+        files.write_text(tmp_path / "gone" / "x.md", "text")
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root may write anywhere")
 def test_a_read_only_folder_is_told_before_any_work(tmp_path: Path) -> None:
     folder = tmp_path / "locked"
     folder.mkdir(mode=0o500)
-    with pytest.raises(store.UnwritableError, match="Permission denied"):
-        store.prepare_folder(folder)
+    with pytest.raises(files.UnwritableError, match="Permission denied"):
+        files.prepare_folder(folder)
 
 
 def full(*given: Any) -> None:
@@ -80,26 +80,26 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
 ) -> None:
     path = tmp_path / "t.parquet"
     table = pd.DataFrame({"x": range(10)})
-    store.write_table(path, table, {"seed": 1})
+    files.write_table(path, table, {"seed": 1})
     before = path.read_bytes()
     with monkeypatch.context() as patch:
         patch.setattr(os, failing, full)
         with pytest.raises(
-            store.UnwritableError, match=r"^[^\n]*t.parquet: cannot be written \(No space left on device\); give"
+            files.UnwritableError, match=r"^[^\n]*t.parquet: cannot be written \(No space left on device\); give"
         ):
-            store.write_table(path, table, {"seed": 2})
+            files.write_table(path, table, {"seed": 2})
     assert (path.read_bytes(), os.listdir(tmp_path)) == (before, [path.name])
 
 
 def test_a_file_that_grows_too_large_is_one_line_and_loses_nothing(tmp_path: Path) -> None:
     resource = pytest.importorskip("resource")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    store.write_table(tmp_path / "t", pd.DataFrame({"x": [1.0]}), {})
+    files.write_table(tmp_path / "t", pd.DataFrame({"x": [1.0]}), {})
     before = (tmp_path / "t").read_bytes()
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
     try:
-        with pytest.raises(store.UnwritableError, match="t: cannot be written .File too large."):
-            store.write_table(tmp_path / "t", pd.DataFrame({"x": [n**0.5 for n in range(100_000)]}), {})
+        with pytest.raises(files.UnwritableError, match="t: cannot be written .File too large."):
+            files.write_table(tmp_path / "t", pd.DataFrame({"x": [n**0.5 for n in range(100_000)]}), {})
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert ((tmp_path / "t").read_bytes(), os.listdir(tmp_path)) == (before, ["t"])
@@ -108,7 +108,7 @@ def test_a_file_that_grows_too_large_is_one_line_and_loses_nothing(tmp_path: Pat
 def test_the_draft_is_made_exclusively_under_a_name_of_its_own(tmp_path: Path) -> None:
     names = []
     for _ in range(2):
-        with store.complete(tmp_path / ("x" * 250)) as draft:
+        with files.complete(tmp_path / ("x" * 250)) as draft:
             names += os.listdir(tmp_path)
             assert not stat.S_IMODE(os.fstat(draft.fileno()).st_mode) & 0o111
         os.unlink(tmp_path / ("x" * 250))
@@ -120,7 +120,7 @@ def test_what_takes_the_place_meanwhile_stays(tmp_path: Path) -> None:
     path = tmp_path / "t"
 
     def write() -> None:
-        with store.complete(path, store.check_replaceable) as draft:
+        with files.complete(path, files.check_replaceable) as draft:
             draft.write(b"mine")
             path.write_text("theirs")
 
@@ -134,7 +134,7 @@ def test_pandas_gets_no_name_that_it_could_read_in_another_way(tmp_path: Path, m
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     Path("~").mkdir()
     for name in (str(tmp_path / "~" / "t.parquet"), "t.parquet.gz", "memory:x"):
-        store.write_table(name, pd.DataFrame({"x": [1]}), {})
+        files.write_table(name, pd.DataFrame({"x": [1]}), {})
         with open(name, "rb") as file:
             assert pd.read_parquet(file)["x"].tolist() == [1]
     assert not (tmp_path / "home").exists()
@@ -142,20 +142,20 @@ def test_pandas_gets_no_name_that_it_could_read_in_another_way(tmp_path: Path, m
 
 def test_each_kind_of_result_is_known_again(tmp_path: Path) -> None:
     for _ in range(2):
-        store.write_table(tmp_path / "t", pd.DataFrame({"x": [1]}), {"seed": 1})
-        store.write_page(tmp_path / "p", "text")
-        store.write_json(tmp_path / "j", {"software": "teamsight"})
-    store.check_replaceable(tmp_path / "t", {"seed": 1})
+        files.write_table(tmp_path / "t", pd.DataFrame({"x": [1]}), {"seed": 1})
+        files.write_page(tmp_path / "p", "text")
+        files.write_json(tmp_path / "j", {"software": "teamsight"})
+    files.check_replaceable(tmp_path / "t", {"seed": 1})
     for about in ({"seed": 2}, {"more": 1}):
         with pytest.raises(
             ValueError, match=r"t: holds results of other settings; give --force \(in Python, force=True\)"
         ):
-            store.check_replaceable(tmp_path / "t", about)
-    store.check_replaceable(tmp_path / "t", {"seed": 2}, force=True)
-    store.write_bytes(tmp_path / "b", b"anything")
+            files.check_replaceable(tmp_path / "t", about)
+    files.check_replaceable(tmp_path / "t", {"seed": 2}, force=True)
+    files.write_bytes(tmp_path / "b", b"anything")
     with pytest.raises(ValueError, match="b: holds something else"):
-        store.write_bytes(tmp_path / "b", b"more")
-    store.write_bytes(tmp_path / "b", b"more", force=True)
+        files.write_bytes(tmp_path / "b", b"more")
+    files.write_bytes(tmp_path / "b", b"more", force=True)
 
 
 @pytest.mark.parametrize(
@@ -166,8 +166,8 @@ def test_a_place_that_cannot_be_meant_is_refused(
     name: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for write in (store.prepare_folder, lambda path: store.write_text(path, "text")):
-        with pytest.raises(store.UnwritableError, match=told):
+    for write in (files.prepare_folder, lambda path: files.write_text(path, "text")):
+        with pytest.raises(files.UnwritableError, match=told):
             write(name)
     assert list(tmp_path.iterdir()) == []
 
@@ -175,7 +175,7 @@ def test_a_place_that_cannot_be_meant_is_refused(
 def test_forgetting_leaves_folders(tmp_path: Path) -> None:
     (tmp_path / "key-folder").mkdir()
     (tmp_path / "key-file").touch()
-    store.forget(tmp_path, "key")
+    files.forget(tmp_path, "key")
     assert os.listdir(tmp_path) == ["key-folder"]
 
 

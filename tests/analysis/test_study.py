@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.analysis.study import PAPER, QUICK, Experiment, Run, canonical, model_seed
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Run, canonical, model_seed
 
 STAGE = st.tuples(st.integers(0, 2**70), st.integers(0, 50), st.integers(1, 60), st.integers(1, 60), st.floats(0.5, 20))
 

@@ -33,7 +33,7 @@ def _names(*valid: str) -> tuple[tuple[str, ...], ...]:
     return valid, (valid[0].upper(), valid[0] + "s", valid[-1][:-1]), ("unknown", "ring,ring", "0"), ODD
 
 
-POLICY = _names("random-walk", "a-cmommt", "centroid", "stationary", "learned")
+POLICY = _names("random-walk", "a-cmommt", "centroid", "stationary", "evolved")
 AWARENESS = _names("ring", "none", "pairwise", "shared")
 PRESET = _names("touzet2000", "touzet2000")
 REWARD = _names("own", "team", "alone", "keep")

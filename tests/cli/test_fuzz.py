@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.noting import FACTS
+from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.cli import main
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 sys.path.insert(0, str(Path(__file__).parent))
 import grammar
@@ -112,7 +112,7 @@ def refill(folder: Path, whole: Path) -> None:
 def test_random_command_lines(
     part: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    whole, folder = tmp_path / "whole", tmp_path / "work"
+    whole, folder = tmp_path / "ints", tmp_path / "work"
     kept = make_files(whole)
     # Compiled kernels and fonts are where they were.
     monkeypatch.setenv("XDG_CACHE_HOME", os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache"))

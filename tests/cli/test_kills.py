@@ -50,15 +50,15 @@ def run_whole(*arguments: str) -> None:
 def test_kills_of_whole_commands(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     line, before = COMMANDS[command]
     noise = random.Random(command)
-    for name in ("whole", "work"):
+    for name in ("ints", "work"):
         (tmp_path / name / "out").mkdir(parents=True)
         (tmp_path / name / "out" / "notes.txt").write_text("thesis")
         monkeypatch.chdir(tmp_path / name)
         run_whole(*line, *before)
     old = files_in(tmp_path / "work" / "out")
-    monkeypatch.chdir(tmp_path / "whole")
+    monkeypatch.chdir(tmp_path / "ints")
     run_whole(*line)
-    new = files_in(tmp_path / "whole" / "out")
+    new = files_in(tmp_path / "ints" / "out")
     folder = tmp_path / "work" / "out"
     names = set(os.listdir(folder))
     process = subprocess.Popen(

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis import explore as exploring
+from teamsight.analysis.learning import explore as exploring
 from teamsight.cli import main
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 SMALL = ["--robots", "3", "--targets", "5", "--radius", "1.5", "--steps", "20"]
 
@@ -257,35 +257,35 @@ def test_intervals_stay_within_what_a_share_can_be() -> None:
 def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from teamsight.analysis import learning_curves
+    from teamsight.analysis.learning import curves
 
     parts = tmp_path / "learning-curves.parts"
     options = ["--samples", "30", "--memories", "1", "--worlds", "1", "--steps", "3", "--workers", "1", "--robots", "2"]
-    curves = ["figure", "--out", str(tmp_path), "--learners", "linear", *options]
-    learned, made = learning_curves._learned, []
+    command = ["figure", "--out", str(tmp_path), "--learners", "linear", *options]
+    learned, made = curves._learned, []
 
-    def interrupted(lecture: learning_curves.Lecture) -> list[dict[str, object]]:
+    def interrupted(lecture: curves.Lecture) -> list[dict[str, object]]:
         if len(made) == limit:
             raise KeyboardInterrupt
         made.append(lecture)
         return learned(lecture)
 
-    def stop(lecture: learning_curves.Lecture) -> list[dict[str, object]]:
+    def stop(lecture: curves.Lecture) -> list[dict[str, object]]:
         raise KeyboardInterrupt
 
     limit = 2
     with monkeypatch.context() as patch:
-        patch.setattr(learning_curves, "_learned", interrupted)
-        status, _, err = call(capsys, *curves)
+        patch.setattr(curves, "_learned", interrupted)
+        status, _, err = call(capsys, *command)
         kept = f"3 of 5 parts are kept in {parts}; the same command goes on from there"
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
-        patch.setattr(learning_curves, "_designed", stop)
-        status, _, err = call(capsys, *curves, "--seed", "1")
+        patch.setattr(curves, "_designed", stop)
+        status, _, err = call(capsys, *command, "--seed", "1")
         told = "nothing was kept, since no part of the curves was done"
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
     assert len(list(parts.iterdir())) == 3
     (parts / "notes.txt").write_text("thesis")
-    assert call(capsys, *curves)[0] == 0
+    assert call(capsys, *command)[0] == 0
     assert [path.name for path in parts.iterdir()] == ["notes.txt"]
 
 
@@ -301,7 +301,7 @@ def test_results_of_other_settings_are_replaced_only_when_told(
     saved.write_text("not a table")
     status, _, err = call(capsys, *tests, "--runs", "1")
     assert (status, "holds something else; give --force" in err) == (2, True)
-    curves = [
+    command = [
         "figure",
         "--out",
         str(tmp_path),
@@ -314,14 +314,14 @@ def test_results_of_other_settings_are_replaced_only_when_told(
         "--workers",
         "1",
     ]
-    curves += ["--samples", "20", "--robots", "2"]
+    command += ["--samples", "20", "--robots", "2"]
     picture = tmp_path / "learning-curves.png"
     picture.write_text("my own")
-    assert call(capsys, *curves, "--memories", "1")[0] == 2
+    assert call(capsys, *command, "--memories", "1")[0] == 2
     assert picture.read_text() == "my own"
     picture.unlink()
     for memories, further, expected in (("1", [], 0), ("1", [], 0), ("2", [], 2), ("2", ["--force"], 0)):
-        assert call(capsys, *curves, "--memories", memories, *further)[0] == expected
+        assert call(capsys, *command, "--memories", memories, *further)[0] == expected
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
     assert points.attrs["curves"]["learners"] == ["linear"]
 
@@ -376,7 +376,7 @@ def test_evaluate_tells_the_learner_beside_the_collective_one_and_a_cmommt(
     assert (status, err) == (0, "")
     table = pd.read_parquet(saved)
     means = table.groupby("policy")["observed_fraction"].mean()
-    for name in ("cooperative", "collective", "A-CMOMMT", "learned", "random walk"):
+    for name in ("cooperative", "collective", "A-CMOMMT", "evolved", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
     assert len(table) == 20
     assert "cooperative less this" in out

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.crew import JobError
+from teamsight.analysis.runs.workers import JobError
 from teamsight.cli import main
 from teamsight.cli.errors import lines, one_line
 
@@ -66,14 +66,14 @@ def test_a_long_error_keeps_its_beginning_and_its_cure() -> None:
 
 
 def test_a_job_is_described_without_what_its_policies_hold() -> None:
-    from teamsight.analysis import execute
-    from teamsight.analysis.study import Run
+    from teamsight.analysis.runs import simulate
+    from teamsight.analysis.runs.experiment import Run
 
     told: list[str] = []
 
-    class Crew:
+    class WorkerPool:
         def map(self, function: object, jobs: list[object], done: object = None, describe: object = repr, keep: object = None) -> None:
             told.extend(describe(job) for job in jobs)  # type: ignore[operator]
 
-    execute.run_all(Crew(), [Run({"robots": 2, "targets": 2, "policy": "x" * 5000}, 0, 1, 0)])  # type: ignore[arg-type]
+    simulate.run_all(WorkerPool(), [Run({"robots": 2, "targets": 2, "policy": "x" * 5000}, 0, 1, 0)])  # type: ignore[arg-type]
     assert "xxx" not in told[0]

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from teamsight.cli import main
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 SMALL = ["--steps", "3", "--robots", "2", "--targets", "2"]
 #: Each command with all that it writes: to a file, or into a folder.
@@ -140,7 +140,7 @@ def test_only_regular_files_are_replaced_even_when_forced(
 def test_drafts_and_parts_are_not_written_through_links(
     tmp_path: Path, call: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from teamsight.analysis import explore as exploring
+    from teamsight.analysis.learning import explore as exploring
 
     # The name that drafts had before: anybody could foresee it, and it was followed.
     (tmp_path / "mine").write_text("mine")

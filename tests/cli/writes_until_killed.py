@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from teamsight.analysis import store, unfinished
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.analysis.runs import checkpoint, files
+from teamsight.policies.memory import LazyMemory
 
 NAMES = ("table.parquet", "picture.png", "page.md", "ledger.json", "memory.safetensors", "runs.jsonl")
 PICTURE = b"\x89PNG\r\n\x1a\n....tEXtSoftware\0teamsight"
@@ -26,13 +26,13 @@ PICTURE = b"\x89PNG\r\n\x1a\n....tEXtSoftware\0teamsight"
 def write_all(folder: Path, version: int) -> None:
     """Write one version of each kind of result; each is large enough to be cut off."""
     numbers = np.random.default_rng(version).random(60_000)
-    store.write_table(folder / NAMES[0], pd.DataFrame({"x": numbers}), {"version": version})
-    store.write_bytes(folder / NAMES[1], PICTURE + numbers.tobytes())
-    store.write_page(folder / NAMES[2], f"{version} line\n" * 50_000)
-    store.write_json(folder / NAMES[3], {"software": "teamsight", "numbers": numbers[:20_000].tolist()})
+    files.write_table(folder / NAMES[0], pd.DataFrame({"x": numbers}), {"version": version})
+    files.write_bytes(folder / NAMES[1], PICTURE + numbers.tobytes())
+    files.write_page(folder / NAMES[2], f"{version} line\n" * 50_000)
+    files.write_json(folder / NAMES[3], {"software": "teamsight", "numbers": numbers[:20_000].tolist()})
     pairs = numbers[:40_000].reshape(-1, 2)
     LazyMemory.of(pairs, pairs, pairs, {}, own=1, settings={"version": version}).save(folder / NAMES[4])
-    unfinished.Unfinished(folder / NAMES[5]).add({(str(n),): (0.5, n) for n in range(500)})
+    checkpoint.Checkpoint(folder / NAMES[5]).add({(str(n),): (0.5, n) for n in range(500)})
 
 
 def fork(job: object, *given: object) -> int:
@@ -70,7 +70,7 @@ def kill_one(folder: Path, whole: list[dict[str, bytes]], noise: random.Random) 
         path = folder / name
         if path.exists() and path.read_bytes() not in [versions[name] for versions in whole]:
             wrong.append(f"{name} is neither version")
-    kept = unfinished.Unfinished(folder / NAMES[-1]).outcomes([(str(n),) for n in range(500)])
+    kept = checkpoint.Checkpoint(folder / NAMES[-1]).outcomes([(str(n),) for n in range(500)])
     wrong += [f"run {key} has another outcome" for key, found in kept.items() if found != (0.5, int(key[0]))]
     return wrong + (["notes changed"] if (folder / "notes.md").read_text() != "thesis" else [])
 

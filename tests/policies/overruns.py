@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.kernel import array_at, inlined, kernel, scratch
-from teamsight.policies import CompiledPolicy, Memory, check_policy
+from teamsight.core.kernel import array_at, inlined, kernel, scratch
+from teamsight.policies import CompiledPolicy, PolicyState, check_policy
 
 
 @kernel
@@ -18,17 +18,17 @@ def stay(percept: Any, action: Any) -> None:
 
 
 @kernel
-def slot_100(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def slot_100(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
-        mind.memory.real[i, 100, 0] = 1.0  # slot_100
+        arrays.state.floats[i, 100, 0] = 1.0  # slot_100
 
 
 @kernel
-def far_slot_of_a_view(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def far_slot_of_a_view(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
-        rows = mind.memory.whole[i]
+        rows = arrays.state.ints[i]
         rows[5][1] = 7  # far_slot_of_a_view
 
 
@@ -38,85 +38,85 @@ def put(table: Any, i: int, slot: int) -> None:
 
 
 @kernel
-def nested(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def nested(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
-        put(mind.memory.real, i, 100_000)
+        put(arrays.state.floats, i, 100_000)
 
 
 @kernel
-def after_a_while(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def after_a_while(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
-        mind.memory.real[i, mind.memory.whole[i, 0, 0], 0] = 1.0  # after_a_while
-        mind.memory.whole[i, 0, 0] += 1
+        arrays.state.floats[i, arrays.state.ints[i, 0, 0], 0] = 1.0  # after_a_while
+        arrays.state.ints[i, 0, 0] += 1
 
 
 @kernel
-def slot_for_each_target(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def slot_for_each_target(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
         for slot in range(percept.targets.start[i + 1] - percept.targets.start[i]):
-            mind.memory.real[i, slot, 1] = 1.0  # slot_for_each_target
+            arrays.state.floats[i, slot, 1] = 1.0  # slot_for_each_target
 
 
 @kernel
-def slot_by_identity(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def slot_by_identity(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
-        for k in range(percept.mates.start[i], percept.mates.start[i + 1]):
-            mind.memory.real[i, percept.mates.identity[k] % 3 - 2, 0] += 1.0  # slot_by_identity
+        for k in range(percept.teammates.start[i], percept.teammates.start[i + 1]):
+            arrays.state.floats[i, percept.teammates.identity[k] % 3 - 2, 0] += 1.0  # slot_by_identity
 
 
 @kernel
-def negative(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def negative(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
-    mind.memory.real[-1, 0, 0] = 1.0  # negative
+    arrays.state.floats[-1, 0, 0] = 1.0  # negative
 
 
 @kernel
-def undeclared_draw(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def undeclared_draw(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0]):
         action.distance[i] = noise[1, i]  # undeclared_draw
 
 
 @kernel
-def noise_of_nobody(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def noise_of_nobody(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(noise.shape[1]):
         action.distance[0] += noise[0, i]  # noise_of_nobody
 
 
 @kernel
-def noise_as_a_whole(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def noise_as_a_whole(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for number in noise[0]:
         action.distance[0] += number
 
 
 @kernel
-def noise_into_memory(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def noise_into_memory(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     row = noise[0, :]
-    mind.memory.real[0, 0, 0] = row[percept.heading.shape[0]]
+    arrays.state.floats[0, 0, 0] = row[percept.heading.shape[0]]
 
 
 @kernel
-def undeclared_parameter(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def undeclared_parameter(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
-    action.distance[0] = mind.parameters[2]  # undeclared_parameter
+    action.distance[0] = arrays.parameters[2]  # undeclared_parameter
 
 
 @kernel
-def robot_of_nobody(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def robot_of_nobody(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     for i in range(percept.heading.shape[0] + 1):
         action.distance[i] = 0.0  # robot_of_nobody
 
 
 @kernel
-def robot_left_out(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def robot_left_out(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(1, percept.heading.shape[0]):
         action.heading[i, 0] = 0.0
         action.heading[i, 1] = 0.0
@@ -124,32 +124,32 @@ def robot_left_out(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 
 
 @kernel
-def sighting_beyond(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def sighting_beyond(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     last = percept.targets.start[percept.heading.shape[0]]
     action.distance[0] = percept.targets.offset[last, 0]  # sighting_beyond
 
 
 @kernel
-def writes_percept(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def writes_percept(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     percept.speed[0] = 9.0  # writes_percept
 
 
 @kernel
-def writes_parameters(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def writes_parameters(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
-    mind.parameters[:] = 9.0  # writes_parameters
+    arrays.parameters[:] = 9.0  # writes_parameters
 
 
 @kernel
-def writes_noise(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def writes_noise(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     noise[0, 0] = 9.0  # writes_noise
 
 
 @kernel
-def beyond_scratch(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def beyond_scratch(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     room = scratch(4, np.float64)
     for j in range(5):
@@ -157,14 +157,14 @@ def beyond_scratch(percept: Any, mind: Any, noise: Any, action: Any) -> None:
 
 
 @kernel
-def behind_its_memory(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def behind_its_memory(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
-    rows = array_at(mind.memory.real.ctypes.data, mind.memory.real.size + 1, np.float64)
-    rows[mind.memory.real.size] = 1.0
+    rows = array_at(arrays.state.floats.ctypes.data, arrays.state.floats.size + 1, np.float64)
+    rows[arrays.state.floats.size] = 1.0
 
 
 @kernel
-def raises(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def raises(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     pair = (1.0, 2.0)
     action.distance[0] = pair[percept.heading.shape[0] + 1]
@@ -186,8 +186,8 @@ def policy_with(rule: Any) -> CompiledPolicy:
         draws = 1  # type: ignore[assignment]
         parameters = (1.0, 2.0)
 
-        def start(self, size: int) -> Memory:
-            return Memory(np.zeros((size, 2, 3)), np.zeros((size, 2, 3), np.int64))
+        def start(self, size: int) -> PolicyState:
+            return PolicyState(np.zeros((size, 2, 3)), np.zeros((size, 2, 3), np.int64))
 
     return Overrun()
 

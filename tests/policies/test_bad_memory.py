@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 GOOD: dict[str, Any] = {
     "situation": [[0.5, 1.0, 1.0], [1.0, 0.25, 1.0]],

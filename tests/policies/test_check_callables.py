@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.policies import CompiledPolicy, check_policy
 
 
@@ -32,7 +32,7 @@ def test_a_rule_that_breaks_the_contract_is_refused(rule: Any, error: type[Excep
 
 
 @kernel
-def _copies_a_row(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def _copies_a_row(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
         action.heading[i] = percept.heading[i]
 

@@ -14,47 +14,47 @@ import numpy as np
 import pytest
 
 import teamsight
-from teamsight.kernel import kernel
-from teamsight.kernel_guard import watched
+from teamsight.core.kernel import kernel
+from teamsight.core.kernel.guard import watched
 from teamsight.policies import (
     ACmommt,
     CompiledPolicy,
     LinearQ,
-    Memory,
     PessimisticLazyQ,
+    PolicyState,
     RandomWalk,
     SheppardLazyQ,
     TabularQ,
     check_policy,
 )
 from teamsight.policies import compiled as compiled_policies
-from teamsight.policies.lazy_q import shipped
+from teamsight.policies.lazy.lazy_q import shipped
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
 SCRIPT = Path(__file__).parent / "overruns.py"
 
 # The policies of the script have two slots of three fields, two parameters and one draw.
 REFUSED = {
-    "slot_100": r"index 100 of mind\.memory\.real, whose number of slots is 2; declare .* start\(size\)",
-    "far_slot_of_a_view": r"index 5 of mind\.memory\.whole, whose number of slots is 2; declare .* start\(size\)",
-    "nested": r"index 100000 of mind\.memory\.real, whose number of slots is 2; declare .* start\(size\)",
-    "after_a_while": r"index 2 of mind\.memory\.real, whose number of slots is 2; declare .* start\(size\)",
-    "slot_for_each_target": r"index 2 of mind\.memory\.real, whose number of slots is 2; declare .* start\(size\)",
-    "slot_by_identity": r"index -2 of mind\.memory\.real, .* slots is 2; indices count from 0",
-    "negative": r"index -1 of mind\.memory\.real, .* robots is 1; indices count from 0",
+    "slot_100": r"index 100 of arrays\.state\.floats, whose number of slots is 2; declare .* start\(size\)",
+    "far_slot_of_a_view": r"index 5 of arrays\.state\.ints, whose number of slots is 2; declare .* start\(size\)",
+    "nested": r"index 100000 of arrays\.state\.floats, whose number of slots is 2; declare .* start\(size\)",
+    "after_a_while": r"index 2 of arrays\.state\.floats, whose number of slots is 2; declare .* start\(size\)",
+    "slot_for_each_target": r"index 2 of arrays\.state\.floats, whose number of slots is 2; declare .* start\(size\)",
+    "slot_by_identity": r"index -2 of arrays\.state\.floats, .* slots is 2; indices count from 0",
+    "negative": r"index -1 of arrays\.state\.floats, .* robots is 1; indices count from 0",
     "undeclared_draw": r"index 1 of noise, whose number of draws is 1; declare .* `draws`",
     "noise_of_nobody": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
     "noise_as_a_whole": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
     "noise_into_memory": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
-    "undeclared_parameter": r"index 2 of mind\.parameters, whose number of parameters is 2; add .* `parameters`",
+    "undeclared_parameter": r"index 2 of arrays\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
     "sighting_beyond": r"index \d+ of percept\.targets\.offset, whose number of sightings is \d+; .*start\[i \+ 1\]",
     "writes_percept": r"writes into percept\.speed, which it may only read; copy",
-    "writes_parameters": r"writes into mind\.parameters, which it may only read; copy",
+    "writes_parameters": r"writes into arrays\.parameters, which it may only read; copy",
     "writes_noise": r"writes into noise, which it may only read; copy",
     "beyond_scratch": r"index 4 of an array of its own, whose number of elements is 4; stay within",
-    "behind_its_memory": r"writes next to mind\.memory\.real",
+    "behind_its_memory": r"writes next to arrays\.state\.floats",
     "raises": r"raises IndexError\('tuple index out of range'\).*check indices",
 }
 
@@ -85,16 +85,16 @@ def test_every_policy_of_the_script_is_refused(refusals: dict[str, str]) -> None
 
 
 @kernel
-def _views(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def _views(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     """Does with arrays what kernels may do with them besides taking elements."""
-    seen = percept.targets if percept.speed[0] > 1.0 else percept.mates
+    seen = percept.targets if percept.speed[0] > 1.0 else percept.teammates
     total = percept.speed.sum() + seen.start[0] + percept.heading[..., 0][0] + percept.heading.T[1, 0]
     for row in percept.heading[:1]:
         x, y = row
         total += x * y + row.sum()
     for i, speed in enumerate(percept.speed):
         total += speed * noise[0, np.uint64(i)]
-    mind.memory.real[:, 0, :] = 0.0
+    arrays.state.floats[:, 0, :] = 0.0
     action.heading[:, 0] = 0.0
     action.heading[:, 1].fill(0.0)
     action.distance[:] = total
@@ -105,8 +105,8 @@ class Views(CompiledPolicy):
     draws = 1  # type: ignore[assignment]
     parameters = ()
 
-    def start(self, size: int) -> Memory:
-        return Memory(np.zeros((size, 1, 1)), np.zeros((size, 0, 0), np.int64))
+    def start(self, size: int) -> PolicyState:
+        return PolicyState(np.zeros((size, 1, 1)), np.zeros((size, 0, 0), np.int64))
 
 
 @pytest.mark.filterwarnings("error")
@@ -136,10 +136,10 @@ def test_policies_that_go_by_no_name_pass(make: Any) -> None:
     [
         ("parameters", 1.0, r"parameters=1\.0: must be numbers in 1 dimension, such as"),
         ("parameters", ("slow",), r"parameters=\('slow',\): must be numbers in 1 dimension"),
-        ("knowledge", np.zeros(3), r"knowledge=.*: must be numbers in 2 dimensions, such as"),
+        ("table", np.zeros(3), r"knowledge=.*: must be numbers in 2 dimensions, such as"),
         (
             "kernel",
-            lambda percept, mind, noise, action: None,
+            lambda percept, arrays, noise, action: None,
             r"test_check_kernels\.py:\d+: .*decorate it with @kernel",
         ),
     ],
@@ -150,7 +150,7 @@ def test_what_a_policy_declares_is_checked(member: str, value: Any, message: str
 
 
 def test_a_policy_without_a_kernel_is_named() -> None:
-    with pytest.raises(TypeError, match=r"Bare: has no 'kernel'; give kernel\(percept, mind, noise, action\)"):
+    with pytest.raises(TypeError, match=r"Bare: has no 'kernel'; give kernel\(percept, arrays, noise, action\)"):
         check_policy(type("Bare", (CompiledPolicy,), {"parameters": ()})())
 
 
@@ -178,7 +178,7 @@ def test_a_kernel_that_cannot_be_guarded_is_checked_otherwise_and_said_so(monkey
         return lambda: None
 
     @kernel
-    def stays(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    def stays(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         action.heading[:] = 0.0
         action.distance[:] = 0.0
 
@@ -189,12 +189,12 @@ def test_a_kernel_that_cannot_be_guarded_is_checked_otherwise_and_said_so(monkey
 
 
 MODULE = """
-from teamsight.kernel import kernel
-from teamsight.kernel_guard import watched
+from teamsight.core.kernel import kernel
+from teamsight.core.kernel.guard import watched
 from teamsight.policies import CompiledPolicy, check_policy
 {comment}
 @kernel
-def rule(percept, mind, noise, action):
+def rule(percept, arrays, noise, action):
     action.distance[percept.heading.shape[0]] = 0.0
 
 class Rule(CompiledPolicy):
@@ -242,7 +242,7 @@ def test_exceptions_ignored_elsewhere_are_still_reported() -> None:
 
 def test_a_kernel_without_a_source_file_is_named_by_its_line() -> None:
     names: dict[str, Any] = {"kernel": kernel}
-    exec("@kernel\ndef made(percept, mind, noise, action):\n    action.distance[-1] = 0.0\n", names)
+    exec("@kernel\ndef made(percept, arrays, noise, action):\n    action.distance[-1] = 0.0\n", names)
     policy = type("Made", (CompiledPolicy,), {"kernel": names["made"], "parameters": ()})()
     with pytest.raises(ValueError, match=r"Made: <string>:3: its kernel uses index -1 of action\.distance"):
         check_policy(policy)

@@ -8,7 +8,7 @@ import pytest
 
 from teamsight import policies
 from teamsight.cli import main
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 DATA = Path(policies.__file__).parent / "data"
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.exploration import explore
+from teamsight.agents.recording.explore import explore
 from teamsight.policies import check_policy
 from teamsight.policies.check import sample_percept
 from teamsight.policies.eager import ActionGrid, LinearQ, StateGrid, TabularQ
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 LEARNERS = [TabularQ, LinearQ]
 NEAR, FAR, NOTHING = 0.0, 0.5, 1.0
@@ -175,7 +175,7 @@ def test_what_is_learned_depends_on_pairs_and_reward_alone(kind: Any) -> None:
         memory.situation[order], memory.action[order], memory.next_situation[order], facts, settings=memory.settings
     )
     one, other = kind(memory, gain), kind(shuffled, gain)
-    assert one.knowledge.tobytes() == other.knowledge.tobytes()
+    assert one.table.tobytes() == other.table.tobytes()
     assert repr(one) == repr(other) != repr(kind(memory, lambda memory: -gain(memory)))
     assert kind(memory, gain, inputs=16).inputs == 16
 

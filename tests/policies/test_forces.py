@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from teamsight.policies.forces import attraction, repulsion
+from teamsight.policies.handmade.forces import attraction, repulsion
 
 corners = st.lists(st.floats(0, 5), min_size=4, max_size=4).map(sorted)
 distances = st.floats(0, 8)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 
 SETTINGS = {"awareness": "RingAwareness(delta=4)", "degree": "ring", "robots": 5}
 

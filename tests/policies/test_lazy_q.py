@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from teamsight.policies import LazyQ, PessimisticLazyQ, check_policy
 from teamsight.policies.check import sample_percept
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, own_reward
 
 pytestmark = pytest.mark.short
@@ -148,8 +148,8 @@ def test_the_contract_and_the_way_to_other_processes(kind: Any) -> None:
 
 def test_the_memory_is_not_copied() -> None:
     memory = made_up(1, 100)
-    assert LazyQ(memory).knowledge is memory.table
-    assert LazyQ(memory, inputs=4).knowledge is memory.table
+    assert LazyQ(memory).table is memory.table
+    assert LazyQ(memory, inputs=4).table is memory.table
 
 
 def test_policies_that_differ_are_told_apart_by_their_repr() -> None:

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import next_matches, utility
+from teamsight.policies.lazy.action_values import next_matches, utility
+from teamsight.policies.memory import LazyMemory
 
 pytestmark = pytest.mark.short
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from safetensors import safe_open
 
-from teamsight.policies.lazy_memory import LazyMemory, MemoryFileError
-from teamsight.policies.lazy_memory.file import checksum, write
+from teamsight.policies.memory import LazyMemory, MemoryFileError
+from teamsight.policies.memory.file import checksum, write
 
 SETTINGS = {"awareness": "RingAwareness(delta=3)", "robots": 5, "speed": 0.1, "by": "θ"}
 ABOUT = {"own": 2, "added": 3, "facts": ["gained", "lost"], "settings": SETTINGS}

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.kernel import Entry, array_at
-from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_memory.nearest import BLOCK, LANES, k_nearest
+from teamsight.core.kernel import Entry, array_at
+from teamsight.policies.memory import LazyMemory
+from teamsight.policies.memory.nearest import BLOCK, LANES, k_nearest
 
 ASK = np.dtype(
     [(name, np.int64) for name in ("table", "columns", "pairs", "first", "inputs", "query", "k", "index", "distance")]

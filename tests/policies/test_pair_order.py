@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.lazy_memory.order import Table, canonical_order, sort_pairs
+from teamsight.policies.memory.order import Table, canonical_order, sort_pairs
 
 
 def table_of(pairs: int, rows: int, values: int, rng: np.random.Generator) -> Table:

@@ -8,7 +8,7 @@ import naive_learners
 import numpy as np
 import pytest
 
-from teamsight.policies.lazy_memory import LazyMemory
+from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, alone_reward, own_reward, rewards_of, tabulate, team_reward
 
 pytestmark = pytest.mark.short

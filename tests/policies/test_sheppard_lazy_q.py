@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from teamsight.policies import SheppardLazyQ, check_policy
 from teamsight.policies.check import sample_percept
-from teamsight.policies.lazy_memory import LazyMemory
-from teamsight.policies.lazy_utility import utility
+from teamsight.policies.lazy.action_values import utility
+from teamsight.policies.lazy.sheppard_lazy_q import MOST_CHANGE, MOST_SEEN
+from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, own_reward, tabulate, team_reward
-from teamsight.policies.sheppard_lazy_q import MOST_CHANGE, MOST_SEEN
 
 pytestmark = pytest.mark.short
 
@@ -68,7 +68,7 @@ def test_a_life_as_the_slow_twin_has_it(
             turn = complex(*action.heading[i]) / complex(*percept.heading[i])
             assert turn == pytest.approx(complex(math.cos(rotation), math.sin(rotation)))
             assert action.distance[i] == pytest.approx(share * percept.speed[i])
-            assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.real[i, : len(twin.pairs), 5].tolist())
+            assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.floats[i, : len(twin.pairs), 5].tolist())
 
 
 def difference(memory: LazyMemory) -> Any:
@@ -94,7 +94,7 @@ def test_of_a_crowd_so_many_are_followed_and_told_apart_as_there_is_room_for() -
         _, memory = policy.decide(percept._replace(situation=situation, targets=targets), memory, noise)
         for i, twin in enumerate(twins):
             twin.decide(situation[i], set(seen[i][:MOST_SEEN].tolist()), noise[:, i].tolist())
-            assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.real[i, : len(twin.pairs), 5].tolist())
+            assert [pair["q"] for pair in twin.pairs] == pytest.approx(memory.floats[i, : len(twin.pairs), 5].tolist())
 
 
 def test_what_pays_is_done_again() -> None:

@@ -40,7 +40,7 @@ def test_policies_without_memory(policy: Any, twin: Callable[..., Any], seed: in
         heading, distance = twin(policy, percept_of_one(percept, i), noise[:, i].tolist())
         assert action.heading[i] == pytest.approx(heading, abs=1e-9)
         assert action.distance[i] == pytest.approx(distance, abs=1e-9)
-    assert memory.real.shape == (size, 0, 0)
+    assert memory.floats.shape == (size, 0, 0)
 
 
 class Watched:

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight import checks
-from teamsight.angles import direction
-from teamsight.kernel import plain
+from teamsight.core import checks
+from teamsight.core.angles import direction
+from teamsight.core.kernel import plain
 
 
 @pytest.mark.parametrize("value", [3, 3.0, np.int64(3), np.float32(3)])

@@ -15,18 +15,18 @@ from pathlib import Path
 import numba
 import pytest
 
-from teamsight import kernel
+from teamsight.core.kernel import entry as kernel_entry
 
 ROOT = Path(__file__).parents[2]
 
 
-def entry(number: int) -> kernel.Entry:
+def entry(number: int) -> kernel_entry.Entry:
     """Return an entry that has not been compiled in this process; it adds `number` to what it is given."""
 
     def add(given: int) -> int:
         return given + number
 
-    return kernel.Entry(add)
+    return kernel_entry.Entry(add)
 
 
 def truncated(data: bytes, noise: random.Random) -> bytes:
@@ -73,7 +73,7 @@ class Lab:
         self.folder = folder
         self.compiled: list[str] = []
         monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(folder))
-        monkeypatch.setattr(kernel, "announce", self.compiled.append)
+        monkeypatch.setattr(kernel_entry, "announce", self.compiled.append)
 
     def check(self, number: int, compilations: int, what: str) -> None:
         """Assert that the entry gives the right result, and how often it is compiled for that."""
@@ -171,7 +171,7 @@ def test_an_entry_that_cannot_be_saved_works(lab: Lab, monkeypatch: pytest.Monke
     def fail(*given: object) -> bytes:
         raise TypeError("cannot pickle")
 
-    monkeypatch.setattr("teamsight.kernel_cache.dumps", fail)
+    monkeypatch.setattr("teamsight.core.kernel.cache.dumps", fail)
     lab.check(7, 1, "first")
     lab.check(7, 1, "second")
 

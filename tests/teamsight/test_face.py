@@ -57,7 +57,7 @@ def test_minds_and_physics_import_neither_each_other_nor_frameworks() -> None:
     for rooms, banned in [
         ("teamsight.policies", ["mesa", "simpy", "pandas", "networkx", "teamsight.world", "teamsight.agents"]),
         (
-            "teamsight.world.proximity, teamsight.world.noise, teamsight.world.motion",
+            "teamsight.world.proximity.search, teamsight.world.noise, teamsight.world.motion",
             ["mesa", "pandas", "teamsight.policies", "teamsight.agents"],
         ),
     ]:

@@ -24,12 +24,12 @@ def python(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
 CALLBACKS = """
 import signal, sys
 from numba.core.codegen import CPUCodeLibrary
-import teamsight.kernel
-from teamsight.kernel import Entry
+import teamsight.core.kernel
+from teamsight.core.kernel import Entry
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 armed, compiled, interrupts = "never", [], []
-teamsight.kernel.announce = compiled.append
+teamsight.core.kernel.entry.announce = compiled.append
 
 def interrupting(name):
     hook = getattr(CPUCodeLibrary, name)
@@ -67,11 +67,11 @@ KILLS = '''
 """Compile entries in child processes and kill them at random moments; print what went wrong."""
 import os, random, signal, sys, time
 import numpy as np
-import teamsight.kernel
-from teamsight.kernel import Entry, array_at
+import teamsight.core.kernel
+from teamsight.core.kernel import Entry, array_at
 
 ENTRIES = 8
-teamsight.kernel.announce = lambda name: None
+teamsight.core.kernel.entry.announce = lambda name: None
 
 def make(number):
     def fill(address):

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from teamsight.interrupts import deferred
+from teamsight.core.interrupts import deferred
 
 pytestmark = pytest.mark.short
 
@@ -146,7 +146,7 @@ def test_another_thread_changes_nothing() -> None:
 
 HAMMER = """
 import signal
-from teamsight.interrupts import deferred
+from teamsight.core.interrupts import deferred
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 begun = whole = interrupts = 0

@@ -18,8 +18,8 @@ MAIN = """
 import sys
 import numpy as np
 {imports}
-from teamsight.digest import digest
-from teamsight.kernel import Entry, array_at, kernel
+from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel import Entry, array_at, kernel
 
 @kernel
 def twice(x):
@@ -30,16 +30,16 @@ def run(address):
     row[0] = twice(row[0])
     return 0
 
-import teamsight.kernel
+import teamsight.core.kernel
 compiled = []
-teamsight.kernel.announce = compiled.append
+teamsight.core.kernel.entry.announce = compiled.append
 row = np.array([3.0])
 Entry(run)(row.ctypes.data)
 print(row[0], len(compiled), digest(run))
 """
 
 CALLEE = """
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 
 STEP = 1.0
 
@@ -112,9 +112,9 @@ def test_a_changed_default_is_noticed(lab: Lab) -> None:
 
 
 COUNT = """
-import teamsight.kernel
+import teamsight.core.kernel
 compiled = []
-teamsight.kernel.announce = compiled.append
+teamsight.core.kernel.entry.announce = compiled.append
 import teamsight.agents.cmommt, teamsight.agents.model, teamsight.policies, teamsight.world.arena
 assert not compiled, compiled
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
@@ -157,7 +157,7 @@ def test_an_unwritable_folder_does_not_stop_anybody(tmp_path: Path) -> None:
 def test_entries_survive_pickling(tmp_path: Path) -> None:
     script = """
         import pickle, numpy as np
-        from teamsight.world.proximity import search
+        from teamsight.world.proximity.search import search
         from teamsight.policies import ACmommt
         from teamsight.agents.awareness import RingAwareness
         for part in (ACmommt(search="stay"), RingAwareness(4)):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.policies import CompiledPolicy
 
 HERE = Path(__file__).name
@@ -33,64 +33,64 @@ def add(a: float, b: float) -> float:
 
 
 @kernel
-def typo(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def typo(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     for i in range(percept.heading.shape[0]):
         action.distance[i] = percpt.speed[i]  # type: ignore[name-defined]  # noqa: F821  # typo
 
 
 @kernel
-def no_field(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def no_field(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = percept.foo[0]  # no_field
 
 
 @kernel
-def no_memory_field(percept: Any, mind: Any, noise: Any, action: Any) -> None:
-    action.distance[0] = mind.memory.reel[0, 0, 0]  # no_memory_field
+def no_memory_field(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    action.distance[0] = arrays.state.reel[0, 0, 0]  # no_memory_field
 
 
 @kernel
-def no_array_field(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def no_array_field(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = percept.heading.shap[0]  # no_array_field
 
 
 @kernel
-def replaced(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def replaced(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.heading = percept.heading  # replaced
 
 
 @kernel
-def unsupported(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def unsupported(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = np.gradient(percept.speed)[0]  # unsupported
 
 
 @kernel
-def no_function(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def no_function(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = math.sqroot(percept.speed[0])  # type: ignore[attr-defined]  # no_function
 
 
 @kernel
-def own_randomness(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def own_randomness(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = np.random.default_rng().random()  # own_randomness
 
 
 @kernel
-def allocates(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def allocates(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     way = np.zeros(2)  # allocates
     action.distance[0] = way[0]
 
 
 @kernel
-def computes_array(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def computes_array(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[:] = percept.speed * 2.0  # computes_array
 
 
 @kernel
-def three(percept: Any, mind: Any, noise: Any) -> None:  # three is named by the line of its decorator
+def three(percept: Any, arrays: Any, noise: Any) -> None:  # three is named by the line of its decorator
     pass
 
 
 @kernel
-def too_few(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def too_few(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = add(1.0)  # type: ignore[call-arg]  # too_few
 
 
@@ -102,43 +102,43 @@ def one_or_two(x: float) -> Any:
 
 
 @kernel
-def varying(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def varying(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     one_or_two(percept.speed[0])
 
 
 @kernel
-def two_indices(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def two_indices(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = percept.speed[0, 1]  # two_indices
 
 
 @kernel
-def row_as_number(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def row_as_number(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = percept.heading[0]  # row_as_number
 
 
 @kernel
-def fraction_as_index(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def fraction_as_index(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = percept.speed[0.5]  # fraction_as_index
 
 
 @kernel
-def plain_helper(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def plain_helper(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = helper(percept.speed[0])  # plain_helper
 
 
 @kernel
-def foreign(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def foreign(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = THING.value  # foreign
 
 
 @kernel
-def too_early(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def too_early(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = later  # type: ignore[has-type]  # noqa: F821  # too_early
     later = 1.0  # noqa: F841
 
 
 @kernel  # with_statement
-def with_statement(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def with_statement(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     with open("x") as _:
         pass
 
@@ -149,19 +149,19 @@ def inner(percept: Any) -> Any:
 
 
 @kernel
-def nested(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def nested(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     action.distance[0] = inner(percept)
 
 
 def closure_over(share: float) -> Any:
     @kernel
-    def closure(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+    def closure(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         action.distance[0] = share * percpt.speed[0]  # type: ignore[name-defined]  # noqa: F821  # closure
 
     return closure
 
 
-def undecorated(percept: Any, mind: Any, noise: Any, action: Any) -> None:
+def undecorated(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     pass
 
 
@@ -172,7 +172,7 @@ MISTAKES = [
     (closure, "closure", r"name 'percpt' is not defined; did you mean 'percept'\?"),
     (no_field, "no_field", r"Percept has no field 'foo'; it has heading, moved, .*, situation"),
     (nested, "nested", r"Percept has no field 'speeed'; it has .*speed"),
-    (no_memory_field, "no_memory_field", "Memory has no field 'reel'; it has real, whole"),
+    (no_memory_field, "no_memory_field", "PolicyState has no field 'reel'; it has real, whole"),
     (no_array_field, "no_array_field", r"no attribute 'shap'; did you mean 'shape'\?"),
     (replaced, "replaced", r"Action\.heading cannot be replaced; write its elements"),
     (unsupported, "unsupported", r"cannot compile numpy\.gradient; write it with"),
@@ -215,7 +215,7 @@ def test_a_mistake_is_named_with_the_users_line_first(rule: Any, mark: str, mess
 
 def test_a_kernel_with_other_parameters_is_named() -> None:
     assert re.search(
-        rf"{HERE}:\d+: .*three\(percept, mind, noise\) is called as three\(percept, mind, noise, action\); take",
+        rf"{HERE}:\d+: .*three\(percept, arrays, noise\) is called as three\(percept, arrays, noise, action\); take",
         str(refused(three)),
     )
 
@@ -226,5 +226,5 @@ def test_a_plain_function_in_place_of_a_kernel_is_named() -> None:
 
 def test_a_kernel_without_a_source_file_is_named_as_well() -> None:
     names: dict[str, Any] = {"kernel": kernel}
-    exec("@kernel\ndef made(percept, mind, noise, action):\n    action.distance[0] = percpt.speed[0]\n", names)
+    exec("@kernel\ndef made(percept, arrays, noise, action):\n    action.distance[0] = percpt.speed[0]\n", names)
     assert re.search(r"<string>:3: name 'percpt' is not defined", str(refused(names["made"])))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from teamsight.kernel import Entry, array_at, below_64, ones, scratch
+from teamsight.core.kernel import Entry, array_at, below_64, ones, scratch
 
 
 def _reverse(address: int) -> int:

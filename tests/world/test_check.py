@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.kernel import kernel
+from teamsight.core.kernel import kernel
 from teamsight.world import Arena, Box, Disc, Torus, check_arena
 
 

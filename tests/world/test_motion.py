@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from teamsight.kernel import plain
+from teamsight.core.kernel import plain
 from teamsight.world.arena import Box
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import is_action, motion, turn_limit

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from teamsight.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, array_at
 from teamsight.world.noise import LANES, Stream, generator, key_of, philox, stream_number, uniforms
 
 # From kat_vectors of Random123, the generator's authors' own library: counter, key, block.

@@ -8,7 +8,7 @@ from scipy import stats
 
 from teamsight.world import placement
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.proximity import proximity_graph
+from teamsight.world.proximity.search import proximity_graph
 
 ARENAS: list[Arena] = [Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0)]
 

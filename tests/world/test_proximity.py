@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.edges import ProximityGraph
-from teamsight.world.proximity import MOST_PAIRS, Search, proximity_graph
+from teamsight.world.proximity.edges import ProximityGraph
+from teamsight.world.proximity.search import MOST_PAIRS, Search, proximity_graph
 
 ARENAS: list[Arena | None] = [None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0)]
 

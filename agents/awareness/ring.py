@@ -1,0 +1,121 @@
+"""Θ(1): a ring of δ sectors, each showing the nearest teammate in it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.none import situate_targets
+from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, sector_of
+from teamsight.core import checks
+from teamsight.core.kernel import kernel
+
+#: Sectors of a ring at most: a situation of more would fill memory with sectors that see nothing.
+MOST_SECTORS = 10_000
+
+
+@kernel
+def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
+    sectors = parameters.shape[0] // 2
+    seen = scene.teammates
+    room = teammates.distance.shape[0]
+    # Two sightings of one robot in one sector merge, so the true sightings are room enough.
+    if seen.start[scene.heading.shape[0]] > room:
+        return int(seen.start[scene.heading.shape[0]])
+    shown = 0
+    for i in range(scene.heading.shape[0]):
+        teammates.start[i] = shown
+        heading_x = scene.heading[i, 0]
+        heading_y = scene.heading[i, 1]
+        begin = shown
+        for k in range(seen.start[i], seen.start[i + 1]):
+            sector = sector_of(seen.offset[k, 0], seen.offset[k, 1], heading_x, heading_y, sectors)
+            distance = seen.distance[k]
+            at = begin
+            # While the row is built, `identity` holds the sectors, in ascending order.
+            while at < shown and teammates.identity[at] < sector:
+                at += 1
+            if at < shown and teammates.identity[at] == sector:
+                teammates.distance[at] = min(teammates.distance[at], distance)
+                continue
+            for later in range(shown, at, -1):
+                teammates.identity[later] = teammates.identity[later - 1]
+                teammates.distance[later] = teammates.distance[later - 1]
+            teammates.identity[at] = sector
+            teammates.distance[at] = distance
+            shown += 1
+        for at in range(begin, shown):
+            cosine = parameters[2 * teammates.identity[at]]
+            sine = parameters[2 * teammates.identity[at] + 1]
+            teammates.offset[at, 0] = teammates.distance[at] * (cosine * heading_x - sine * heading_y)
+            teammates.offset[at, 1] = teammates.distance[at] * (sine * heading_x + cosine * heading_y)
+            teammates.identity[at] = -1
+    teammates.start[scene.heading.shape[0]] = shown
+    return shown
+
+
+@kernel
+def _situate(scene: Any, parameters: Any, situation: Any) -> None:
+    situate_targets(scene, parameters, situation)
+    # The ring reads the true sightings: what it shows the policy lies on the sectors' centres.
+    seen = scene.teammates
+    for i in range(situation.shape[0]):
+        edges = (seen.start[i], seen.start[i + 1])
+        sectors = parameters.shape[0] // 2
+        read_ring(situation[i], OWN_SECTORS, sectors, scene.heading[i], seen, edges, scene.awareness_range[i])
+
+
+@dataclass(frozen=True)
+class RingAwareness(Awareness):
+    """Θ(1): for each of δ heading-relative sectors the nearest teammate, without identity.
+
+    The policy is shown its exact distance and the sector's centre as bearing; teammates that share a sector merge.
+    Sector 0 is centred straight ahead.
+
+    Parameters
+    ----------
+    delta : int, default 16
+        How many sectors, at least 1 and at most `MOST_SECTORS`: the paper's δ.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If δ is not a whole number within these limits.
+
+    Notes
+    -----
+    *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here
+    any δ ≥ 1 goes with any team.
+    """
+
+    delta: int = 16
+
+    name = "ring"
+    order = "Θ(1)"
+    perceive = _perceive
+    situate = _situate
+    delivers = ("targets", "teammates")
+
+    def __post_init__(self) -> None:
+        cure = "a ring needs at least 1 sector; for no awareness use NoAwareness()"
+        delta = checks.count("delta", self.delta, cure=cure)
+        if delta > MOST_SECTORS:
+            raise ValueError(
+                f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
+                "sector; 360 are a degree of arc each"
+            )
+        object.__setattr__(self, "delta", delta)
+
+    @property
+    def parameters(self) -> npt.NDArray[np.float64]:
+        angle = 2 * math.pi * np.arange(self.delta) / self.delta
+        return np.stack([np.cos(angle), np.sin(angle)], axis=-1).ravel()
+
+    def width(self, team_size: int) -> Width:
+        checks.count("team_size", team_size)
+        return Width(OWN_SECTORS, self.delta)

@@ -1,0 +1,1 @@
+"""Columns: properties of the user's own that the agents of a group have."""

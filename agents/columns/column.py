@@ -1,0 +1,149 @@
+"""Columns: properties of the user's own that the agents of a group have, one element an agent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, MutableMapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from teamsight.core import checks
+
+Array = npt.NDArray[Any]
+
+
+class Column(NDArrayOperatorsMixin):
+    """A property of the agents of a group, used like an array of shape (n, …).
+
+    It stays valid when agents leave and when a state is restored, as an array would not: each use reads and writes the
+    elements of the agents that are in the group then.
+
+    Parameters
+    ----------
+    columns : Columns
+        The columns of the group.
+    name : str
+        Which of them.
+    """
+
+    def __init__(self, columns: Columns, name: str) -> None:
+        self._columns, self._name = columns, name
+
+    @property
+    def values(self) -> Array:
+        """The present elements, shape (n, …); a view that is valid until an agent leaves or a state is restored."""
+        return self._columns.array(self._name)
+
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> Array:
+        values = self.values
+        return np.array(values, dtype) if copy or dtype not in (None, values.dtype) else values
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **named: Any) -> Any:
+        plain = [value.values if isinstance(value, Column) else value for value in inputs]
+        out = named.get("out", ())
+        if out:
+            named["out"] = tuple(part.values if isinstance(part, Column) else part for part in out)
+        result = getattr(ufunc, method)(*plain, **named)
+        return out[0] if len(out) == 1 else result
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.values[index]
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        _assign(self._name, self.values, index, value)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __bool__(self) -> bool:
+        return bool(self.values)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.values)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.values, name)
+
+    def __repr__(self) -> str:
+        return f"Column({self._name!r}, {self.values!r})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A copy is a plain array: it belongs to no group.
+        return np.array, (self.values,)
+
+
+class Columns(MutableMapping[str, Column]):
+    """The columns of a group by name. A column that is set takes the values into its elements.
+
+    Parameters
+    ----------
+    group : str
+        The name of the group, for errors.
+    """
+
+    def __init__(self, group: str) -> None:
+        self._group = group
+        self._arrays: dict[str, Array] = {}
+
+    def array(self, name: str) -> Array:
+        """Return the array that holds the present elements of a column."""
+        try:
+            return self._arrays[name]
+        except KeyError:
+            have = ", ".join(self._arrays) or "none"
+            raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
+
+    def create(self, name: str, array: Array) -> Column:
+        """Add a column that begins with these elements."""
+        self._arrays[name] = array
+        return Column(self, name)
+
+    def arrays(self) -> dict[str, Array]:
+        """Return the present arrays by name."""
+        return dict(self._arrays)
+
+    def replace(self, arrays: dict[str, Array]) -> None:
+        """Take over these arrays; columns that they leave out stay as they are."""
+        self._arrays |= arrays
+
+    def __getitem__(self, name: str) -> Column:
+        self.array(name)
+        return Column(self, name)
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        if name not in self._arrays:
+            raise KeyError(f"{name!r}: the group {self._group!r} has no such column; make it with add_column({name!r})")
+        _assign(name, self._arrays[name], ..., value)
+
+    def __delitem__(self, name: str) -> None:
+        self.array(name)
+        del self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._arrays
+
+
+def _assign(name: str, array: Array, index: Any, value: Any) -> None:
+    """Set elements, unless the array would silently round them."""
+    new = np.asarray(value)
+    whole = array.dtype.kind in "iu" and new.dtype.kind in "iu"
+    if not whole and array.dtype != object and not np.can_cast(new.dtype, array.dtype, "same_kind"):
+        raise TypeError(
+            f"{name}={checks.shown(value)}: the column holds {array.dtype}, which would not keep this value; "
+            f"make the column with another fill, such as add_column({name!r}, {_fill_for(new)})"
+        )
+    array[index] = value
+
+
+def _fill_for(values: Array) -> str:
+    return {"f": "0.0", "c": "0j", "i": "0", "u": "0", "b": "False"}.get(values.dtype.kind, "None")

@@ -1,0 +1,47 @@
+"""Connecting: the relations of a world, which say who senses whom and who is aware of whom."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teamsight.agents import building
+from teamsight.agents.engine.failures import check_places
+from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.resolve import check_fit
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
+    from teamsight.agents.model import World
+
+
+def connect(world: World, sensed: list[tuple[Group, Group]]) -> list[Relation]:
+    """Return the relations of a world and let each group know its own.
+
+    Parameters
+    ----------
+    world : World
+        Whose groups.
+    sensed : list of tuple
+        Pairs of a group that senses and a group that is sensed.
+
+    Raises
+    ------
+    ValueError
+        If an agent is outside the arena, or a policy does not fit its degree of awareness; no group has changed then.
+    """
+    check_places(world)
+    teams = {group.number: building.team_of(world.groups, group) for group in world.groups}
+    for group in world.groups:
+        check_fit(group, teams[group.number])
+    relations = []
+    for group in world.groups:
+        group.relations = {}
+        targets = [observed for observers, observed in sensed if observers is group]
+        for kind, others, reach in (
+            ("targets", targets, group.sensing_range),
+            ("teammates", teams[group.number], group.awareness_range),
+        ):
+            if others:
+                group.relations[kind] = Relation(kind, group, others, reach, world.arena)
+                relations.append(group.relations[kind])
+    return relations

@@ -1,0 +1,66 @@
+"""Failures of a step: which they are, and what is raised. Nobody has moved, and the clock has not gone on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from teamsight.agents.engine.records import OUTSIDE
+from teamsight.world.motion import is_watched
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
+    from teamsight.agents.model import World
+
+def failure(world: World, status: int, where: int, tick: int) -> ValueError:
+    """Return what is to be raised when a step cannot be made.
+
+    Parameters
+    ----------
+    world : World
+        Which world.
+    status, where : int
+        What the loop has returned, and the group in which that happened.
+    tick : int
+        How many steps were made before.
+    """
+    group = world.groups[where]
+    if status == OUTSIDE:
+        return ValueError(
+            f"{world.arena}: its wall lets {group.name} out at tick {tick}; check the arena with check_arena()"
+        )
+    return ValueError(
+        f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading no "
+        "unit vector; check the policy with check_policy(), and a degree of awareness of your own for readings that "
+        "are NaN. To go on, give the group another policy, restore() a state or reset()"
+    )
+
+
+def insatiable(group: Group) -> ValueError:
+    """Return what is to be raised when a degree of awareness asks for more room whatever it is given."""
+    return ValueError(
+        f"awareness={group.awareness!r}: its perceive asks for more room each time, for {group.name}; check it with "
+        "check_awareness()"
+    )
+
+
+def check_places(world: World) -> None:
+    """Refuse agents that are outside an arena of a user's own; others have none outside.
+
+    Raises
+    ------
+    ValueError
+        Naming the group and the place.
+    """
+    arena = world.arena
+    if not is_watched(arena):
+        return
+    for group in world.groups:
+        inside = np.asarray(arena.contains(group.bodies.position))
+        if not inside.all():
+            place = tuple(group.bodies.position[int(np.argmin(inside))].tolist())
+            raise ValueError(
+                f"{arena}: an agent of {group.name} is at {place}, outside by contains(); its wall or place() "
+                "leaks: check the arena with check_arena()"
+            )

@@ -1,0 +1,212 @@
+"""Decisions of policies that are Python: NumPy policies, callables for one robot, and robots that decide themselves.
+
+Nothing that a group remembers changes before all groups have decided and the step is made: an error in the middle
+leaves the world where its last completed step left it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.engine.state_rows import put_rows, take_rows
+from teamsight.agents.group import Group, readonly
+from teamsight.policies.check import check_action, check_answer
+from teamsight.policies.interface import (
+    Action,
+    NeighbourList,
+    Percept,
+    PerceptOfOne,
+    percept_of_group_of_one,
+    percept_of_one,
+    turned,
+)
+from teamsight.world.noise import Stream, generator, stream_number, uniforms
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+
+Key = npt.NDArray[np.uint64]
+Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
+
+
+class Deliberation:
+    """One decision of a group, on its way: what the robots perceive, and what they will remember.
+
+    Parameters
+    ----------
+    group : Group
+        Who decides.
+    tick : int
+        When.
+    key : ndarray, shape (2,), uint64
+        The key of the world's noise.
+    noise : ndarray, shape (draws, n), float64, optional
+        The group's numbers for this tick, if they have been made.
+    """
+
+    def __init__(self, group: Group, tick: int, key: Key, noise: npt.NDArray[np.float64] | None = None) -> None:
+        self.group, self.tick, self.key = group, tick, key
+        self._noise = noise
+        self._percept: Percept | None = None
+        self._handed: list[PerceptOfOne] = []
+        self._whole: tuple[Action, Any] | None = None
+        # For each robot whose policy was asked, its own new memory; None for that in the decision of the whole group.
+        self._asked: dict[int, Any] = {}
+
+    @property
+    def percept(self) -> Percept:
+        """What the group perceives, as arrays that cannot be written to."""
+        if self._percept is None:
+            self._percept = _protected(self.group.percept)
+        return self._percept
+
+    @property
+    def noise(self) -> npt.NDArray[np.float64]:
+        """The numbers that the policy is given, shape (draws, n)."""
+        if self._noise is None:
+            group = self.group
+            stream = stream_number(Stream.POLICY, group.number)
+            self._noise = uniforms(self.key, stream, self.tick, group.bodies.member, group.draws)
+        return self._noise
+
+    def decide(self) -> Action:
+        """Return the action of the group."""
+        group = self.group
+        if group.decides_alone:
+            rules = [agent.decide for agent in group.agents]
+            return self._of_each(rules, f"{type(group.agents[0]).__name__}.decide" if rules else "")
+        if not hasattr(group.policy, "decide"):
+            return self._of_each([group.policy] * len(group), _name(group.policy))
+        self._asked = dict.fromkeys(range(len(group)))
+        return self._decision_of_all()[0]
+
+    def memory(self) -> Any:
+        """Return what the group remembers after this decision."""
+        group, size = self.group, len(self.group)
+        whole = np.array([row for row, part in self._asked.items() if part is None], np.int64)
+        memory = group.memory
+        if len(whole):
+            after = self._decision_of_all()[1]
+            memory = after if len(whole) == size else put_rows(memory, whole, take_rows(after, whole, size), size)
+        for row, part in self._asked.items():
+            if part is not None:
+                memory = put_rows(memory, np.array([row]), part[0], size)
+        return memory
+
+    def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
+        """Return (turn, distance) that the group's own policy decides for one robot on this percept.
+
+        Parameters
+        ----------
+        row : int
+            Which robot.
+        percept : PerceptOfOne
+            What it knows.
+        rng : numpy.random.Generator
+            For policies that are callables for one robot.
+        """
+        group = self.group
+        if not hasattr(group.policy, "decide"):
+            return check_answer(_name(group.policy), group.policy(percept, rng), row)
+        if row < len(self._handed) and percept is self._handed[row]:
+            # The usual case, in which the robot hands on what it was given: one decision serves the whole group.
+            action, _ = self._decision_of_all()
+            self._asked[row] = None
+            return _turn(percept.heading, action.heading[row]), float(action.distance[row])
+        self._check_situation(row, percept)
+        own, rows = percept_of_group_of_one(percept), np.array([row])
+        before = take_rows(group.memory, rows, len(group))
+        action, after = _ask(group.policy, own, before, np.ascontiguousarray(self.noise[:, rows]))
+        self._asked[row] = (after,)
+        return _turn(percept.heading, action.heading[0]), float(action.distance[0])
+
+    def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
+        """Refuse sightings that were changed for a policy which does not read them, but the situation made of them."""
+        if row >= len(self._handed) or not getattr(self.group.policy, "inputs", 0):
+            return
+        given = self._handed[row]
+        names = ("targets", "teammates", "relayed")
+        changed = [name for name in names if getattr(percept, name) is not getattr(given, name)]
+        if changed and percept.situation is given.situation:
+            raise ValueError(
+                f"percept.{changed[0]}: was changed, but {_name(self.group.policy)} reads percept.situation, which was "
+                f"not; change both, as in percept._replace({changed[0]}=…, situation=…)"
+            )
+
+    def _decision_of_all(self) -> tuple[Action, Any]:
+        if self._whole is None:
+            self._whole = _ask(self.group.policy, self.percept, self.group.memory, self.noise)
+        return self._whole
+
+    def _of_each(self, rules: list[Rule], name: str) -> Action:
+        group, percept = self.group, self.percept
+        stream = stream_number(Stream.CALLABLE, group.number)
+        self._handed = [percept_of_one(percept, i) for i in range(len(rules))]
+        answers = np.zeros((len(group), 2))
+        for i, rule in enumerate(rules):
+            rng = generator(self.key, stream, self.tick, int(group.bodies.member[i]))
+            answers[i] = check_answer(name, rule(self._handed[i], rng), i)
+        return Action(turned(percept.heading, answers[:, 0]), answers[:, 1])
+
+
+def policy_decision(
+    agent: Body, percept: PerceptOfOne, rng: np.random.Generator, tick: int, key: Key
+) -> tuple[float, float]:
+    """Return (turn, distance) that the policy of an agent's group decides for it on a percept.
+
+    Parameters
+    ----------
+    agent : Body
+        Who asks.
+    percept : PerceptOfOne
+        What it knows; the percept of this step, or a changed one.
+    rng : numpy.random.Generator
+        For policies that are callables for one robot.
+    tick, key
+        The moment and the key of the world's noise.
+    """
+    row = agent.row
+    # Asked between steps, a policy answers and nobody remembers it.
+    deliberation = agent.group.deliberation or Deliberation(agent.group, tick, key)
+    return deliberation.policy_decides(row, percept, rng)
+
+
+def _ask(policy: Any, percept: Percept, memory: Any, noise: npt.NDArray[np.float64]) -> tuple[Action, Any]:
+    name = _name(policy)
+    try:
+        answer = policy.decide(percept, memory, noise)
+    except ValueError as error:
+        if "read-only" not in str(error):
+            raise
+        raise ValueError(f"{name}.decide writes into its percept ({error}); copy the array first") from error
+    if not isinstance(answer, tuple) or isinstance(answer, Action) or len(answer) != 2:
+        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
+    action, after = answer
+    check_action(name, action, len(percept.heading))
+    return Action(*action), after
+
+
+def _name(policy: Any) -> str:
+    return str(getattr(policy, "__name__", type(policy).__name__))
+
+
+def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> float:
+    """Return the angle from a heading to an aim [rad]; 0 for the aim (0, 0), which keeps the heading."""
+    x, y = aim
+    ahead, left = heading
+    return math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
+
+
+def _protected(percept: Percept) -> Percept:
+    """Return the percept with arrays that cannot be written to."""
+    parts: list[Any] = [_protected_sightings(part) if isinstance(part, tuple) else readonly(part) for part in percept]
+    return Percept(*parts)
+
+
+def _protected_sightings(seen: NeighbourList) -> NeighbourList:
+    return NeighbourList(*(readonly(array) for array in seen))

@@ -1,0 +1,133 @@
+"""Exploration: let robots act, and keep what they meet as a lazy memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.building import team_of
+from teamsight.agents.group import Group
+from teamsight.agents.model import World
+from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transitions import Experience
+from teamsight.core import checks
+from teamsight.policies.memory import LazyMemory
+
+
+def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
+    """Run a world and return what the robots of a group meet: a pair for each robot and step.
+
+    Parameters
+    ----------
+    world : World
+        Any; its policies decide, its degrees of awareness tell the situations.
+    steps : int
+        How many steps to run, at least 1.
+    group : Group, optional
+        Whose experience; by default that of the first group that is on a team.
+
+    Returns
+    -------
+    LazyMemory
+        Its settings tell the world.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `world` is no world, `steps` is no whole number of at least 1, there is no such group, or nobody is left in
+        it.
+
+    Notes
+    -----
+    *Source:* §8.1: the exploration is made once, whatever is to be learned. §8.2: 5 robots and
+    120 steps are 600 pairs.
+    """
+    if not isinstance(world, World):
+        shown = f"{checks.shown(world)}: is no world; give one"
+        if isinstance(world, type):
+            shown = f"{world.__name__}: is a class; give a world"
+        raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")
+    steps = checks.count("steps", steps)
+    robots = _explorers(world) if group is None else group
+    seed = world.seed_used
+    met = meet(world, robots, steps)
+    return memory_of([met], robots, settings_of(world, robots) | {"steps": steps, "runs": 1, "seed": seed})
+
+
+def meet(world: World, group: Group, steps: int) -> Experience:
+    """Run a world from where it is and return what the robots of a group meet in these steps."""
+    world.record_experience(group)
+    before = len(world.experience(group).situation)
+    world.run(steps)
+    met = world.experience(group)
+    facts = {name: fact[before:] for name, fact in met.facts.items()}
+    return Experience(met.situation[before:], met.action[before:], met.next_situation[before:], facts)
+
+
+def memory_of(parts: Iterable[Experience], group: Group, settings: Mapping[str, Any]) -> LazyMemory:
+    """Return the lazy memory of what robots like those of a group met in several worlds.
+
+    Raises
+    ------
+    ValueError
+        If the situations of the parts differ in width, or there is no pair.
+    """
+    kept = list(parts)
+    widths = sorted({part.situation.shape[1] for part in kept})
+    if len(widths) > 1:
+        raise ValueError(
+            f"situations of {' and '.join(map(str, widths))} components: one memory holds one width; explore with "
+            "teams of one size, or with RingAwareness()"
+        )
+    return LazyMemory.of(
+        np.concatenate([part.situation for part in kept]),
+        np.concatenate([part.action for part in kept]),
+        np.concatenate([part.next_situation for part in kept]),
+        {name: np.concatenate([part.facts[name] for part in kept]) for name in FACTS},
+        own=group.awareness.width(1).own,
+        settings=settings,
+    )
+
+
+def settings_of(world: World, group: Group) -> dict[str, Any]:
+    """Return what tells a world's exploration from others, fit for JSON."""
+    world.look()
+    targets = group.relations["targets"].observed if "targets" in group.relations else []
+    return {
+        "awareness": repr(group.awareness),
+        "degree": group.awareness.name,
+        "policy": _told(group.policy),
+        "robots": sum(map(len, team_of(world.groups, group) or [group])),
+        "targets": sum(map(len, targets)),
+        "target_policy": ", ".join(_told(other.policy) for other in targets),
+        "arena": repr(world.arena),
+        "radius": getattr(world.arena, "radius", None),
+        "robot_speed": _range(group.speed),
+        "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
+        "sensing_range": _range(group.sensing_range),
+        "awareness_range": _range(group.awareness_range),
+    }
+
+
+def _told(policy: Any) -> str:
+    """Return a policy's name and constants, or its name alone where its repr tells where it lies in memory."""
+    told = repr(policy)
+    return str(getattr(policy, "__name__", type(policy).__name__)) if " at 0x" in told else told
+
+
+def _range(values: npt.NDArray[np.float64]) -> float | list[float] | None:
+    """Return the value that all have, or the smallest and the largest."""
+    if not len(values):
+        return None
+    low, high = float(values.min()), float(values.max())
+    return low if low == high else [low, high]
+
+
+def _explorers(world: World) -> Group:
+    for group in world.groups:
+        if group.team is not None and len(group):
+            return group
+    raise ValueError("explore(…): no robot is on a team in this world; name the group whose experience is to be kept")

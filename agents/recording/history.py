@@ -1,0 +1,140 @@
+"""History: one row for each completed step, and the sums that are asked for most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.engine.records import HISTORY_COLUMNS
+
+_EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
+
+
+class Stretch:
+    """The steps during which the same groups observed one another.
+
+    Parameters
+    ----------
+    relations : list of Relation
+        The relations, in the order of the columns.
+    """
+
+    def __init__(self, relations: list[Relation]) -> None:
+        sides = [relation.observers.team is not None for relation in relations]
+        self._teammates = [r for r, relation in enumerate(relations) if relation.kind == "teammates"]
+        self._targets = [r for r, relation in enumerate(relations) if relation.kind == "targets" and sides[r]]
+        self.robots = sum(len(relations[r].observers) for r in self._teammates)
+        met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
+        self.targets = sum(met.values())
+        self.raw = np.zeros((64, len(relations), HISTORY_COLUMNS), np.int64)
+        self.rows = 0
+        self.observed_sum = 0
+        self.largest = 0
+        self._summed = 0
+
+    def make_room(self, steps: int) -> None:
+        """Make room for this many more steps."""
+        if self.rows + steps > len(self.raw):
+            longer = np.zeros((max(self.rows + steps, 2 * len(self.raw)), *self.raw.shape[1:]), np.int64)
+            longer[: self.rows] = self.raw[: self.rows]
+            self.raw = longer
+
+    def sum_up(self) -> None:
+        """Bring the sums up to the rows written since the last time."""
+        new = self.raw[self._summed : self.rows]
+        if len(new):
+            self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
+            self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
+            self._summed = self.rows
+
+    def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
+        """Return for each of these rows how many targets at least one robot saw."""
+        return np.asarray(self.raw[first:last, self._targets, _OBSERVED].sum(axis=1))
+
+    def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
+        """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
+        raw = self.raw[first : self.rows if last is None else last]
+        # No targets, or no robots: there is nothing to take a share or a mean of.
+        targets, robots = self.targets or np.nan, self.robots or np.nan
+        return {
+            "observed": raw[:, self._targets, _OBSERVED].sum(axis=1) / targets,
+            "mean_neighbours": raw[:, self._teammates, _EDGES].sum(axis=1) / robots,
+            "max_neighbours": raw[:, self._teammates, _LARGEST].max(axis=1, initial=0),
+        }
+
+
+class Totals(NamedTuple):
+    """What was observed in all rows of some stretches that had targets.
+
+    Attributes
+    ----------
+    observed : dict of int to int
+        For each number of targets, in the order in which they came, how many were observed in all these rows.
+    rows : int
+        How many rows there are.
+    """
+
+    observed: dict[int, int]
+    rows: int
+
+
+class History:
+    """All stretches of a world, one after the other."""
+
+    def __init__(self) -> None:
+        self._stretches: list[Stretch] = []
+
+    def begin(self, relations: list[Relation]) -> Stretch:
+        """Begin a new stretch and return it."""
+        if self._stretches and self._stretches[-1].rows == 0:
+            self._stretches.pop()
+        self._stretches.append(Stretch(relations))
+        return self._stretches[-1]
+
+    @property
+    def earlier(self) -> Totals:
+        """Of all stretches but the last."""
+        return _totals(self._stretches[:-1])
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean share of targets that at least one robot sees, over the rows with targets; NaN before the first."""
+        observed, rows = _totals(self._stretches)
+        return shares(observed) / rows if rows else float("nan")
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest degree in any row; 0 before the first."""
+        return max((stretch.largest for stretch in self._stretches), default=0)
+
+    def frame(self) -> pd.DataFrame:
+        """Return the rows as a table, indexed by step from 1."""
+        parts = [stretch.columns() for stretch in self._stretches] or [Stretch([]).columns()]
+        table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+        table.index = pd.RangeIndex(1, len(table) + 1, name="step")
+        return table
+
+
+def _totals(stretches: list[Stretch]) -> Totals:
+    observed: dict[int, int] = {}
+    rows = 0
+    for stretch in stretches:
+        if stretch.targets and stretch.rows:
+            observed[stretch.targets] = observed.get(stretch.targets, 0) + stretch.observed_sum
+            rows += stretch.rows
+    return Totals(observed, rows)
+
+
+def shares(observed: Mapping[int, Any]) -> Any:
+    """Return the sum of the shares observed, from the numbers observed among so many targets."""
+    # Whole numbers are summed first: however steps are divided into stretches, the result has the same bits. Not `sum`,
+    # which since Python 3.12 carries what rounding lost.
+    total: Any = 0.0
+    for targets, number in observed.items():
+        total = total + number / targets
+    return total

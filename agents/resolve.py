@@ -1,0 +1,143 @@
+"""Fit: reading the policy and the degree of awareness that a user names or gives, and whether they go together."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
+from teamsight.agents.awareness.sectors import OWN_SECTORS
+from teamsight.core import checks
+from teamsight.policies import POLICIES
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
+
+
+def policy_of(value: Any, name: str = "policy") -> Any:
+    """Return the policy that a user names or gives for the parameter `name`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no policy, or its name is unknown.
+    """
+    if isinstance(value, str):
+        return POLICIES[checks.choice(name, value, POLICIES)]()
+    if isinstance(value, type):
+        raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
+    if not hasattr(value, "decide") and not callable(value):
+        raise TypeError(
+            f"{name}={checks.shown(value)}: must be a name, an object with draws, start(size) and "
+            "decide(percept, memory, noise), or a callable f(percept, rng) -> (turn, distance)"
+        )
+    if not hasattr(value, "decide"):
+        try:
+            inspect.signature(value).bind(None, None)
+        except TypeError:
+            raise TypeError(
+                f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments (percept, rng) "
+                "and returns (turn, distance)"
+            ) from None
+        except ValueError:
+            # Some callables written in C do not tell what they take.
+            pass
+    if hasattr(value, "decide"):
+        missing = [member for member in ("draws", "start") if not hasattr(value, member)]
+        if missing:
+            shown = checks.shown(value)
+            raise TypeError(f"{name}={shown}: has decide but no {' and no '.join(missing)}; see check_policy()")
+        checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
+    return value
+
+
+def awareness_of(value: Awareness | str) -> Awareness:
+    """Return the degree of awareness that a user names or gives.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is none, or its name is unknown.
+    """
+    if isinstance(value, str):
+        return AWARENESS[checks.choice("awareness", value, AWARENESS)]()
+    if not isinstance(value, Awareness):
+        shown = f"{checks.shown(value)}: is no degree of awareness; give one"
+        if isinstance(value, type):
+            shown = f"{value.__name__}: is a class; give an object"
+        raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
+    return value
+
+
+def name_of(policy: Any) -> str:
+    """Return how a policy is called in messages: by the name that it goes by, or as a class or function."""
+    for name, make in POLICIES.items():
+        # Policies by name that are made once and kept.
+        if hasattr(make, "cache_info") and make.cache_info().currsize and make() is policy:
+            return repr(name)
+    return str(getattr(policy, "__name__", type(policy).__name__))
+
+
+def check_fit(group: Group, team: list[Group]) -> None:
+    """Refuse a policy that asks for what the degree of awareness does not deliver.
+
+    Raises
+    ------
+    ValueError
+        Naming a degree that would do.
+    """
+    check_needs(group)
+    policy, awareness = group.policy, group.awareness
+    name = name_of(policy)
+    inputs = getattr(policy, "inputs", 0) or 0
+    degree = getattr(policy, "degree", None)
+    size = max(sum(map(len, team)), 1)
+    width = sum(awareness.width(size))
+    if degree is not None and degree != awareness.name:
+        raise ValueError(
+            f"policy={name}: learned from situations of awareness {degree!r}, and these robots have "
+            f"{awareness.name!r}{_fitting(awareness, inputs, size, degree)}{_whole(policy, awareness, width)}"
+        )
+    if inputs and inputs != width:
+        raise ValueError(
+            f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
+            f"{_fitting(awareness, inputs, size, degree)}"
+        )
+
+
+def check_needs(group: Group) -> None:
+    """Refuse a policy that needs a field of the percept which the degree of awareness does not deliver."""
+    policy, awareness = group.policy, group.awareness
+    name = name_of(policy)
+    for need in getattr(policy, "needs", ()):
+        checks.choice(f"{name}.needs", need, ("targets", "teammates", "relayed"))
+        if need not in awareness.delivers:
+            fit = [degree.name for degree in AWARENESS.values() if need in degree.delivers]
+            cure = _use(fit[0]) if fit else ""
+            raise ValueError(
+                f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}"
+            )
+
+
+def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = None) -> str:
+    """Return the cure: another degree, of this name if one is asked for, that gives so many inputs."""
+    for degree in AWARENESS.values():
+        if name in (None, degree.name) and degree.name != awareness.name and sum(degree().width(size)) == inputs:
+            return _use(degree.name)
+    if inputs > OWN_SECTORS and name in (None, RingAwareness.name):
+        delta = inputs - OWN_SECTORS
+        return f"; use {RingAwareness.__name__}(delta={delta}) (--awareness ring --delta {delta})"
+    return "; explore with this degree and this team" if name else "; train it for this width"
+
+
+def _use(name: str) -> str:
+    return f"; use awareness={name!r} (--awareness {name})"
+
+
+def _whole(policy: Any, awareness: Awareness, width: int) -> str:
+    """Return the other cure of a learner that leaves out inputs of its memory which these robots have."""
+    memory = getattr(policy, "memory", None)
+    if memory is None or getattr(memory, "inputs", None) != width or policy.inputs == width:
+        return ""
+    told = memory.settings.get("degree", awareness.name) == awareness.name
+    return f", or leave out inputs={policy.inputs}" if told else ""

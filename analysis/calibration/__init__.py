@@ -1,0 +1,1 @@
+"""Searches over the constants that the paper leaves open."""

@@ -1,8 +1,0 @@
-"""The ledger of claims: what the paper states, checked by code against what was simulated."""
-
-from __future__ import annotations
-
-from teamsight.analysis.claims.interface import Claim, Tables, Verdict
-from teamsight.analysis.claims.ledger import CLAIMS, Ledger, judge, needed
-
-__all__ = ["CLAIMS", "Claim", "Ledger", "Tables", "Verdict", "judge", "needed"]

@@ -1,0 +1,1 @@
+"""Choosing δ, the number of inputs about teammates, from simulations or recorded positions."""

@@ -1,0 +1,171 @@
+"""The report on δ in words and tables: for a terminal, and as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pandas as pd
+
+from teamsight.analysis.delta.advice import advice, trials_phrase
+
+if TYPE_CHECKING:
+    from teamsight.analysis.delta.report import DeltaReport
+
+_MOST_ROWS = 14
+
+
+class Section(NamedTuple):
+    """A table as it is shown: texts only."""
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+
+
+def sentences(report: DeltaReport) -> list[str]:
+    """Return what the report says, plainest first."""
+    said = [
+        f"δ = {report.delta} (point estimate): in no more than a share of {report.risk:g} of the trials, "
+        f"each {trial_phrase(report)}, did any robot have more neighbours."
+    ]
+    if report.supported:
+        also = "also " * (report.delta_safe == report.delta)
+        said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
+    said += [f"Largest degree seen: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
+    if not report.supported:
+        said += advice(report)
+    if report.prediction is not None:
+        said.append(
+            f"Closed form, for robots placed uniformly and independently: δ = {report.predicted_delta}, "
+            f"expected largest degree of a trial {report.predicted_maximum:.1f}."
+        )
+    said += _about_the_ring(report)
+    return said + list(report.notes)
+
+
+def trial_phrase(report: DeltaReport) -> str:
+    """Return what one trial is."""
+    if report.source == "simulation":
+        return f"a run of {report.length:g} steps"
+    if report.trial == "window":
+        return f"a window of {report.length:g}"
+    return f"a whole {report.trial} (of about {report.length:g})"
+
+
+def _about_the_ring(report: DeltaReport) -> list[str]:
+    if report.largest == 0:
+        return ["No robot ever had a neighbour: NoAwareness() shows all there is."]
+    said = []
+    size = report.ring_size
+    row = report.ring[(report.ring["sectors"] == size) & (report.ring["neighbours"] == min(size, report.largest))].iloc[
+        0
+    ]
+    measured = f", {row['shown']:.1f} as measured" if row["samples"] else ""
+    said.append(
+        f"Teammates in the same sector merge: of {row['neighbours']:.0f} neighbours a ring of {size} sectors shows "
+        f"{row['expected']:.1f} on average by the occupancy formula{measured}."
+    )
+    listed = report.cost.loc[report.cost["degree"] == "pairwise", "added"].iloc[0]
+    if size >= listed:
+        said.append(f"A list of all teammates costs no more here: {listed} inputs against {size} (Θ(N) against Θ(1)).")
+    return said
+
+
+def sections(report: DeltaReport) -> list[Section]:
+    """Return the tables that are worth reading, cut to the rows that matter."""
+    return [_curve(report), _ring(report), _cost(report)]
+
+
+def _curve(report: DeltaReport) -> Section:
+    table = report.exceedance
+    first = int((table["probability"] >= 1).sum())
+    last = max(report.largest, report.delta_safe if report.supported else 0, report.predicted_delta or 0)
+    shown = table[(table["delta"] >= first - 1) & (table["delta"] <= last)]
+    shown = shown.tail(_MOST_ROWS)
+    columns = ["δ", "exceeded in", "P(max > δ)", f"bounds, {report.confidence:.0%} each"]
+    rows = [
+        [f"{row.delta}", f"{row.exceeding}", _share(row.probability), f"{_share(row.low)} … {_share(row.high)}"]
+        for row in _rows(shown)
+    ]
+    if report.prediction is not None:
+        columns.append("closed form")
+        rows = [[*row, _share(value)] for row, value in zip(rows, shown["predicted"], strict=True)]
+    return Section("How often δ is exceeded", columns, rows)
+
+
+def _ring(report: DeltaReport) -> Section:
+    columns, tables = ["neighbours", "samples"], list[list[Any]]()
+    for sectors, table in report.ring.groupby("sectors"):
+        columns += [f"{sectors} sectors: formula", "measured"]
+        tables.append(_rows(table))
+    rows = []
+    for lines in zip(*tables, strict=True):
+        row = [f"{lines[0].neighbours}", f"{lines[0].samples}"]
+        for line in lines:
+            row += [f"{line.expected:.2f}", f"{line.shown:.2f}" if line.samples else "–"]
+        rows.append(row)
+    return Section("How many neighbours a ring shows, on average", columns, _thinned(rows))
+
+
+def _cost(report: DeltaReport) -> Section:
+    columns = ["degree", "", "inputs", "own", "added", "log10 of 2^d", f"added for {report.robots - 1} teammates"]
+    rows = []
+    for row in _rows(report.cost):
+        name = f"ring, δ = {row.delta}" if row.degree == "ring" else str(row.degree)
+        counts = [f"{number}" for number in (row.inputs, row.own, row.added)]
+        rows.append([name, f"{row.growth}: {row.formula}", *counts, f"{row.log10_size:.1f}", f"{row.added_here}"])
+    return Section(f"What each degree costs one of {report.robots} robots", columns, rows)
+
+
+def _rows(table: pd.DataFrame) -> list[Any]:
+    """Return the rows as named tuples of Python's own numbers."""
+    return list(table.itertuples(index=False))
+
+
+def _thinned(rows: list[list[str]]) -> list[list[str]]:
+    """Return at most `_MOST_ROWS` rows, evenly spread, with the first and the last."""
+    if len(rows) <= _MOST_ROWS:
+        return rows
+    return [rows[round(place * (len(rows) - 1) / (_MOST_ROWS - 1))] for place in range(_MOST_ROWS)]
+
+
+def _share(value: float) -> str:
+    if pd.isna(value):
+        return "–"
+    return f"{value:.4f}" if value >= 5e-5 or value == 0 else f"{value:.0e}"
+
+
+def markdown(report: DeltaReport) -> str:
+    """Return the report as Markdown."""
+    lines = [f"# δ for {report.subject}", "", *(f"- {sentence}" for sentence in sentences(report))]
+    for title, columns, rows in sections(report):
+        lines += ["", f"## {title}", ""]
+        lines += [_line(columns), _line([":---", *["---:"] * (len(columns) - 1)]), *(_line(row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _line(cells: list[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def rich_parts(report: DeltaReport) -> Iterator[Any]:
+    """Yield what rich prints of the report."""
+    from rich.table import Table
+    from rich.text import Text
+
+    first, *others = sentences(report)
+    yield Text(report.subject, style="dim")
+    yield Text(first, style="bold")
+    for sentence in others:
+        yield Text(sentence)
+    for title, columns, rows in sections(report):
+        if not rows:
+            continue
+        table = Table(title=title, title_justify="left", title_style="bold")
+        for number, column in enumerate(columns):
+            table.add_column(column, justify="right" if number else "left")
+        for row in rows:
+            table.add_row(*row)
+        yield Text()
+        yield table

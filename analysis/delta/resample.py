@@ -1,0 +1,224 @@
+"""Frames of a record: where all robots were at common times, although each reported at times of its own.
+
+A record comes in pieces: its runs, divided further by gaps in which no robot at all has a sample for longer than is
+bridged. In each piece the frames lie on a regular grid of times that starts at its first sample; in gaps there are
+none. A robot's place at a grid time is interpolated linearly between its samples before and after, if these are at most
+`max_gap` apart; in a longer gap, before its first sample and after its last, it is absent, and nobody's neighbour. So
+degrees are lower bounds wherever robots are absent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from teamsight.core import checks
+
+Floats = NDArray[np.float64]
+
+# Robots times frames in a block: 2 million places take 32 MB.
+_BLOCK = 2_000_000
+_MOST_FRAMES = 10_000_000
+# A gap of several samples is bridged: of samples at random times, one gap in 32 is longer than five medians.
+_BRIDGED = 5.0
+# A sample this close to a grid time, in steps, is at it: 0.1 + 0.2 is not 0.3.
+_SAME = 1e-6
+
+
+class Grid(NamedTuple):
+    """The times of the frames, piece by piece: start + step · (0 .. length − 1).
+
+    Attributes
+    ----------
+    start : ndarray of float64, shape (pieces,)
+        The time of the first frame of each.
+    length : ndarray of int64, shape (pieces,)
+        How many frames each has.
+    run : ndarray of int64, shape (pieces,)
+        The number of the run that each is of; ascending, and the times ascend within a run.
+    gaps : ndarray of float64, shape (pieces − runs,)
+        The time without any sample between the pieces of one run.
+    step : float
+        The time between frames.
+    max_gap : float
+        The longest gap between two samples of a robot that is bridged.
+    robots : int
+        The most robots that have samples in one piece.
+    """
+
+    start: Floats
+    length: NDArray[np.int64]
+    run: NDArray[np.int64]
+    gaps: Floats
+    step: float
+    max_gap: float
+    robots: int
+
+    @property
+    def frames(self) -> int:
+        """The number of frames in all."""
+        return int(self.length.sum())
+
+    def time(self) -> Floats:
+        """Return the times of all frames."""
+        within = np.arange(self.frames) - np.repeat(np.cumsum(self.length) - self.length, self.length)
+        return np.repeat(self.start, self.length) + self.step * within
+
+    def split(self, run: bool) -> NDArray[np.int64]:
+        """Return the first frame of each run, or of each piece."""
+        first = np.cumsum(self.length) - self.length
+        return first[np.flatnonzero(np.diff(self.run, prepend=-1))] if run else first
+
+
+class Track(NamedTuple):
+    """The samples of one robot in the order of time: arrays of one length."""
+
+    time: Floats
+    x: Floats
+    y: Floats
+
+
+class Block(NamedTuple):
+    """Successive frames of one piece: the number of the first, their times (f,), and the places of the robots of its
+    run (f, robots, 2), NaN where absent.
+    """
+
+    first: int
+    time: Floats
+    position: Floats
+
+
+def _codes(tracks: pd.DataFrame) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the number of the run and of the robot in each row."""
+    robot = np.asarray(tracks["robot"].cat.codes, np.int64)
+    run = np.asarray(tracks["run"].cat.codes, np.int64) if "run" in tracks else np.zeros_like(robot)
+    return run, robot
+
+
+def track_starts(tracks: pd.DataFrame) -> NDArray[np.int64]:
+    """Return the row where each track starts, one for each robot of each run, and the number of rows."""
+    run, robot = _codes(tracks)
+    change = np.flatnonzero((np.diff(robot) != 0) | (np.diff(run) != 0)) + 1
+    return np.concatenate([[0], change, [len(robot)]]).astype(np.int64)
+
+
+def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | None = None) -> Grid:
+    """Return the grid of times for a record.
+
+    Parameters
+    ----------
+    tracks : DataFrame
+        As `read_tracks` returns.
+    step : float, optional
+        Time between frames; the median interval between a robot's successive samples when not given.
+    max_gap : float, optional
+        The longest gap that is bridged; five times the median interval when not given, but at least `step`. A gap of
+        all robots that is longer divides the record.
+
+    Raises
+    ------
+    ValueError
+        If no robot has two samples in a run, no two robots have samples in one piece, or the record would make more
+        than ten million frames.
+    """
+    time = tracks["time"].to_numpy()
+    own = np.ones(len(time) - 1, dtype=bool)
+    own[track_starts(tracks)[1:-1] - 1] = False  # from one track's last sample to the next one's first
+    interval = np.diff(time)[own]
+    if not len(interval):
+        raise ValueError("tracks: every robot has a single sample; motion needs at least 2 of one robot in a run")
+    median = float(np.median(interval))
+    step = median if step is None else checks.number("step", step, above=0.0)
+    gap = max(_BRIDGED * median, step) if max_gap is None else checks.number("max_gap", max_gap, above=0.0)
+    start, end, run, gaps, robots = _pieces(tracks, gap)
+    if robots < 2:
+        raise ValueError(
+            f"tracks: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs 2 robots "
+            "at one time: give a longer max_gap, or look for robots that are divided by the column run"
+        )
+    with np.errstate(over="ignore"):
+        steps, span = (end - start) / step, float(np.sum(end - start))
+    if float(np.sum(steps)) >= _MOST_FRAMES:
+        raise ValueError(
+            f"step={step:g}: the record spans {span:g}, which makes more than {_MOST_FRAMES:,} frames; "
+            "give a longer step, or look for wrong times"
+        )
+    return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots)
+
+
+def _pieces(tracks: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:
+    """Return start, end and run of each piece of a record, the gaps within runs, and the most robots in a piece."""
+    run, robot = _codes(tracks)
+    order = np.lexsort((tracks["time"], run))
+    time, run, robot = tracks["time"].to_numpy()[order], run[order], robot[order]
+    wait = np.diff(time)
+    # Times in seconds since 1970 have been rounded.
+    waits = wait > max_gap * (1 + 1e-9) + 16 * np.spacing(np.abs(time[1:]))
+    runs = np.diff(run) != 0
+    new = np.concatenate([[True], runs | waits])
+    first = np.flatnonzero(new)
+    # A robot counts once in each piece in which it has samples.
+    names = int(robot.max()) + 1
+    met = np.unique((np.cumsum(new) - 1) * names + robot) // names
+    last = np.append(first[1:], len(time)) - 1
+    return time[first], time[last], run[first], wait[waits & ~runs], int(np.bincount(met).max())
+
+
+def blocks(tracks: pd.DataFrame, grid: Grid, period: tuple[float, float] = (0.0, 0.0)) -> Iterator[Block]:
+    """Yield all frames in blocks that fit in memory, none of which reaches over a gap.
+
+    Parameters
+    ----------
+    tracks : DataFrame
+        As `read_tracks` returns.
+    grid : Grid
+        When the frames are.
+    period : (float, float)
+        Distances after which the arena repeats along x and y, 0 where it does not: the line between two samples is the
+        shortest way.
+    """
+    columns = [tracks[column].to_numpy() for column in ("time", "x", "y")]
+    starts = track_starts(tracks)
+    runs = _codes(tracks)[0][starts[:-1]]
+    number = 0
+    for run in np.unique(runs):
+        bounds = pairwise(starts[np.searchsorted(runs, run) : np.searchsorted(runs, run, side="right") + 1].tolist())
+        robots = [Track(*(values[start:end] for values in columns)) for start, end in bounds]
+        size = max(1, _BLOCK // len(robots))
+        for piece in range(*np.searchsorted(grid.run, [run, run + 1]).tolist()):
+            for first in range(0, int(grid.length[piece]), size):
+                frames = np.arange(first, min(first + size, int(grid.length[piece])), dtype=np.float64)
+                time = grid.start[piece] + grid.step * frames
+                position = np.empty((len(time), len(robots), 2))
+                for column, track in enumerate(robots):
+                    position[:, column] = _places(track, time, grid, period)
+                yield Block(number, time, position)
+                number += len(time)
+
+
+def _places(track: Track, at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
+    """Return one robot's places at the times `at`, NaN where it is absent; shape (len(at), 2)."""
+    time = track.time
+    same = _SAME * grid.step
+    before = np.searchsorted(time, at + same, side="right") - 1
+    after = np.minimum(before + 1, len(time) - 1)
+    start = np.maximum(before, 0)
+    gap = time[after] - time[start]
+    passed = at - time[start]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.clip(passed / gap, 0.0, 1.0)
+    exact = np.abs(passed) <= same
+    share[exact] = 0.0
+    present = (before >= 0) & (exact | ((gap > 0) & (gap <= grid.max_gap * (1 + 1e-9))))
+    place = np.empty((len(at), 2))
+    for axis, values in enumerate((track.x, track.y)):
+        way = values[after] - values[start]
+        if period[axis] > 0:
+            way -= period[axis] * np.rint(way / period[axis])
+        place[:, axis] = np.where(present, values[start] + share * way, np.nan)
+    return place

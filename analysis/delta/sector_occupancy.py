@@ -1,0 +1,147 @@
+"""How many teammates a ring of δ sectors really shows: those that share a sector merge into the nearest of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from teamsight.core import checks
+from teamsight.world.proximity.search import ProximityGraph
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Bearings(NamedTuple):
+    """Where robots had their neighbours, gathered over many robots and times.
+
+    ``degree`` (m,) int64 is the number of neighbours of each robot and time; ``turn`` (degree.sum(),) float64 their
+    bearings, robot by robot, anticlockwise from the heading, as fractions of a full turn in [0, 1).
+    """
+
+    degree: Ints
+    turn: Floats
+
+
+def expected_sectors(neighbours: int | Ints, sectors: int) -> Floats:
+    """Return how many of δ sectors k neighbours in independent, uniform directions occupy on average.
+
+    Notes
+    -----
+    *Source:* the classical occupancy problem: δ(1 − (1 − 1/δ)^k).
+    """
+    sectors = checks.count("sectors", sectors)
+    return np.asarray(sectors * (1.0 - (1.0 - 1.0 / sectors) ** np.asarray(neighbours)), dtype=np.float64)
+
+
+def sector_distribution(neighbours: int, sectors: int) -> Floats:
+    """Return P(exactly j of δ sectors are occupied), j = 0 .. k, for k neighbours in uniform directions.
+
+    Notes
+    -----
+    The next neighbour lands in one of the j occupied sectors with probability j/δ, and in a new one otherwise.
+    """
+    sectors = checks.count("sectors", sectors)
+    occupied = np.arange(neighbours + 1)
+    probability = np.zeros(neighbours + 1)
+    probability[0] = 1.0
+    for _ in range(neighbours):
+        entering = probability * (1.0 - occupied / sectors).clip(min=0.0)
+        probability = probability * (occupied / sectors)
+        probability[1:] += entering[:-1]
+    return probability
+
+
+def bearings(graph: ProximityGraph, heading: Floats) -> Bearings:
+    """Return where each robot has its neighbours, relative to its heading.
+
+    Parameters
+    ----------
+    graph : ProximityGraph
+        Robots among themselves.
+    heading : ndarray of float64, shape (n, 2)
+        Directions, of any length; a robot whose heading is zero or NaN is left out.
+    """
+    known = np.hypot(heading[:, 0], heading[:, 1]) > 0  # False for NaN
+    degree = np.diff(graph.start)
+    kept = np.repeat(known, degree)
+    ahead = np.repeat(heading, degree, axis=0)[kept]
+    offset = graph.offset[kept]
+    cross = ahead[:, 0] * offset[:, 1] - ahead[:, 1] * offset[:, 0]
+    turn = np.arctan2(cross, (ahead * offset).sum(axis=1)) / (2 * np.pi)
+    return Bearings(degree[known], turn % 1.0 % 1.0)  # twice: −1e-17 % 1 is 1.0
+
+
+def gather(parts: Iterable[Bearings]) -> Bearings:
+    """Return all bearings in one."""
+    parts = [Bearings(np.empty(0, np.int64), np.empty(0)), *parts]
+    return Bearings(np.concatenate([part.degree for part in parts]), np.concatenate([part.turn for part in parts]))
+
+
+def occupied_sectors(found: Bearings, sectors: int) -> Ints:
+    """Return for each robot and time how many of δ sectors hold a neighbour, int64 of shape (m,).
+
+    Notes
+    -----
+    The first sector is centred on the heading, as in `RingAwareness`.
+    """
+    sectors = checks.count("sectors", sectors)
+    owner = np.repeat(np.arange(len(found.degree)), found.degree)
+    sector = np.floor(found.turn * sectors + 0.5).astype(np.int64) % sectors
+    return np.bincount(np.unique(owner * sectors + sector) // sectors, minlength=len(found.degree))
+
+
+def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFrame:
+    """Return how many of their neighbours rings of several sizes show, by formula and as measured.
+
+    Parameters
+    ----------
+    found : Bearings
+        What was measured.
+    rings : iterable of int
+        Numbers of sectors.
+    largest : int
+        Largest number of neighbours to list.
+
+    Returns
+    -------
+    DataFrame
+        One row for each ring and number of neighbours from 1 to `largest`: sectors, neighbours, samples (int64);
+        expected and shown, the mean occupied sectors by formula and as measured; hidden, the mean number of neighbours
+        that merging hides; all_shown, the share of samples in which it hides none (float64, NaN without samples).
+    """
+    rows = []
+    for sectors in sorted(set(rings)):
+        occupied = occupied_sectors(found, sectors)
+        for neighbours in range(1, largest + 1):
+            shown = occupied[found.degree == neighbours]
+            mean = shown.mean() if len(shown) else np.nan
+            clear = (shown == neighbours).mean() if len(shown) else np.nan
+            expected = float(expected_sectors(neighbours, sectors))
+            rows.append((sectors, neighbours, len(shown), expected, mean, neighbours - mean, clear))
+    columns = ["sectors", "neighbours", "samples", "expected", "shown", "hidden", "all_shown"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def merging_table(found: Bearings, sectors: int) -> pd.DataFrame:
+    """Return how the number of occupied sectors is distributed, by formula and as measured.
+
+    Returns
+    -------
+    DataFrame
+        One row for each number of neighbours that was met and each number of occupied sectors: neighbours, occupied,
+        samples (int64, robots and times with that many neighbours); expected, measured (float64, probabilities).
+    """
+    occupied = occupied_sectors(found, sectors)
+    rows = []
+    for neighbours in np.unique(found.degree[found.degree > 0]).tolist():
+        shown = occupied[found.degree == neighbours]
+        counts = np.bincount(shown, minlength=neighbours + 1)
+        expected = sector_distribution(neighbours, sectors)
+        for j in range(1, min(neighbours, sectors) + 1):
+            rows.append((neighbours, j, len(shown), float(expected[j]), float(counts[j] / len(shown))))
+    return pd.DataFrame(rows, columns=["neighbours", "occupied", "samples", "expected", "measured"])

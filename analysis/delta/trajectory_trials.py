@@ -1,0 +1,211 @@
+"""The trials of a record: windows of one length, or whole recordings; none reaches over a gap."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from teamsight.analysis.delta.resample import Grid
+from teamsight.analysis.stats import exceedance
+from teamsight.core import checks
+
+Ints = NDArray[np.int64]
+
+# A twentieth of the record is the window that nobody asked for.
+_WINDOWS = 20
+# From so many recordings on, a twentieth of the record is half a recording or more: then each is one trial.
+_RECORDINGS = 10
+# A window with fewer robots than this share of the usual number tells little of the team, and so does a piece that is
+# shorter than this share of the usual length.
+_USUAL = 0.5
+# Trials with gaps between them may well be independent: less than this many standard errors is chance.
+_ERRORS = 1.645
+# Where so many more windows than needed are too few, shorter ones only resemble each other more.
+_MOST_WINDOWS = 20
+
+
+class Trials(NamedTuple):
+    """The trials of a record.
+
+    Attributes
+    ----------
+    kind : {"window", "run", "piece"}
+        What a trial is: a window, a whole run, or a whole piece between two gaps.
+    maxima : DataFrame
+        One row a trial: window, run, start, end, robots (mean), max_neighbours, mean_neighbours.
+    frames : int
+        The length of a trial; the median of whole recordings.
+    left_out : int
+        How many more there would be, if not too few robots were present, or the piece were not so short.
+    independent : float
+        How many independent trials they amount to.
+    """
+
+    kind: str
+    maxima: pd.DataFrame
+    frames: int
+    left_out: int
+    independent: float
+
+
+def recordings(grid: Grid) -> tuple[str, Ints]:
+    """Return what the recordings of a record are, its runs if there are several or else its pieces; and their lengths.
+
+    Returns
+    -------
+    kind : {"run", "piece"}
+    frames : ndarray of int64
+        The length of each.
+    """
+    kind = "run" if grid.run[0] != grid.run[-1] else "piece"
+    return kind, np.diff(grid.split(kind == "run"), append=grid.frames)
+
+
+def window_frames(grid: Grid, window: float | None) -> int | None:
+    """Return the number of frames in a window, or None where each recording is one trial.
+
+    Parameters
+    ----------
+    grid : Grid
+        The frames.
+    window : float, optional
+        The length that a user gives [time].
+
+    Raises
+    ------
+    ValueError
+        If no piece of the record is as long, or a frame is longer.
+
+    Notes
+    -----
+    Without a window, each recording is a trial where there are at least ten; pieces between gaps only if they are alike
+    in length, as recordings are: half of them at least half as long as the longest. Otherwise the window is a twentieth
+    of the record, or shorter, so that half of the record is in pieces at least as long.
+    """
+    longest = int(grid.length.max())
+    if window is None:
+        kind, size = recordings(grid)
+        if len(size) >= _RECORDINGS and (kind == "run" or np.median(size) >= _USUAL * size.max()):
+            return None
+        ordered = np.sort(grid.length)
+        common = int(ordered[np.searchsorted(np.cumsum(ordered), 0.5 * grid.frames)])
+        return max(1, min(grid.frames // _WINDOWS, common))
+    window = checks.number("window", window, above=0.0)
+    span = longest * grid.step
+    if window > span * (1 + 1e-9):
+        where = "the record, which spans" if len(grid.length) == 1 else f"the longest of {len(grid.length):,} pieces,"
+        raise ValueError(f"window={window:g}: longer than {where} {span:g}; give a window of at most {span:g}, or none")
+    if window < grid.step * (1 - 1e-9):
+        raise ValueError(
+            f"window={window:g}: shorter than the time between frames, {grid.step:g}; give a longer window"
+        )
+    return min(max(1, round(window / grid.step)), longest)
+
+
+def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
+    """Return the trials of a record with the largest degree of each.
+
+    Parameters
+    ----------
+    over_time : DataFrame
+        All frames: run, time, robots, mean_degree, max_degree.
+    grid : Grid
+        Where the pieces are.
+    window : int, optional
+        The length of a window [frames]; each recording is one trial when not given.
+
+    Notes
+    -----
+    Runs are independent of each other because whoever numbered them says so. Pieces are of one team and one clock, and
+    robots do not forget in a gap: so windows of several pieces count as if one piece followed the other. Where no piece
+    holds two, all have gaps between them, and an autocorrelation counts only if it is more than chance.
+    """
+    kind, size = recordings(grid)
+    several = kind == "run"
+    if window is None:
+        table, enough = _whole(over_time, grid.split(several), size), several | (size >= _USUAL * np.median(size))
+    else:
+        kind, table = "window", _windows(over_time, grid, window)
+        enough = np.ones(len(table), bool)
+    apart = len(grid.length) > 1 and (window is None or grid.length.max() < 2 * window)
+    enough = enough & (table["robots"] >= _USUAL * table["robots"].median()).to_numpy()
+    left, table = int((~enough).sum()), table[enough].reset_index(drop=True)
+    independent = exceedance.effective_number(
+        table["max_neighbours"],
+        table["mean_neighbours"],
+        run=table["run"] if several else None,
+        errors=_ERRORS if apart else 0.0,
+    )
+    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent)
+
+
+def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) -> int | None:
+    """Return the longest window of which the record holds enough independent ones [frames], or None.
+
+    Parameters
+    ----------
+    over_time : DataFrame
+        As for `trials`.
+    grid : Grid
+        As for `trials`.
+    most : int
+        The window must be shorter than this [frames].
+    needed : int
+        How many independent windows are enough.
+    """
+    window = min(most - 1, grid.frames // needed)
+    while window >= 1:
+        count = int((grid.length // window).sum())
+        if count >= needed and trials(over_time, grid, window).independent >= needed:
+            return window
+        if count > _MOST_WINDOWS * needed:
+            return None
+        window = min(window - 1, int(window / 1.1))
+    return None
+
+
+def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
+    """Return the whole windows of each piece."""
+    count = grid.length // window
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    first = np.repeat(grid.split(False), count) + window * within
+    frames = first[:, np.newaxis] + np.arange(window)
+    return _table(
+        over_time,
+        first,
+        first + window - 1,
+        over_time["robots"].to_numpy()[frames].mean(axis=1),
+        over_time["max_degree"].to_numpy()[frames].max(axis=1),
+        over_time["mean_degree"].to_numpy()[frames].mean(axis=1),
+    )
+
+
+def _whole(over_time: pd.DataFrame, first: Ints, size: Ints) -> pd.DataFrame:
+    """Return the whole recordings."""
+    robots, largest, mean = (over_time[name].to_numpy() for name in ("robots", "max_degree", "mean_degree"))
+    return _table(
+        over_time,
+        first,
+        first + size - 1,
+        np.add.reduceat(robots, first) / size,
+        np.maximum.reduceat(largest, first),
+        np.add.reduceat(mean, first) / size,
+    )
+
+
+def _table(over_time: pd.DataFrame, first: Ints, last: Ints, robots: Any, largest: Any, mean: Any) -> pd.DataFrame:
+    time = over_time["time"].to_numpy()
+    return pd.DataFrame(
+        {
+            "window": np.arange(len(first)),
+            "run": over_time["run"].to_numpy()[first],
+            "start": time[first],
+            "end": time[last],
+            "robots": robots,
+            "max_neighbours": largest,
+            "mean_neighbours": mean,
+        }
+    )

@@ -1,8 +1,0 @@
-"""The figures of the paper and one that it lacks, each as tidy tables and a drawing."""
-
-from __future__ import annotations
-
-from teamsight.analysis.figures.interface import Conditions, Drawn, Figure, Tables
-from teamsight.analysis.figures.registry import FIGURES, Job, make
-
-__all__ = ["FIGURES", "Conditions", "Drawn", "Figure", "Job", "Tables", "make"]

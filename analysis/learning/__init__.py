@@ -1,0 +1,1 @@
+"""Learning from exploration: memories, learners by name, evaluation and learning curves."""

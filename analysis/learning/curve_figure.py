@@ -1,0 +1,222 @@
+"""The drawing of learning curves: against the number of samples, and against the size of the search space."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pandas as pd
+
+from teamsight.analysis.learning.curves import Curves
+from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
+from teamsight.analysis.search_space import GROWTH
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+_TITLES = {
+    "lazy": "lazy Q-learning",
+    "pessimistic": "pessimistic lazy Q-learning",
+    "sheppard": "Sheppard's lazy Q-learning",
+    "tabular": "a table of states",
+    "linear": "a linear approximator",
+}
+# Sizes in inches: a panel with what stands around it, and what of it that is to its left, beneath, above and between.
+_WIDTH, _HEIGHT = 4.6, 3.5
+_LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.85, 0.75, 0.45, 0.55
+# One panel alone would leave no room for title and legend.
+_LEAST_WIDTH = 8.0
+# What a letter of the title, one of the subtitle and an entry of the legend take.
+_TITLE_LETTER, _TOLD_LETTER, _ENTRY = 0.13, 0.08, 2.3
+_TITLE_LINE, _TOLD_LINE, _LEGEND_LINE = 0.3, 0.21, 0.27
+#: Of fewer explorations an interval says nothing: with two it is 13 standard errors wide to either side.
+LEAST_FOR_INTERVAL = 3
+_MOST_MARKS = 5
+_TITLE = "Learning under each degree of awareness, from equal numbers of samples"
+
+
+class _Layout(NamedTuple):
+    """Where things stand [inches]."""
+
+    width: float
+    title: list[str]
+    told: list[str]
+    columns: int
+    entries: int
+
+    @property
+    def per_line(self) -> int:
+        """How many entries of the legend stand side by side."""
+        return max(1, min(self.entries, int(self.width // _ENTRY)))
+
+    @property
+    def foot(self) -> float:
+        """Height of the legend and of what stands beneath the lower panels."""
+        return 0.1 + _LEGEND_LINE * math.ceil(self.entries / self.per_line) + _BENEATH
+
+    @property
+    def height(self) -> float:
+        head = 0.2 + _TITLE_LINE * len(self.title) + _TOLD_LINE * len(self.told)
+        return self.foot + 2 * _HEIGHT - _BENEATH + head
+
+    def box(self, row: int, column: int) -> tuple[float, float, float, float]:
+        """Return left, bottom, width and height of a panel, as shares of the drawing."""
+        wide = (self.width - _LEFT) / self.columns
+        bottom = self.foot + (1 - row) * _HEIGHT
+        inner = (wide - _BETWEEN, _HEIGHT - _BENEATH - _ABOVE)
+        return (
+            (_LEFT + column * wide) / self.width, bottom / self.height, inner[0] / self.width, inner[1] / self.height
+        )  # fmt: skip
+
+
+def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
+    """Return the drawing as PNG: one column a learner; above the curves, below the same points against p^d.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `curve_points`.
+    table : DataFrame
+        From `make_curves`; tells where there was no table.
+    curves : Curves
+        The settings.
+    """
+    return to_png(draw_on_canvas(points, table, curves), f"{_TITLE}; {_conditions(curves)}")
+
+
+def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> Canvas:
+    """Return the drawing; see `draw`."""
+    width = max(len(curves.learners) * _WIDTH + _LEFT, _LEAST_WIDTH)
+    told = textwrap.wrap(_conditions(curves), int((width - 0.6) / _TOLD_LETTER))
+    title = textwrap.wrap(_TITLE, int((width - 0.6) / _TITLE_LETTER))
+    entries = points.loc[points["pairs"] > 0, "degree"].nunique() + (points["pairs"] == 0).sum()
+    layout = _Layout(width, title, told, len(curves.learners), int(entries))
+    figure = canvas(width, layout.height)
+    _write_head(figure, layout)
+    low, high = _limits(points)
+    known = curves.memories >= LEAST_FOR_INTERVAL
+    for column, learner in enumerate(curves.learners):
+        for row, paint in enumerate((_against_samples, _against_size)):
+            axes = figure.add_axes(layout.box(row, column))
+            plain(axes)
+            axes.tick_params(colors=FAINT)
+            axes.set_ylim(low, high)
+            _references(axes, points)
+            paint(axes, points[points["learner"] == learner], known)
+            if column == 0:
+                axes.set_ylabel("observed targets  [%]")
+            if row == 0:
+                axes.set_title(_TITLES.get(learner, learner), loc="left", size=11.5, color=INK)
+                _tell_refused(axes, table[table["learner"] == learner])
+    _write_legend(figure, layout)
+    return figure
+
+
+def _conditions(curves: Curves) -> str:
+    interval = "mean and 95 % interval" if curves.memories >= LEAST_FOR_INTERVAL else "mean (too few for an interval)"
+    return (
+        f"{interval} over {_count(curves.memories, 'exploration')}, {_count(curves.worlds, 'world')} each; "
+        f"N = {curves.robots}, R = {curves.radius:g}, {curves.targets} targets, {curves.steps} steps, "
+        f"reward {curves.reward}, γ = {curves.gamma:g}, seed {curves.seed}"
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" + ("s" if number != 1 else "")
+
+
+def _write_head(figure: Canvas, layout: _Layout) -> None:
+    left, top = 0.4 / layout.width, layout.height - 0.15
+    look: dict[str, Any] = {"va": "top", "linespacing": 1.2}
+    figure.text(left, top / layout.height, "\n".join(layout.title), size=15, weight="bold", color=INK, **look)
+    top -= _TITLE_LINE * len(layout.title)
+    figure.text(left, top / layout.height, "\n".join(layout.told), size=10, color=FAINT, **look)
+
+
+def _write_legend(figure: Canvas, layout: _Layout) -> None:
+    """Write below all panels what the upper ones show; degrees come before what does not learn."""
+    found: dict[str, Any] = {}
+    for axes in figure.axes[::2]:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(label, handle)
+    order = sorted(found, key=lambda label: label.endswith(")"), reverse=True)
+    figure.legend(
+        [found[label] for label in order], order,
+        loc="lower center", ncols=layout.per_line, frameon=False, bbox_to_anchor=(0.5, 0.0),
+    )  # fmt: skip
+
+
+def _limits(points: pd.DataFrame) -> tuple[float, float]:
+    means = 100 * points["mean"]
+    margin = 0.08 * (means.max() - means.min()) + 1.0
+    return float(means.min() - margin), float(means.max() + margin)
+
+
+def _references(axes: Axes, points: pd.DataFrame) -> None:
+    for name, style in ((RANDOM, ":"), (DESIGNED, "--")):
+        of = points[points["learner"] == name]
+        if len(of):
+            axes.axhline(100 * of["mean"].iloc[0], color=INK, linewidth=1.2, linestyle=style, label=name)
+
+
+def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
+    """Draw a line for each degree, with its band where the interval is known."""
+    for degree, of in points.groupby("degree", sort=False):
+        colour, ordered = DEGREE[str(degree)], of.sort_values("pairs")
+        label = f"{GROWTH[str(degree)]}  ({ordered['inputs'].iloc[0]} inputs)"
+        axes.plot(ordered["pairs"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
+        if known:
+            axes.fill_between(
+                ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
+            )
+    axes.set_xscale("log")
+    marks = sorted(points["pairs"].unique())
+    if len(marks) > _MOST_MARKS:
+        # Every second, the most samples among them.
+        marks = marks[::-2][::-1]
+    axes.set_xticks(marks, [f"{mark:,}" for mark in marks])
+    axes.minorticks_off()
+    axes.set_xlabel("samples  [pairs]")
+
+
+def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
+    """Mark what the fewest, the middle and the most samples give under each degree, at its place on the axis of p^d.
+
+    Degrees are things of their own: nothing lies between them, so that no line joins them.
+    """
+    axes.set_xlabel("search space p^d for p = 2  [log10]")
+    if not len(points):
+        axes.set_xticks([])
+        return
+    numbers = sorted(points["pairs"].unique())
+    shown = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
+    sizes = points.groupby("log10_size")["degree"].unique()
+    apart = 0.012 * max(sizes.index.max() - sizes.index.min(), 1.0)
+    for place, (number, mark, shade) in enumerate(zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False)):
+        of = points[points["pairs"] == number]
+        spread = [100 * (of["mean"] - of["low"]), 100 * (of["high"] - of["mean"])]
+        axes.errorbar(
+            of["log10_size"] + (place - (len(shown) - 1) / 2) * apart, 100 * of["mean"], spread if known else None,
+            marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} pairs",
+        )  # fmt: skip
+    names = [f"{', '.join(GROWTH[str(degree)] for degree in degrees)}\n{size:.1f}" for size, degrees in sizes.items()]
+    axes.set_xticks(sizes.index, names)
+    axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
+    handles = [
+        (handle, text) for handle, text in zip(*axes.get_legend_handles_labels(), strict=True) if "pairs" in text
+    ]
+    axes.legend(
+        [handle for handle, _ in handles], [text for _, text in handles], frameon=False, fontsize=8.5, ncols=3,
+        loc="lower left", bbox_to_anchor=(-0.03, 0.97), handletextpad=0.2, columnspacing=1.0,
+    )  # fmt: skip
+
+
+def _tell_refused(axes: Axes, table: pd.DataFrame) -> None:
+    """Say beside the title under which degrees a table would have had too many states."""
+    refused = table[table["observed_fraction"].isna()]["degree"].unique()
+    if len(refused):
+        told = ", ".join(GROWTH[str(degree)] for degree in refused)
+        axes.set_title(f"{told}: too many states", loc="right", size=9, color=FAINT)

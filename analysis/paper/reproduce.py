@@ -1,0 +1,206 @@
+"""The whole of the paper: its figures, and the ledger of its claims for several settings side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from teamsight import __version__
+from teamsight.analysis.paper.claims import CLAIMS, Ledger, Verdict, judge, needed
+from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
+from teamsight.analysis.runs import files
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.experiment import PAPER, Grid
+from teamsight.analysis.runs.simulate import Request, make_tables
+from teamsight.analysis.runs.workers import WorkerPool
+
+#: The setting in which nothing is set: every parameter of CMOMMT at its default.
+DEFAULTS = "defaults"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to reproduce.
+
+    Parameters
+    ----------
+    settings : mapping of str to mapping
+        Keyword parameters of CMOMMT by the name of the setting; figures are drawn for the first, claims are judged
+        for all.
+    figures : tuple of str
+        Names of figures.
+    ledger : bool
+        Whether to judge the claims.
+    grid : Grid
+        Team sizes and radii of the surfaces.
+    runs, steps : int
+        Replicates of each cell, and steps of each run.
+    root : int
+        Seed of everything.
+    """
+
+    settings: Mapping[str, Mapping[str, Any]]
+    figures: tuple[str, ...] = tuple(FIGURES)
+    ledger: bool = True
+    grid: Grid = PAPER
+    runs: int = 5
+    steps: int = 600
+    root: int = 2000
+
+    def conditions(self) -> dict[str, Any]:
+        """Return what every result rests on, fit for JSON."""
+        robots, radius = self.grid.robots, self.grid.radius
+        return {
+            "seed": self.root,
+            "runs": self.runs,
+            "steps": self.steps,
+            "robots": f"{len(robots)} team sizes, {min(robots)} to {max(robots)}",
+            "radius": f"{len(radius)} radii, {min(radius):g} to {max(radius):g}",
+            "settings": {name: dict(setting) for name, setting in self.settings.items()},
+            "version": __version__,
+        }
+
+
+def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
+    """Refuse a folder in which another file stands where a result goes, or where unfinished runs are kept.
+
+    Results of this program are refreshed, whatever their settings.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to reproduce.
+    folder : Path
+        Where to write.
+    force : bool
+        Replace any regular file by a result.
+
+    Raises
+    ------
+    ValueError
+        If what stands there must stay.
+    """
+    names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", "png")]
+    outputs = [folder / f"figure-{name}" for name in names]
+    outputs += [file for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
+    if plan.ledger:
+        outputs += [folder / f"ledger.{kind}" for kind in ("parquet", "md", "json")]
+    for file in outputs:
+        files.check_replaceable(file, force=force)
+    unfinished_in(folder).check()
+
+
+def reproduce(
+    plan: Plan,
+    folder: Path,
+    pool: WorkerPool,
+    watch: Callable[[str, float, float], None] = lambda phase, done, total: None,
+    *,
+    force: bool = False,
+) -> Ledger | None:
+    """Simulate, draw, judge, and write everything to `folder`; an interrupted call is gone on with by the next.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to reproduce.
+    folder : Path
+        Where to write: ``figure-<name>.parquet`` and ``.png``, ``ledger.md``, ``ledger.json`` and ``ledger.parquet``.
+    pool : WorkerPool
+        Who does the work.
+    watch : callable
+        Called with the phase, the work done and the work in all.
+    force : bool
+        Replace any regular file that stands where a result goes.
+
+    Returns
+    -------
+    Ledger or None
+        None where the plan asks for no ledger.
+
+    Raises
+    ------
+    ValueError
+        If what stands where a result goes must stay; see `check_results`.
+    """
+    check_results(plan, folder, force=force)
+    unfinished = unfinished_in(folder)
+    tables = _simulate(plan, pool, watch, unfinished)
+    _draw(plan, folder, pool, tables, watch, force)
+    ledger = _judge(plan, folder, tables, force) if plan.ledger else None
+    unfinished.forget()
+    return ledger
+
+
+def unfinished_in(folder: Path) -> Checkpoint:
+    """Return the runs that an interrupted command left in a folder of results."""
+    return Checkpoint(folder / ".unfinished-runs.jsonl")
+
+
+def _simulate(
+    plan: Plan, pool: WorkerPool, watch: Callable[[str, float, float], None], unfinished: Checkpoint
+) -> dict[str, dict[str, pd.DataFrame]]:
+    claimed = needed() if plan.ledger else set[str]()
+    drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
+    requests = []
+    for number, setting in enumerate(plan.settings.values()):
+        names = claimed | drawn if number == 0 else claimed
+        requests.append(Request(setting, chosen(names, plan.grid, setting)))
+    made = make_tables(
+        pool,
+        requests,
+        root=plan.root,
+        runs=plan.runs,
+        steps=plan.steps,
+        progress=lambda done, total: watch("simulating", done, total),
+        unfinished=unfinished,
+    )
+    return dict(zip(plan.settings, made, strict=True))
+
+
+def _draw(
+    plan: Plan,
+    folder: Path,
+    pool: WorkerPool,
+    tables: Mapping[str, Mapping[str, pd.DataFrame]],
+    watch: Callable[[str, float, float], None],
+    force: bool,
+) -> None:
+    name, setting = next(iter(plan.settings.items()))
+    conditions = Conditions(name, setting, plan.root, plan.runs, plan.steps)
+    jobs = [
+        Job(figure, {need: tables[name][need] for need in FIGURES[figure].needs}, conditions) for figure in plan.figures
+    ]
+    drawn = 0
+
+    def count(index: int) -> None:
+        nonlocal drawn
+        drawn += 1
+        watch("drawing", drawn, len(jobs))
+
+    for found in pool.map(make, jobs, count, lambda job: f"figure {job.name}"):
+        about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
+        for suffix, table in found.tables.items():
+            stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
+            files.write_table(folder / f"{stem}.parquet", table, about, force=force)
+        files.write_bytes(folder / f"figure-{found.name}.png", found.png, force=force)
+
+
+def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
+    verdicts: dict[str, dict[str, Verdict]] = {name: judge(tables[name]) for name in plan.settings}
+    ledger = Ledger(verdicts, plan.conditions())
+    runs = [
+        found.assign(setting=name, experiment=experiment)
+        for name in plan.settings
+        for experiment, found in tables[name].items()
+        if experiment in needed(CLAIMS)
+    ]
+    files.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
+    files.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)
+    files.write_json(folder / "ledger.json", {"software": "teamsight", **ledger.to_json()}, force=force)
+    return ledger

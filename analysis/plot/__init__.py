@@ -1,0 +1,1 @@
+"""Style of pictures, surface plots and Markdown tables."""

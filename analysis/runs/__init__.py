@@ -1,0 +1,1 @@
+"""Running many worlds: seeds, experiments, the runner, worker processes, checkpoints and files."""

@@ -1,0 +1,189 @@
+"""How likely a run is to exceed δ: the curve P(max > δ), its confidence bounds, and the δ for a stated risk."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from teamsight.core import checks
+
+
+def bounds(
+    exceeding: ArrayLike, trials: float, confidence: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the Clopper–Pearson lower and upper bound of a probability, each with this confidence.
+
+    Parameters
+    ----------
+    exceeding : array_like of float
+        In how many trials it happened; a fraction when the trials are an effective number.
+    trials : float
+        Number of independent trials, above 0.
+    confidence : float
+        Of each bound by itself; the interval between them holds with 2 · confidence − 1.
+
+    Returns
+    -------
+    low, high : ndarray of float64
+
+    Notes
+    -----
+    *Source:* C. J. Clopper and E. S. Pearson (1934), the exact interval; never shorter than it claims. With an
+    effective number of trials: E. L. Korn and B. I. Graubard (1998).
+    """
+    checks.number("trials", trials, above=0.0)
+    checks.number("confidence", confidence, above=0.0, most=1.0)
+    count = np.asarray(exceeding, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        low = np.where(count <= 0, 0.0, stats.beta.ppf(1.0 - confidence, count, trials - count + 1.0))
+        high = np.where(count >= trials, 1.0, stats.beta.ppf(confidence, count + 1.0, trials - count))
+    return low, high
+
+
+def trials_needed(risk: float, confidence: float = 0.95) -> int:
+    """Return the fewest independent trials that can support a risk: all of them within δ.
+
+    Notes
+    -----
+    After n trials without an event its probability is below 1 − (1 − confidence)^(1/n); this is at most `risk` from
+    n = ln(1 − confidence) / ln(1 − risk) on, the "rule of three" 3/risk for 95 %.
+    """
+    risk = checks.number("risk", risk, above=0.0, most=1.0)
+    confidence = checks.number("confidence", confidence, above=0.0, most=1.0)
+    if risk == 1.0:
+        return 1
+    return max(1, math.ceil(math.log1p(-confidence) / math.log1p(-risk) - 1e-9))
+
+
+def supported_risk(trials: float, confidence: float = 0.95) -> float:
+    """Return the smallest risk that this many independent trials can support: all of them within δ.
+
+    Parameters
+    ----------
+    trials : float
+        Number of independent trials, above 0.
+    confidence : float
+        Of the bound.
+    """
+    trials = checks.number("trials", trials, above=0.0)
+    confidence = checks.number("confidence", confidence, above=0.0, most=1.0)
+    return float(-np.expm1(np.log1p(-confidence) / trials)) if confidence < 1.0 else 1.0
+
+
+def supports(trials: float, risk: float, confidence: float = 0.95) -> bool:
+    """Return whether so many independent trials, all of them within δ, would show that the risk is not exceeded.
+
+    Parameters
+    ----------
+    trials : float
+        Number of independent trials, above 0.
+    risk : float
+        The accepted probability.
+    confidence : float
+        Of the bound.
+    """
+    return supported_risk(trials, confidence) <= risk * (1 + 1e-9)
+
+
+def curve(
+    maxima: ArrayLike, team_size: int, *, independent: float | None = None, confidence: float = 0.95
+) -> pd.DataFrame:
+    """Return the exceedance curve of the largest degree.
+
+    Parameters
+    ----------
+    maxima : array_like of int, shape (trials,)
+        The largest degree of each trial (a run, or a window of a record).
+    team_size : int
+        N; no robot can have more than N − 1 neighbours.
+    independent : float, optional
+        How many independent trials they amount to; all of them when not given.
+    confidence : float
+        Of each bound by itself.
+
+    Returns
+    -------
+    DataFrame
+        One row for each δ from 0 to N − 1: delta, exceeding (int64, trials whose largest degree is above δ);
+        probability, low, high (float64). At δ = N − 1 all are 0, which needs no trial.
+    """
+    largest = np.asarray(maxima, dtype=np.int64)
+    if not largest.size:
+        raise ValueError("maxima: empty; the exceedance needs at least one run")
+    delta = np.arange(team_size)
+    ordered = np.sort(largest)
+    exceeding = len(ordered) - np.searchsorted(ordered, delta, side="right")
+    independent = float(len(ordered)) if independent is None else independent
+    probability = exceeding / len(ordered)
+    low, high = bounds(probability * independent, independent, confidence)
+    certain = delta == team_size - 1
+    columns = {"delta": delta, "exceeding": exceeding, "probability": probability, "low": low}
+    return pd.DataFrame(columns | {"high": np.where(certain, 0.0, high)})
+
+
+def smallest_delta(exceedance: pd.DataFrame, column: str, risk: float) -> int:
+    """Return the smallest δ whose `column` (probability, low or high) is at most `risk`.
+
+    Notes
+    -----
+    With "high" the answer keeps the confidence of a single bound although it looks at many δ: the bounds fall with δ,
+    so the answer is too small only if the bound at the largest δ that is in truth above the risk fails.
+    """
+    within: Any = exceedance.loc[exceedance[column] <= risk, "delta"]
+    return int(within.iloc[0])
+
+
+def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: float = 0.0) -> float:
+    """Return how many independent values successive windows amount to: the least over the series given.
+
+    Parameters
+    ----------
+    *series : array_like of float, shape (n,)
+        One value a window.
+    run : array_like, shape (n,), optional
+        The run that each window is of, when there are several, one after the other: the values of different runs are
+        independent.
+    errors : float
+        How many standard errors, 1/√n each, an autocorrelation must be above 0 to count.
+
+    Returns
+    -------
+    float
+        Between 1 and n. Series that are all constant count as one value a run: nothing shows that anything was renewed.
+
+    Notes
+    -----
+    n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t up to the first that is not positive, which leaves out the noise
+    of the rest (after C. J. Geyer, 1992, for a positive sequence).
+
+    The variance of a mean is the sum of the covariances of all pairs of values. So ρ_t sums the products of the pairs
+    that are t windows apart *in the same run*, and leaves out pairs of different runs, whose covariance is 0. All
+    deviations are from the common mean: what differs from run to run but hardly within one lowers the number to about
+    that of the runs. Runs of one window each are as many values as runs, whatever they are.
+    """
+    label = np.zeros(np.size(series[0]), np.int64) if run is None else pd.factorize(np.asarray(run))[0]
+    found = [_effective(np.asarray(values, dtype=np.float64), label, errors) for values in series]
+    varying = [number for number in found if number is not None]
+    size = np.bincount(label)
+    return min(varying, default=float(size.sum() ** 2 / np.square(size).sum()))
+
+
+def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: float) -> float | None:
+    deviation = values - values.mean()
+    variance = float(deviation @ deviation)
+    if len(values) < 2 or variance <= 1e-24 * len(values):
+        return None
+    several = run[0] != run[-1]  # runs follow each other
+    correlated = 0.0
+    for lag in range(1, len(values)):
+        later = np.where(run[:-lag] == run[lag:], deviation[lag:], 0.0) if several else deviation[lag:]
+        correlation = float(deviation[:-lag] @ later) / variance
+        if correlation <= errors / math.sqrt(len(values)):
+            break
+        correlated += correlation
+    return float(np.clip(len(values) / (1.0 + 2.0 * correlated), 1.0, len(values)))

@@ -1,0 +1,1 @@
+"""Policies designed by hand: the paper's three, and targets that avoid robots."""

@@ -1,0 +1,240 @@
+"""A-CMOMMT: Parker's cooperative policy, a sum of force vectors from targets and teammates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
+from teamsight.policies.handmade.idle import rule_draws, rule_number, search_step
+from teamsight.policies.handmade.target_tracks import AGE, IDENTITY, REPORTED, X, Y, no_tracks, update_tracks
+from teamsight.policies.interface import PolicyState
+
+WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
+SCALES = {"sensing": 0.0, "awareness": 1.0}
+OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
+
+_SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _REPORTED = range(8)
+_REPULSION = 8
+_ATTRACTION = 11
+_PREDICTIVE = _ATTRACTION + 3
+
+
+@inlined
+def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
+    """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
+    teammates = percept.teammates
+    first = teammates.start[i]
+    last = teammates.start[i + 1]
+    rule = parameters[_WEIGHTS]
+    if first == last or rule == 3.0:
+        return 1.0
+    reach = percept.sensing_range[i]
+    limit = x * x + y * y if rule == 0.0 else reach * reach
+    rivals = 0
+    # Unsigned here and below, because numba looks at every signed index whether it counts from the end.
+    for k in range(np.uint64(first), np.uint64(last)):
+        way_x = x - teammates.offset[k, 0]
+        way_y = y - teammates.offset[k, 1]
+        rivals += way_x * way_x + way_y * way_y < limit
+    if rule == 0.0:
+        return 0.0 if rivals > 0 else 1.0
+    if rivals == 0:
+        return 1.0
+    if rule == 1.0:
+        return parameters[_SHARED]
+    return max(1.0 - parameters[_LOSS] * rivals, 0.0)
+
+
+@inlined
+def _pull(
+    x: float, y: float, distance: float, per_reach: float, percept: Any, i: int, parameters: Any
+) -> tuple[float, float]:
+    """Return the weighted force of a target at (x, y)."""
+    force = attract(distance * per_reach, parameters[_ATTRACTION:])
+    # Limits and selections instead of branches, here and below; a target or teammate in the same place pulls nowhere.
+    force *= _weight(x, y, percept, i, parameters) / max(distance, 1e-300)
+    return force * x, force * y
+
+
+@inlined
+def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+    """Return the force of all perceived teammates."""
+    teammates = percept.teammates
+    scale = per_reach if parameters[_SCALE] == 0.0 else 1.0 / percept.awareness_range[i]
+    x = 0.0
+    y = 0.0
+    for k in range(np.uint64(teammates.start[i]), np.uint64(teammates.start[i + 1])):
+        distance = teammates.distance[k]
+        force = repel(distance * scale, parameters[_REPULSION:])
+        force /= max(distance, 1e-300)
+        x += force * teammates.offset[k, 0]
+        y += force * teammates.offset[k, 1]
+    return x, y
+
+
+@inlined
+def _expectations(i: int, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float, int]:
+    """Return the force of targets that are remembered but not sensed, and how many there are."""
+    parameters = arrays.parameters
+    memory = arrays.state
+    oldest = 5.0 * max(parameters[_OWN], parameters[_REPORTED])
+    # A report may lie as far as a teammate's range beyond the own awareness.
+    farthest = percept.awareness_range[i] + percept.sensing_range[i]
+    if percept.relayed.start[i + 1] == percept.relayed.start[i]:
+        farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
+    count = update_tracks(i, percept, memory, farthest, oldest)
+    x = 0.0
+    y = 0.0
+    lost = 0
+    for slot in range(count):
+        age = memory.ints[i, slot, AGE]
+        reported = memory.ints[i, slot, REPORTED]
+        if age == 0 and reported == 0:
+            continue
+        lost += 1
+        track_x = memory.floats[i, slot, X]
+        track_y = memory.floats[i, slot, Y]
+        distance = math.sqrt(track_x * track_x + track_y * track_y)
+        exists = math.exp(-age / (parameters[_REPORTED] if reported else parameters[_OWN]))
+        pull_x, pull_y = _pull(track_x, track_y, distance, per_reach, percept, i, parameters)
+        x += exists * pull_x
+        y += exists * pull_y
+    return x, y, lost
+
+
+@inlined
+def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    parameters = arrays.parameters
+    targets = percept.targets
+    slots = arrays.state.ints.shape[1]
+    for i in range(percept.heading.shape[0]):
+        first = targets.start[i]
+        last = targets.start[i + 1]
+        per_reach = 1.0 / percept.sensing_range[i]
+        x, y = _push(per_reach, percept, i, parameters)
+        for k in range(np.uint64(first), np.uint64(last)):
+            pull_x, pull_y = _pull(
+                targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], per_reach, percept, i, parameters
+            )
+            x += pull_x
+            y += pull_y
+        lost = 0
+        told = percept.relayed.start[i + 1] > percept.relayed.start[i]
+        if slots > 0 and (last > first or told or arrays.state.ints[i, 0, IDENTITY] >= 0):
+            pull_x, pull_y, lost = _expectations(i, per_reach, percept, arrays)
+            x += pull_x
+            y += pull_y
+        square = x * x + y * y
+        if square > 1e-18:
+            length = math.sqrt(square)
+            shrink = 1.0 / length
+            action.heading[i, 0] = x * shrink
+            action.heading[i, 1] = y * shrink
+            action.distance[i] = min(length, 1.0) * percept.speed[i]
+        elif parameters[_WHEN] == 0.0 or (
+            first == last and lost == 0 and percept.teammates.start[i] == percept.teammates.start[i + 1]
+        ):
+            search_step(parameters[_SEARCH], i, percept, noise, action)
+        else:
+            action.heading[i, 0] = 0.0
+            action.heading[i, 1] = 0.0
+            action.distance[i] = 0.0
+
+
+@dataclass(frozen=True)
+class ACmommt(CompiledPolicy):
+    """Follow targets that no teammate is nearer to, and keep away from teammates.
+
+    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units
+    of the sensing range.
+
+    Parameters
+    ----------
+    search : {"redraw", "wander", "stay"}
+        What a robot does that has nothing to follow.
+    search_when : {"no-force", "nothing-sensed"}
+        When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
+    weights : {"nearest", "shared", "per-teammate", "none"}
+        The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
+        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's
+        "Local").
+    shared_weight, teammate_loss : float
+        Constants of these rules, 0..1.
+    do1, do2, do3, predictive : float
+        The target force: −1 at 0, 0 at do1, 1 from do2 to do3, 0 from the predictive range on.
+    dr1, dr2 : float
+        The teammate force (Fig. 9): −1 below dr1, 0 from dr2 on.
+    repulsion_scale : {"sensing", "awareness"}
+        The range that dr1 and dr2 are multiples of.
+    decay, reported_decay : float
+        τ of the probability exp(−age/τ) that a target still exists which was lost from sight, or which a teammate
+        reported [steps].
+    tracks : int
+        How many targets a robot remembers; 0 for none.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a rule is unknown, or a constant outside its limits.
+
+    Notes
+    -----
+    *Source:* §5 and §7, after L. E. Parker, "Cooperative motion control for multi-target observation" (IROS 1997).
+    *Departs:* the paper prints no constant; these are the ones in common use (400, 800, 2600, 3000; 1250, 2000, over
+    2600). A target remembered is forgotten when it is expected in sight and not seen. Without teammates in the percept
+    every weight is 1.
+    """
+
+    search: str = "redraw"
+    search_when: str = "no-force"
+    weights: str = "nearest"
+    shared_weight: float = 0.25
+    teammate_loss: float = 0.2
+    do1: float = 0.154
+    do2: float = 0.308
+    do3: float = 1.0
+    predictive: float = 1.154
+    dr1: float = 0.481
+    dr2: float = 0.769
+    repulsion_scale: str = "sensing"
+    decay: float = 10.0
+    reported_decay: float = 5.0
+    tracks: int = 16
+
+    kernel = _decide
+
+    def __post_init__(self) -> None:
+        rule_number(self.search)
+        checks.choice("search_when", self.search_when, OCCASIONS)
+        checks.choice("weights", self.weights, WEIGHTS)
+        checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
+        checks.number("shared_weight", self.shared_weight, least=0, most=1)
+        checks.number("teammate_loss", self.teammate_loss, least=0, most=1)
+        check_ascending(do1=self.do1, do2=self.do2, do3=self.do3, predictive=self.predictive)
+        check_ascending(dr1=self.dr1, dr2=self.dr2)
+        checks.number("decay", self.decay, above=0)
+        checks.number("reported_decay", self.reported_decay, above=0)
+        checks.count("tracks", self.tracks, least=0)
+
+    @property
+    def draws(self) -> int:
+        return rule_draws(self.search)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return (
+            rule_number(self.search), OCCASIONS[self.search_when], WEIGHTS[self.weights], self.shared_weight,
+            self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.reported_decay,
+            *repulsion_corners(self.dr1, self.dr2),
+            *attraction_corners(self.do1, self.do2, self.do3, self.predictive),
+        )  # fmt: skip
+
+    def start(self, size: int) -> PolicyState:
+        return no_tracks(size, self.tracks)

@@ -1,0 +1,73 @@
+"""The centroid policy: the paper's collective behaviour, which knows nothing of teammates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight.core.kernel import inlined
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.handmade.idle import rule_draws, rule_number, search_step
+
+
+@inlined
+def _to_centroid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    targets = percept.targets
+    for i in range(percept.heading.shape[0]):
+        first = targets.start[i]
+        last = targets.start[i + 1]
+        if first == last:
+            search_step(arrays.parameters[0], i, percept, noise, action)
+            continue
+        x = 0.0
+        y = 0.0
+        for k in range(first, last):
+            x += targets.offset[k, 0]
+            y += targets.offset[k, 1]
+        x /= last - first
+        y /= last - first
+        distance = math.sqrt(x * x + y * y)
+        action.distance[i] = distance
+        if distance > 0.0:
+            action.heading[i, 0] = x / distance
+            action.heading[i, 1] = y / distance
+        else:
+            action.heading[i, 0] = 0.0
+            action.heading[i, 1] = 0.0
+
+
+@dataclass(frozen=True)
+class Centroid(CompiledPolicy):
+    """Go to the geographical centre of the sensed targets, as far as the speed allows.
+
+    Parameters
+    ----------
+    search : {"redraw", "wander", "stay"}
+        What a robot does that senses no target.
+
+    Raises
+    ------
+    ValueError
+        If there is no such search rule.
+
+    Notes
+    -----
+    *Source:* §6, "a behavior that places it at the geographical center of the sensed targets; it does not take into
+    account the other robot positions". *Departs:* the paper does not say how a robot searches.
+    """
+
+    search: str = "redraw"
+
+    kernel = _to_centroid
+
+    def __post_init__(self) -> None:
+        rule_number(self.search)
+
+    @property
+    def draws(self) -> int:
+        return rule_draws(self.search)
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return (rule_number(self.search),)

@@ -1,0 +1,108 @@
+"""Forces between robots and targets as functions of distance: magnitudes, positive for attraction.
+
+Notes
+-----
+*Source:* §7 and Fig. 9 for the repulsion of robots; Parker (1997, 1999, 2002) for the attraction of targets.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core import checks
+from teamsight.core.kernel import inlined, plain
+
+
+def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.float64]:
+    """Return the force along the way to a teammate: −1 below `d1`, linear to 0 at `d2`, 0 beyond.
+
+    Parameters
+    ----------
+    distance : array_like
+        [length].
+    d1, d2 : float
+        Where the force begins to fall and where it ends [length]; 0 ≤ d1 ≤ d2.
+
+    Returns
+    -------
+    ndarray, of the shape of `distance`, float64
+        Between −1 and 0.
+
+    Notes
+    -----
+    *Source:* §7, Fig. 9.
+    """
+    check_ascending(d1=d1, d2=d2)
+    corners = repulsion_corners(d1, d2)
+    return np.asarray(np.vectorize(lambda d: plain(repel)(d, corners), otypes=[float])(np.asarray(distance, float)))
+
+
+def attraction(
+    distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float
+) -> npt.NDArray[np.float64]:
+    """Return the force along the way to a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 from `predictive` on.
+
+    Parameters
+    ----------
+    distance : array_like
+        [length].
+    do1, do2, do3, predictive : float
+        Where the force changes its slope [length]; ascending.
+
+    Returns
+    -------
+    ndarray, of the shape of `distance`, float64
+        Between −1 and 1.
+    """
+    check_ascending(do1=do1, do2=do2, do3=do3, predictive=predictive)
+    corners = attraction_corners(do1, do2, do3, predictive)
+    return np.asarray(np.vectorize(lambda d: plain(attract)(d, corners), otypes=[float])(np.asarray(distance, float)))
+
+
+def check_ascending(**limits: float) -> None:
+    """Refuse distances that are not finite, at least 0 and in ascending order.
+
+    Raises
+    ------
+    ValueError
+        Naming the first that is wrong.
+    """
+    before, least = "", 0.0
+    for name, value in limits.items():
+        checks.number(name, value)
+        if value < least:
+            raise ValueError(f"{name}={value:g}: must be at least {before or '0'}{f'={least:g}' if before else ''}")
+        before, least = name, value
+
+
+def repulsion_corners(d1: float, d2: float) -> tuple[float, ...]:
+    """Return what `repel` takes: where the force changes, and its slope."""
+    return d1, d2, _slope(d1, d2)
+
+
+def attraction_corners(do1: float, do2: float, do3: float, predictive: float) -> tuple[float, ...]:
+    """Return what `attract` takes: where the force changes, and its slopes."""
+    return do1, do2, do3, predictive, _slope(0.0, do1), _slope(do1, do2), _slope(do3, predictive)
+
+
+def _slope(begin: float, end: float) -> float:
+    # Over an interval of no length the force jumps.
+    return 1.0 / max(end - begin, 1e-300)
+
+
+@inlined
+def repel(distance: float, corners: tuple[float, ...]) -> float:
+    """Return the force of one teammate; see `repulsion`."""
+    # Limits instead of branches: which side a distance falls on is a coin toss to the processor.
+    return max(min((distance - corners[1]) * corners[2], 0.0), -1.0)
+
+
+@inlined
+def attract(distance: float, corners: tuple[float, ...]) -> float:
+    """Return the force of one target; see `attraction`."""
+    near = distance * corners[4] - 1.0
+    rise = min((distance - corners[0]) * corners[5], 1.0)
+    fall = max((corners[3] - distance) * corners[6], 0.0)
+    force = near if distance < corners[0] else rise
+    return fall if distance > corners[2] else force

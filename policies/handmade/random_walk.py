@@ -1,0 +1,86 @@
+"""The random walk: the policy of targets, and of robots that explore."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight.core import checks
+from teamsight.core.angles import direction
+from teamsight.core.kernel import inlined
+from teamsight.policies.compiled import CompiledPolicy
+
+_TURN_PROBABILITY, _TURN_RANGE, _RANDOM_DISTANCE = range(3)
+
+
+@inlined
+def walk_step(i: int, percept: Any, parameters: Any, noise: Any, action: Any) -> None:
+    """Write the action of agent `i` that walks at random."""
+    x = percept.heading[i, 0]
+    y = percept.heading[i, 1]
+    probability = parameters[_TURN_PROBABILITY]
+    if probability >= 1.0 or (probability > 0.0 and noise[1, i] < probability):
+        share = parameters[_TURN_RANGE]
+        if share >= 1.0:
+            x, y = direction(noise[0, i])
+        else:
+            # A full turn is 1, so a range of half a turn to either side is a share of 1.
+            angle = share * (noise[0, i] - 0.5)
+            cosine, sine = direction(angle if angle >= 0.0 else angle + 1.0)
+            x, y = cosine * x - sine * y, sine * x + cosine * y
+            length = 1.5 - 0.5 * (x * x + y * y)
+            x *= length
+            y *= length
+    action.heading[i, 0] = x
+    action.heading[i, 1] = y
+    action.distance[i] = percept.speed[i]
+    if parameters[_RANDOM_DISTANCE] > 0.0:
+        action.distance[i] *= noise[2, i]
+
+
+@inlined
+def _walk(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        walk_step(i, percept, arrays.parameters, noise, action)
+
+
+@dataclass(frozen=True)
+class RandomWalk(CompiledPolicy):
+    """Go straight on and now and then turn to a new direction.
+
+    Parameters
+    ----------
+    turn_probability : float, default 1
+        The probability of a turn, a step; 1 for exploring robots (§8.2), 0.05 for targets (§5).
+    turn_range : float, default π
+        How far a turn can go to either side [rad]; the new direction is uniform within it. Parker: π/2.
+    random_distance : bool, default False
+        Whether the distance of each step is uniform between 0 and the speed, as in the exploration of §8.2.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a probability is not within 0..1 or a range not within 0..π.
+    """
+
+    turn_probability: float = 1.0
+    turn_range: float = math.pi
+    random_distance: bool = False
+
+    kernel = _walk
+
+    def __post_init__(self) -> None:
+        checks.number("turn_probability", self.turn_probability, least=0, most=1)
+        checks.number("turn_range", self.turn_range, least=0, most=math.pi)
+        checks.flag("random_distance", self.random_distance)
+
+    @property
+    def draws(self) -> int:
+        if self.random_distance:
+            return 3
+        return 2 if self.turn_probability < 1 else 1
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return self.turn_probability, self.turn_range / math.pi, float(self.random_distance)

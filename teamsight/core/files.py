@@ -1,0 +1,187 @@
+"""Files on disk: written beside their place and moved there when complete, and regular files only."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from teamsight.core.checks import shown
+
+# A name may have 255 bytes, and that of a draft is longer by 23.
+_MOST_OF_A_NAME = 200
+_KINDS = (
+    (stat.S_ISLNK, "link", "the path that it leads to"),
+    (stat.S_ISDIR, "folder", "a file"),
+    (stat.S_ISFIFO, "named pipe", "a regular file"),
+    (stat.S_ISSOCK, "socket", "a regular file"),
+    (stat.S_ISCHR, "device", "a regular file"),
+    (stat.S_ISBLK, "device", "a regular file"),
+)
+
+
+class UnwritableError(ValueError):
+    """Raised when results cannot be written where they were asked for."""
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Refuse a path that cannot be meant: paths are taken literally, and no text stands for the current folder.
+
+    Raises
+    ------
+    UnwritableError
+        If it is empty, has a null character, or begins with a home folder that was not expanded.
+    """
+    text = os.fsdecode(path)
+    if not text.strip():
+        raise UnwritableError(f"path={text!r}: is empty; give a file or a folder, such as results")
+    if "\0" in text:
+        raise UnwritableError(f"path={shown(text)}: has a null character, as no path can; leave it out")
+    if text.startswith("~"):
+        raise UnwritableError(
+            f"path={shown(text)}: ~ is not expanded; give Path(...).expanduser(), or an absolute path"
+        )
+
+
+def check_place(path: str | os.PathLike[str]) -> bool:
+    """Return whether a regular file stands at `path`; refuse whatever else may stand there.
+
+    Raises
+    ------
+    UnwritableError
+        If there is a folder, a link, a device, a named pipe or a socket, or the place cannot be looked at.
+    """
+    try:
+        mode = os.lstat(path).st_mode
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise unwritable(path, error) from error
+    for is_kind, kind, wanted in _KINDS:
+        if is_kind(mode):
+            raise UnwritableError(f"{os.fspath(path)}: is a {kind}, which is never replaced; give {wanted}")
+    return True
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Refuse a folder for drafts and parts that is a link, since it would lead out of the folder of the results.
+
+    Raises
+    ------
+    UnwritableError
+        If it is a link, or anything else but a folder.
+    """
+    if os.path.islink(path):
+        raise UnwritableError(f"{os.fspath(path)}: is a link, which is not followed; remove it, or give another place")
+    if os.path.lexists(path) and not os.path.isdir(path):
+        raise UnwritableError(f"{os.fspath(path)}: is no folder; move it away, or give another place")
+
+
+@contextlib.contextmanager
+def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None) -> Iterator[BinaryIO]:
+    """Open a draft beside `path`, and put it in the place of `path` only when all of it is on disk.
+
+    An error or Ctrl-C leaves what stood at `path` before, and no other trace.
+
+    Parameters
+    ----------
+    path : path
+        Where to write; taken literally, so one that begins with ``~`` is refused.
+    check : callable
+        Called with the path right before the draft is moved there; raises if what stands there must stay.
+
+    Raises
+    ------
+    UnwritableError
+        If the draft cannot be made or written, or what stands at `path` is no regular file.
+    """
+    check_name(path)
+    target = Path(path)
+    check_place(target)
+    # Nobody can put a link in the way of a name that nobody can guess, and O_EXCL would refuse it.
+    draft = target.with_name(f".{_cut(target.name)}.{secrets.token_hex(8)}.part")
+    try:
+        with open(draft, "xb", opener=_exclusive) as file:
+            yield file
+            file.flush()
+            _sync(file.fileno())
+        check_place(target)
+        check(target)
+        os.replace(draft, target)
+        _sync_folder(target.parent)
+    except OSError as error:
+        raise unwritable(target, error) from error
+    finally:
+        with contextlib.suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def open_regular(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a regular file to read it; whatever else there is, such as a named pipe, is refused without waiting.
+
+    Raises
+    ------
+    OSError
+        If there is none.
+    """
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "Not a regular file", os.fspath(path))
+        yield file
+
+
+def unwritable(path: str | os.PathLike[str], error: OSError) -> UnwritableError:
+    """Return the error that says on one line why a place cannot be written."""
+    reason = error.strerror or str(error)
+    return UnwritableError(f"{os.fspath(path)}: cannot be written ({reason}); give a place that can be")
+
+
+def append(path: str | os.PathLike[str], text: str) -> None:
+    """Append `text` in UTF-8 to a regular file, which is made if need be; a link is not followed.
+
+    Raises
+    ------
+    UnwritableError
+        If it cannot be written.
+    """
+    check_place(path)
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        with open(path, "ab", opener=lambda name, _: os.open(name, flags, 0o666)) as file:
+            file.write(text.encode())
+    except OSError as error:
+        raise unwritable(path, error) from error
+
+
+def _exclusive(name: str, flags: int) -> int:
+    # Not tempfile: its files are readable by the owner alone, and a result should not be.
+    return os.open(name, flags | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
+def _cut(name: str) -> str:
+    return os.fsdecode(os.fsencode(name)[:_MOST_OF_A_NAME])
+
+
+def _sync(number: int) -> None:
+    """Wait until a file is on disk, where its system can say so."""
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+            raise
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make sure that the new name in a folder outlasts a power failure, where the system can."""
+    with contextlib.suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)

@@ -1,0 +1,19 @@
+"""Compiled kernels: rules written in Python become machine code that is built once per machine.
+
+A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
+signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
+all entries look alike, a loop can call any policy, degree of awareness or arena; so compilation adds up over the
+components and never multiplies. All use of numba's inner parts is in this folder.
+
+Entries are cached on disk under a digest of everything that they are made of; see `teamsight.core.kernel.digest`.
+"""
+
+from __future__ import annotations
+
+from teamsight.core.kernel.decorators import inlined, kernel, plain
+from teamsight.core.kernel.entry import Entry, specialise
+from teamsight.core.kernel.intrinsics import array_at, below_64, call, near_eight, ones, scratch
+
+__all__ = [
+    "Entry", "array_at", "below_64", "call", "inlined", "kernel", "near_eight", "ones", "plain", "scratch", "specialise",
+]  # fmt: skip

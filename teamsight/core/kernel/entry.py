@@ -1,0 +1,99 @@
+"""Entries: compiled functions with one signature, which a loop calls by address."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+import types as python_types
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from numba.core.ccallback import CFunc
+
+from teamsight.core.interrupts import deferred
+from teamsight.core.kernel.cache import KernelCache
+from teamsight.core.kernel.decorators import FLAGS
+from teamsight.core.kernel.errors import COMPILE_ERRORS, explained
+
+
+class Entry:
+    """A kernel with the signature ``int64 (int64)``, compiled on first use and cached on disk.
+
+    Parameters
+    ----------
+    function : callable
+        Takes the address of a record and returns a status; 0 means done.
+    """
+
+    def __init__(self, function: Callable[[int], int]) -> None:
+        self.function = function
+        self._compiled: Any = None
+        self._callable: Any = None
+
+    @property
+    def address(self) -> int:
+        """The address of the machine code."""
+        return int(self._machine_code().address)
+
+    def __call__(self, record: int) -> int:
+        """Run on the record at this address; the interpreter's lock is released meanwhile."""
+        if self._callable is None:
+            self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
+        return int(self._callable(record))
+
+    def _machine_code(self) -> Any:
+        if self._compiled is None:
+            # Callbacks from LLVM print and lose an interrupt, and numba takes it for an error of its own.
+            with deferred():
+                self._compiled = self._compile()
+        return self._compiled
+
+    def _compile(self) -> Any:
+        signature = numba.types.int64(numba.types.int64)
+        # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
+        compiled: Any = CFunc(
+            self.function, (signature.args, signature.return_type), locals={}, options=dict(FLAGS, nopython=True)
+        )
+        compiled._cache = KernelCache(self.function, str(sorted(FLAGS.items())), lambda name: announce(name))
+        try:
+            compiled.compile()
+        except COMPILE_ERRORS as error:
+            raise TypeError(explained(self.function, error)) from error
+        return compiled
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Entry, (self.function,))
+
+
+def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
+    """Make an entry from a template whose free names are bound to the kernels given.
+
+    Parameters
+    ----------
+    template : callable
+        A plain function of one address that uses the names in `kernels` as globals.
+    name : str
+        What the entry is for; it names the file in the cache.
+    **kernels
+        The kernel for each free name.
+    """
+    bound = python_types.FunctionType(template.__code__, {**template.__globals__, **kernels}, name)
+    bound.__qualname__ = f"{template.__name__}-{name}"
+    bound.__module__ = template.__module__
+    return Entry(bound)
+
+
+def _announce_once(name: str) -> None:
+    global announce
+    announce = _silent
+    told = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
+    print(told, file=sys.stderr)
+
+
+def _silent(name: str) -> None:
+    pass
+
+
+# Called with the name of each entry that is about to be compiled; a command line may put its own announcement here.
+announce: Callable[[str], None] = _announce_once

@@ -1,0 +1,294 @@
+"""Errors of compilation in one line: the user's file and line first, then what is wrong and how to mend it.
+
+numba describes an error from the inside out over many lines, most of them about its own functions. `explained` picks
+the innermost line of the user's own code and the fact that matters; numba's whole text stays the cause of the error.
+"""
+
+from __future__ import annotations
+
+import builtins
+import difflib
+import dis
+import os
+import re
+import types as python_types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+#: What numba raises for a kernel that it cannot compile.
+COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameError, NotImplementedError)
+
+#: What a template hands to the kernel that is bound to one of its free names.
+_HANDED = {
+    "decision_kernel": "percept, arrays, noise, action",
+    "perceive_kernel": "scene, parameters, teammates, relayed",
+    "situate_kernel": "scene, parameters, situation",
+    "confine": "x, y, step_x, step_y, heading_x, heading_y, size",
+}
+
+_LONGEST = 250
+_NUMBA = str(Path(numba.__file__).parent)
+_PLACES = re.compile(r'File "([^"]+)", line (\d+):|\bat (\S+) \((\d+)\)')
+
+
+def explained(entry: Callable[..., Any], error: BaseException) -> str:
+    """Say in one line where and why an entry cannot be compiled.
+
+    Parameters
+    ----------
+    entry : callable
+        The function behind the entry.
+    error : BaseException
+        What numba raised.
+    """
+    text = " ".join(str(error).split())
+    what, place = _what(entry, text)
+    place = place or _place(str(error), entry) or _place_of_traceback(error, entry) or _first_kernel(entry)
+    if len(what) > _LONGEST:
+        what = what[: _LONGEST - 1] + "…"
+    return f"{place}: {what}"
+
+
+def _what(entry: Callable[..., Any], text: str) -> tuple[str, str | None]:
+    """Return what is wrong and, where the text does not contain it, the place."""
+    for rule in (_undefined, _arguments, _attribute, _foreign, _allocation, _unification, _index):
+        found = rule(entry, text)
+        if found:
+            return found
+    return _anything_else(text), None
+
+
+def _undefined(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    if met := re.search(r"name '(\w+)' is not defined", text):
+        name = met[1]
+        for function in kernels_of(entry):
+            if line := _line_of_global(function, name):
+                known = [*function.__code__.co_varnames, *function.__globals__, *dir(builtins)]
+                return f"name '{name}' is not defined{_near(name, known)}", shown(function.__code__.co_filename, line)
+        return f"name '{name}' is not defined", None
+    if met := re.search(r"Variable '(\w+)' is not defined", text):
+        return f"variable '{met[1]}' is used before it has a value", None
+    return None
+
+
+def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    met = re.search(r"Cannot bind 'args=.*? due to \"TypeError: (.*?)\"", text)
+    if not met:
+        return None
+    called = re.search(r"resolving callee type: type\(CPUDispatcher\(<function (\S+) at", text[met.end() :])
+    name = called[1] if called else "a kernel"
+    bound, handed = _bound_kernel(entry)
+    # A call by the template: what has to be mended is the kernel's own signature.
+    if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
+        what = f"the kernel {_call(bound)} is called as {bound.__name__}({handed}); take these parameters"
+        return what, _start(bound)
+    callee = next((function for function in kernels_of(entry) if function.__qualname__ == name), None)
+    return f"{_call(callee) if callee else name} is called with other arguments than it takes: {met[1]}", None
+
+
+def _call(function: python_types.FunctionType) -> str:
+    code = function.__code__
+    return f"{function.__name__}({', '.join(code.co_varnames[: code.co_argcount])})"
+
+
+def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    if met := re.search(r"Unknown attribute '(\w+)' of type (\w+)\((?:<module '([\w.]+)')?", text):
+        name, kind, module = met.groups()
+        fields = getattr(entry.__globals__.get(kind), "_fields", None)
+        if fields:
+            return f"{kind} has no field '{name}'; it has {', '.join(fields)}", None
+        if module == "numpy.random":
+            return f"kernels cannot use numpy.random.{name}; take random numbers from noise and declare draws", None
+        if module:
+            return f"numba cannot compile {module}.{name}; write it with arithmetic, math or a loop", None
+        known = [part for part in dir(np.ndarray) if not part.startswith("_")] if kind == "array" else []
+        return f"{'an array' if kind == 'array' else kind} has no attribute '{name}'{_near(name, known)}", None
+    if met := re.search(r"module '([\w.]+)' has no attribute '(\w+)'", text):
+        known = dir(np) if met[1] == "numpy" else dir(__import__(met[1], fromlist=["_"]))
+        return f"module '{met[1]}' has no attribute '{met[2]}'{_near(met[2], known)}", None
+    if met := re.search(r"No definition for lowering (\w+)\(.*\)\.(\w+) =", text):
+        return f"{met[1]}.{met[2]} cannot be replaced; write its elements, such as {met[2]}[i] = x", None
+    if met := re.search(r"Use of unsupported NumPy function '([\w.]+)'", text):
+        return f"numba cannot compile {met[1]}; write it with arithmetic, math or a loop", None
+    return None
+
+
+def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    met = re.search(r"Untyped [\w ]+ '(\w+)':? ?Cannot determine Numba type of <class '(.*?)'>", text)
+    if not met:
+        return None
+    name, kind = met.groups()
+    if name in _HANDED:
+        what = f"the kernel is a plain {kind}; decorate it with @kernel from teamsight.core.kernel"
+        return what, _first_kernel(entry)
+    if kind == "function":
+        return f"'{name}' is a plain Python function; decorate it with @kernel or @inlined from teamsight.core.kernel", None
+    return f"'{name}' is of the type {kind}; kernels can use numbers, tuples of numbers, NumPy arrays and kernels", None
+
+
+def _allocation(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    if "NRT required" not in text and "Only accept returning of array passed" not in text:
+        return None
+    return (
+        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, "
+        "such as action.heading[i, 0] = x, and keep tables in memory (docs/policies.md)"
+    ), None
+
+
+def _unification(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    if met := re.search(r"Can't unify return type from the following types: (.*?) Return of:", text):
+        kinds = ", ".join(sorted(_simple(met[1]).split(", ")))
+        # numba names them in any order: point to the first.
+        places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
+        file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
+        what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
+        return what, shown(file, int(line)) if file else None
+    if met := re.search(r"No conversion from (.*?) to int64 for '\$\w*return_value", text):
+        return f"the kernel returns {_simple(met[1])}; it must return a whole number at its end", None
+    if met := re.search(r"wrong tuple length .*?expected (\d+), got (\d+)", text):
+        return f"{met[2]} values are given where {met[1]} are expected", None
+    if "failed to unpack none" in text:
+        return "nothing is returned where several values are expected", None
+    if met := re.search(r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'", text):
+        kinds = _simple(met[1])
+        return f"'{met[2]}' has different types ({kinds}) on different ways; give it one type", None
+    return None
+
+
+def _index(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    if met := re.search(r"cannot index array\(\w+, (\d)d, \w\) with (\d+) indices", text):
+        return f"an array of {met[1]} dimension{'s' * (met[1] != '1')} is given {met[2]} indices", None
+    if met := re.search(r"Unsupported array index type (\S+) in", text):
+        return f"an index has the type {_simple(met[1])}; it must be a whole number, such as int(x)", None
+    if met := re.search(r">>> getitem\((int\d+|uint\d+|float\d+|bool), ", text):
+        return f"a number ({met[1]}) is given an index", None
+    if met := re.search(r">>> setitem\(array\((\w+), (\d)d, \w\), .*?, (.*?)\) There are", text):
+        kind = f"array({met[1]}, {met[2]}d)"
+        return f"{_simple(met[3])} cannot be written to elements of an {kind}; write one number", None
+    return None
+
+
+def _anything_else(text: str) -> str:
+    if met := re.search(r"(ufunc '\w+': .*?\(.*?\))", text):
+        return met[1]
+    if met := re.search(r">>> (.*?) There are \d+ candidate", text):
+        return f"numba cannot compile {_simple(met[1])}: there is no such operation for these types"
+    bare = re.sub(r"Failed in nopython mode pipeline \(step: [\w ]+\) ?", "", text)
+    bare = re.split(r' During: | File "| Raised from', bare)[0]
+    return f"its kernel cannot be compiled: {_simple(bare)}"
+
+
+def _simple(kinds: str) -> str:
+    """Return type names in the words of Python."""
+    kinds = re.sub(r"Literal\[(\w+)\]\([^)]*\)", r"\1", kinds)
+    kinds = re.sub(r"(?:Uni)?Tuple\([^()]*\)", "tuple", kinds)
+    # The fields of tuples of arrays are many, and not what is wrong.
+    for _ in range(3):
+        kinds = re.sub(r"\b(Percept|PolicyArrays|PolicyState|Action|NeighbourList|Scene)\((?:[^()]|\([^()]*\))*\)", r"\1", kinds)
+    kinds = re.sub(r"\barray\((\w+), (\d)d, \w\)", r"array(\1, \2d)", kinds)
+    return kinds.replace("unicode_type", "str")
+
+
+def _near(name: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+def kernels_of(entry: Callable[..., Any]) -> Iterator[python_types.FunctionType]:
+    """Yield the Python functions of all kernels that an entry calls, the outermost first."""
+    met: set[int] = set()
+    waiting: list[Any] = [entry]
+    while waiting:
+        function = getattr(waiting.pop(0), "py_func", None) if met else waiting.pop(0)
+        if not isinstance(function, python_types.FunctionType) or id(function) in met:
+            continue
+        if met:
+            yield function
+        met.add(id(function))
+        names = set(_names(function.__code__))
+        used = [value for name, value in function.__globals__.items() if name in names]
+        parts = [getattr(value, name) for value in used if isinstance(value, python_types.ModuleType)
+                 for name in names if hasattr(value, name)]  # fmt: skip
+        cells = [cell.cell_contents for cell in function.__closure__ or ()]
+        waiting += [value for value in (*used, *parts, *cells) if hasattr(value, "py_func")]
+
+
+def _names(code: python_types.CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            yield from _names(constant)
+
+
+def _line_of_global(function: python_types.FunctionType, name: str) -> int | None:
+    """Return the line on which a function uses a global name that does not exist."""
+    if name in function.__globals__ or hasattr(builtins, name):
+        return None
+    for instruction in dis.get_instructions(function):
+        if instruction.argval == name and "GLOBAL" in instruction.opname and instruction.positions:
+            return instruction.positions.lineno
+    return None
+
+
+def _is_inner(file: str, line: int, entry: Callable[..., Any]) -> bool:
+    """Return whether a place is in numba, or where a template unpacks the arrays that it hands to a kernel."""
+    path = os.path.abspath(file)
+    lines = [number for _, _, number in entry.__code__.co_lines() if number is not None]
+    is_template = path == os.path.abspath(entry.__code__.co_filename) and min(lines) <= line <= max(lines)
+    return path.startswith(_NUMBA) or (is_template and _bound_kernel(entry)[0] is not None)
+
+
+def _place(text: str, entry: Callable[..., Any]) -> str | None:
+    """Return the innermost place in the user's code that numba's text names."""
+    for met in _PLACES.finditer(text):
+        file, line = met[1] or met[3], int(met[2] or met[4])
+        if not _is_inner(file, line, entry):
+            return shown(file, line)
+    return None
+
+
+def _place_of_traceback(error: BaseException, entry: Callable[..., Any]) -> str | None:
+    """Return the innermost place in the user's code that numba was working on when it raised the error."""
+    found, trace = None, error.__traceback__
+    while trace is not None:
+        for name in ("inst", "constraint", "self", "lower"):
+            location = getattr(trace.tb_frame.f_locals.get(name), "loc", None)
+            file, line = getattr(location, "filename", None), getattr(location, "line", None)
+            if isinstance(file, str) and isinstance(line, int) and not _is_inner(file, line, entry):
+                found = shown(file, line)
+                break
+        trace = trace.tb_next
+    return found
+
+
+def _bound_kernel(entry: Callable[..., Any]) -> tuple[python_types.FunctionType | None, str]:
+    """Return the function of the kernel that was bound to a template, and what the template hands to it."""
+    for name, handed in _HANDED.items():
+        function = getattr(entry.__globals__.get(name), "py_func", entry.__globals__.get(name))
+        if isinstance(function, python_types.FunctionType):
+            return function, handed
+    return None, ""
+
+
+def _first_kernel(entry: Callable[..., Any]) -> str:
+    """Return where the kernel of a template begins, or the entry's name if there is none."""
+    function, _ = _bound_kernel(entry)
+    return _start(function) if function else str(entry.__qualname__)
+
+
+def _start(function: python_types.FunctionType) -> str:
+    return shown(function.__code__.co_filename, function.__code__.co_firstlineno)
+
+
+def shown(file: str, line: int) -> str:
+    """Return a place in short: relative to the current folder, where the file is below it."""
+    if file.startswith("<"):
+        return f"{file}:{line}"
+    path = os.path.abspath(file)
+    near = os.path.relpath(path) if path.startswith(os.getcwd() + os.sep) else path
+    return f"{near}:{line}"

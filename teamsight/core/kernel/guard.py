@@ -1,0 +1,286 @@
+"""Guarded arrays: arrays for kernels that stop the kernel at an access outside of them and report it.
+
+The checks of policies and of degrees of awareness run kernels on such arrays. Machine code for worlds has no bounds
+checks, and both NumPy and numba let negative indices count from the end; here every index must lie between 0 and the
+length of its axis, and arrays that a kernel may only read refuse to be written.
+
+`Guarded` is numba's type of arrays with other code for reading and writing elements; all else is inherited. Which array
+it is, travels as a number through all its views, in the field `parent` of numba's array structure, which code without
+reference counting leaves empty.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import operator
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llvmlite.binding
+import numba
+from llvmlite import ir
+from numba.core import cgutils
+from numba.core.datamodel import models, register_default
+from numba.core.lowering import BaseLower
+from numba.extending import intrinsic, lower_builtin
+from numba.np import arrayobj
+
+from teamsight.core.kernel import array_at, below_64, scratch
+from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.errors import shown
+
+#: Added to the number of an array that a kernel may only read.
+READ_ONLY = 1 << 8
+#: The number of an array, plus this times n, leaves the elements from n on of its last axis out of bounds.
+LIMIT = 1 << 16
+
+_NUMBA = str(Path(numba.__file__).parent)
+_WORD = ir.IntType(64)
+
+
+class Access(NamedTuple):
+    """An access that a kernel was stopped at.
+
+    Attributes
+    ----------
+    array : int
+        The array's number, as given to `guarded_at`; 0 for one that the kernel made itself.
+    dimensions, axis : int
+        How many axes the array, or the view of it, had, and which of them was left; −1 for a write to an array that may
+        only be read.
+    at, size : int
+        The index and the number of elements along that axis.
+    place : str
+        The file and the line.
+    """
+
+    array: int
+    dimensions: int
+    axis: int
+    at: int
+    size: int
+    place: str
+
+
+class Guarded(numba.types.Array):  # type: ignore[misc]
+    """The type of guarded arrays and of their views."""
+
+    def __init__(self, dtype: Any, ndim: int, layout: str, readonly: bool = False, aligned: bool = True) -> None:
+        name = f"guarded({dtype}, {ndim}d, {layout}, {readonly}, {aligned})"
+        super().__init__(dtype, ndim, layout, readonly=readonly, name=name, aligned=aligned)
+
+    def copy(self, dtype: Any = None, ndim: Any = None, layout: Any = None, readonly: Any = None) -> Guarded:
+        """Return the type of a view."""
+        return Guarded(
+            self.dtype if dtype is None else dtype,
+            self.ndim if ndim is None else ndim,
+            self.layout if layout is None else layout,
+            not self.mutable if readonly is None else readonly,
+            self.aligned,
+        )
+
+    def unify(self, typing_context: Any, other: Any) -> Any:
+        """Return the type of what may be either of two arrays."""
+        common = super().unify(typing_context, other)
+        return None if common is None else guarded_type(common)
+
+
+register_default(Guarded)(models.ArrayModel)
+
+
+def guarded_type(array: Any) -> Guarded:
+    """Return the guarded type that corresponds to one of numba's array types."""
+    return Guarded(array.dtype, array.ndim, array.layout, not array.mutable, array.aligned)
+
+
+class Watch(NamedTuple):
+    """What guarded kernels were stopped at, and the exceptions that left them."""
+
+    accesses: list[Access]
+    raised: list[BaseException]
+
+
+_accesses: list[Access] = []
+
+
+def _note(array: int, dimensions: int, axis: int, at: int, size: int, line: int, file: bytes) -> None:
+    _accesses.append(Access(array, dimensions, axis, at, size, shown(file.decode(), line)))
+
+
+# Machine code, also that from the cache, calls the function by this name. It needs the reference to live on.
+_SYMBOL = "teamsight_note_access"
+_NOTE = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6, ctypes.c_char_p)(_note)
+llvmlite.binding.add_symbol(_SYMBOL, ctypes.cast(_NOTE, ctypes.c_void_p).value)
+
+
+@contextmanager
+def watched() -> Iterator[Watch]:
+    """Collect what happens in guarded kernels, of which numba would only print that an exception was ignored."""
+    _accesses.clear()
+    watch, hook = Watch(_accesses, []), sys.unraisablehook
+
+    def keep(report: Any) -> None:
+        if isinstance(report.object, str) and "numba" in report.object:
+            watch.raised.append(report.exc_value)
+        else:
+            hook(report)
+
+    sys.unraisablehook = keep
+    try:
+        yield watch
+    finally:
+        sys.unraisablehook = hook
+
+
+def _place() -> tuple[str, int] | None:
+    """Return the file and the line for which numba is writing machine code; None inside of numba's own functions."""
+    frame: Any = sys._getframe(1)
+    while frame is not None:
+        lower = frame.f_locals.get("self")
+        if isinstance(lower, BaseLower):
+            file = str(lower.loc.filename)
+            return None if file.startswith(_NUMBA) else (file, int(lower.loc.line))
+        frame = frame.f_back
+    return None
+
+
+def _stop(context: Any, builder: Any, numbers: list[Any], place: tuple[str, int]) -> None:
+    """Write code that notes an access and leaves the kernel."""
+    kind = ir.FunctionType(ir.VoidType(), [_WORD] * 6 + [ir.IntType(8).as_pointer()])
+    note = cgutils.get_or_insert_function(builder.module, kind, _SYMBOL)
+    builder.call(note, [*numbers, _WORD(place[1]), context.insert_const_string(builder.module, place[0])])
+    context.call_conv.return_user_exc(builder, IndexError, ("an access outside of an array",))
+
+
+def _check(context: Any, builder: Any, kind: Any, array: Any, index_type: Any, index: Any, *, writes: bool) -> Any:
+    """Write code that checks an access; return the number that a view inherits."""
+    number, place = builder.ptrtoint(array.parent, _WORD), _place()
+    if place is None:
+        return number
+    name = builder.and_(number, _WORD(READ_ONLY - 1))
+    if writes:
+        is_wrong = builder.icmp_unsigned("!=", builder.and_(number, _WORD(READ_ONLY)), _WORD(0))
+        with cgutils.if_unlikely(builder, is_wrong):
+            _stop(context, builder, [name, _WORD(kind.ndim), _WORD(-1), _WORD(0), _WORD(0)], place)
+    shape = cgutils.unpack_tuple(builder, array.shape, kind.ndim)
+    limit, inherited = builder.udiv(number, _WORD(LIMIT)), number
+    for axis, part_type, part in _axes(context, builder, kind.ndim, index_type, index):
+        size = shape[axis]
+        if axis == kind.ndim - 1:
+            inherited = builder.and_(number, _WORD(LIMIT - 1))
+            size = builder.select(builder.icmp_unsigned("!=", limit, _WORD(0)), limit, size)
+        if isinstance(part_type, numba.types.Integer):
+            at = context.cast(builder, part, part_type, numba.types.int64)
+            # Without its sign, a negative index lies beyond every size.
+            with cgutils.if_unlikely(builder, builder.icmp_unsigned(">=", at, size)):
+                _stop(context, builder, [name, _WORD(kind.ndim), _WORD(axis), at, size], place)
+    return inherited
+
+
+def _axes(context: Any, builder: Any, dimensions: int, kind: Any, index: Any) -> Iterator[tuple[int, Any, Any]]:
+    """Yield the axes that an index speaks of, each with its part of the index and that part's type."""
+    is_tuple = isinstance(kind, numba.types.BaseTuple)
+    types = list(kind.types) if is_tuple else [kind]
+    values = cgutils.unpack_tuple(builder, index, count=len(types)) if is_tuple else [index]
+    types, values = arrayobj.normalize_indices(context, builder, types, values)
+    is_axis = [part is not numba.types.ellipsis and not isinstance(part, numba.types.NoneType) for part in types]
+    axis = 0
+    for part, value, counts in zip(types, values, is_axis, strict=True):
+        if counts:
+            yield axis, part, value
+            axis += 1
+        elif part is numba.types.ellipsis:
+            axis += dimensions - sum(is_axis)
+
+
+def _reading(generate: Callable[..., Any]) -> Callable[..., Any]:
+    """Return numba's code for reading elements or making a view, with checks before it."""
+
+    def read(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind, index_type = signature.args
+        array = arrayobj.make_array(kind)(context, builder, arguments[0])
+        number = _check(context, builder, kind, array, index_type, arguments[1], writes=False)
+        value = generate(context, builder, signature, arguments)
+        if not isinstance(signature.return_type, Guarded):
+            return value
+        return _numbered(context, builder, signature.return_type, value, number)
+
+    return read
+
+
+def _numbered(context: Any, builder: Any, kind: Any, value: Any, number: Any) -> Any:
+    array = arrayobj.make_array(kind)(context, builder, value)
+    array.parent = builder.inttoptr(number, array.parent.type)
+    return array._getvalue()
+
+
+for _index in (numba.types.Integer, numba.types.SliceType, numba.types.NoneType):
+    lower_builtin(operator.getitem, Guarded, _index)(_reading(arrayobj.getitem_arraynd_intp))
+lower_builtin(operator.getitem, Guarded, numba.types.BaseTuple)(_reading(arrayobj.getitem_array_tuple))
+
+
+def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    kind, index_type, _ = signature.args
+    array = arrayobj.make_array(kind)(context, builder, arguments[0])
+    _check(context, builder, kind, array, index_type, arguments[1], writes=True)
+    return arrayobj.setitem_array(context, builder, signature, arguments)
+
+
+lower_builtin(operator.setitem, Guarded, numba.types.Any, numba.types.Any)(_write)
+
+
+def _typing(generated: Any) -> Callable[..., Any]:
+    """Return the function that types the calls of one of our own intrinsics."""
+    return generated._defn  # type: ignore[no-any-return]
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def guarded_at(typing_context: Any, address: Any, shape: Any, dtype: Any, number: Any) -> Any:
+    """Return the guarded array of this shape and dtype that lies at an address.
+
+    `number`, 1 to 255, says which it is; add `READ_ONLY` and `LIMIT` times a size to it where they apply.
+    """
+    signature, generate_plain = _typing(array_at)(typing_context, address, shape, dtype)
+    kind = guarded_type(signature.return_type)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = generate_plain(context, builder, signature, arguments[:3])
+        return _numbered(context, builder, kind, value, arguments[3])
+
+    return kind(address, shape, dtype, numba.types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _guarded_array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
+    signature, generate = _typing(array_at)(typing_context, address, shape, dtype)
+    return guarded_type(signature.return_type)(*signature.args), generate
+
+
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
+def _guarded_scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
+    found = _typing(scratch)(typing_context, count, dtype)
+    return found and (guarded_type(found[0].return_type)(*found[0].args), found[1])
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    signature, generate_plain = _typing(below_64)(typing_context, values, first, limit)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = arrayobj.make_array(values)(context, builder, arguments[0])
+        for ahead in (0, 63):
+            at = builder.add(arguments[1], _WORD(ahead))
+            _check(context, builder, values, array, numba.types.int64, at, writes=False)
+        return generate_plain(context, builder, signature, arguments)
+
+    return signature, generate
+
+
+#: Changes with the checks, which are in the machine code of every guarded kernel.
+VERSION = digest(_reading) + digest(_write)
+
+#: What guarded kernels call instead of the functions that make arrays, or read many elements at once.
+REPLACED: dict[Any, Any] = {array_at: _guarded_array_at, scratch: _guarded_scratch, below_64: _guarded_below_64}

@@ -1,0 +1,146 @@
+"""Intrinsics: what kernels need and numba lacks, such as arrays at an address and calls of other entries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+import numba
+from llvmlite import ir
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array, populate_array
+
+_CACHE_LINE = 64
+
+
+def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that types a call and writes its machine code; kernels call it without the typing context."""
+    return cast(Callable[..., Any], intrinsic(typing))
+
+
+def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
+    """As `_generated`, for calls whose constants are part of their types."""
+    return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
+
+
+@_generated
+def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
+    """Return the array of this shape and dtype, in C order, that lies at an address.
+
+    `shape` is an int or a tuple of int, `dtype` a constant: a type such as ``np.float64``, or that of a record.
+    """
+    element = dtype.dtype
+    dimensions = len(shape) if isinstance(shape, numba.types.BaseTuple) else 1
+    array = numba.types.Array(element, dimensions, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lengths = cgutils.unpack_tuple(builder, arguments[1]) if dimensions > 1 else [arguments[1]]
+        kinds = list(shape) if dimensions > 1 else [shape]
+        lengths = [context.cast(builder, n, kind, numba.types.intp) for n, kind in zip(lengths, kinds, strict=True)]
+        itemsize = cgutils.intp_t(context.get_abi_sizeof(context.get_data_type(element)))
+        strides, step = [], itemsize
+        for length in reversed(lengths):
+            strides.append(step)
+            step = builder.mul(step, length)
+        result = make_array(array)(context, builder)
+        populate_array(
+            result,
+            data=builder.inttoptr(arguments[0], context.get_data_type(element).as_pointer()),
+            shape=lengths,
+            strides=strides[::-1],
+            itemsize=itemsize,
+            meminfo=None,
+        )
+        return result._getvalue()
+
+    return array(address, shape, dtype), generate
+
+
+@_literal
+def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
+    """Return an array of `count` numbers on the stack, as they happen to be; it ends with the entry that runs.
+
+    `count` and `dtype` are constants. However often the line is met, a call has one such array: clear it before use.
+    """
+    if not isinstance(count, numba.types.IntegerLiteral):
+        return None
+    array = numba.types.Array(dtype.dtype, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        element = context.get_data_type(array.dtype)
+        length, itemsize = cgutils.intp_t(count.literal_value), cgutils.intp_t(context.get_abi_sizeof(element))
+        with builder.goto_entry_block():
+            room = builder.alloca(element, length)
+            room.align = _CACHE_LINE
+        result = make_array(array)(context, builder)
+        populate_array(result, data=room, shape=[length], strides=[itemsize], itemsize=itemsize, meminfo=None)
+        return result._getvalue()
+
+    return array(count, dtype), generate
+
+
+@_generated
+def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    """Return a word whose bits 0..63 say which of the float32 at ``first .. first + 63`` are less than the limit."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.FloatType(), 64)
+        one = builder.insert_element(ir.Constant(lanes, ir.Undefined), arguments[2], ir.Constant(ir.IntType(32), 0))
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), 64), [0] * 64)
+        limits = builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
+        data = make_array(signature.args[0])(context, builder, arguments[0]).data
+        place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
+        bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
+        return builder.bitcast(bits, ir.IntType(64))
+
+    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
+
+
+@_generated
+def ones(typing_context: Any, word: Any) -> Any:
+    """Return how many bits of a word are set."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.ctpop(arguments[0])
+
+    return numba.types.int64(numba.types.uint64), generate
+
+
+@_generated
+def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
+    """Return a word whose bits 0..7 say which of the places ``first .. first + 7`` are within the square distance."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.DoubleType(), 8)
+
+        def splat(value: Any) -> Any:
+            one = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+            zeros = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
+            return builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
+
+        def eight(kind: Any, value: Any) -> Any:
+            data = make_array(kind)(context, builder, value).data
+            place = builder.gep(data, [arguments[2]])
+            return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
+
+        way_x = builder.fsub(eight(signature.args[0], arguments[0]), splat(arguments[3]))
+        way_y = builder.fsub(eight(signature.args[1], arguments[1]), splat(arguments[4]))
+        square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
+        bits = builder.fcmp_ordered("<=", square, splat(arguments[5]))
+        return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
+
+    f8 = numba.types.float64
+    return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
+
+
+@_generated
+def call(typing_context: Any, entry: Any, record: Any) -> Any:
+    """Call the entry at address `entry` on the record at address `record`; return its status."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        word = ir.IntType(64)
+        function = builder.inttoptr(arguments[0], ir.FunctionType(word, [word]).as_pointer())
+        return builder.call(function, [arguments[1]])
+
+    return numba.types.int64(numba.types.int64, numba.types.int64), generate

@@ -1,0 +1,35 @@
+"""Public names that are imported on first use, so that importing a package loads no more than is used."""
+
+from __future__ import annotations
+
+# Only what Python has loaded before is imported: until the command line can handle Ctrl-C, each millisecond counts.
+
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+
+def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package whose public names live in its modules.
+
+    Parameters
+    ----------
+    package : str
+        Its ``__name__``.
+    homes : dict of str to str
+        For each public name, the module that defines it.
+    names : dict
+        Its ``globals()``.
+    """
+
+    def __getattr__(name: str) -> Any:  # noqa: N807
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}; it has {', '.join(sorted(homes))}")
+        import importlib
+
+        names[name] = getattr(importlib.import_module(homes[name]), name)
+        return names[name]
+
+    return __getattr__

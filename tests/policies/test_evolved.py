@@ -1,0 +1,128 @@
+"""The learned rule against its slow twin, and the file of its constants."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from naive_evolved import EvolvedRobot
+
+from teamsight import CMOMMT
+from teamsight.policies.evolved import Evolved
+from teamsight.policies.evolved.layout import BLOCKS, SIZE, beginning, silenced
+from teamsight.policies.evolved.policy import shipped, to_json
+from teamsight.policies.interface import percept_of_one
+
+
+class Watched:
+    """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
+
+    def __init__(self, policy: Evolved) -> None:
+        self.policy, self.draws = policy, policy.draws
+        self.lost = self.met = 0
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size), [EvolvedRobot(self.policy) for _ in range(size)]
+
+    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+        own, robots = memory
+        action, own = self.policy.decide(percept, own, noise)
+        for i, robot in enumerate(robots):
+            one = percept_of_one(percept, i)
+            heading, distance = robot.decide(one, noise[:, i].tolist())
+            assert action.distance[i] == pytest.approx(distance, abs=1e-8)
+            assert action.heading[i] == pytest.approx(heading, abs=1e-6)
+            self.lost += sum(track[2] < robot.tick for track in robot.tracks)
+            self.met += len(one.teammates.distance)
+        return action, (own, robots)
+
+
+RULES = [Evolved(), Evolved(tuple(beginning(3))), Evolved(tuple(np.random.default_rng(5).normal(0, 0.5, SIZE)))]
+
+
+@pytest.mark.parametrize("awareness", ["ring", "pairwise"])
+@pytest.mark.parametrize("policy", RULES, ids=["shipped", "beginning", "random"])
+def test_the_rule_is_that_of_its_slow_twin(policy: Evolved, awareness: str) -> None:
+    watched = Watched(policy)
+    model = CMOMMT(
+        robots=5, targets=9, radius=2.5, policy=watched, awareness=awareness, awareness_range=0.8, sensing_range=0.9,
+        target_speed=0.12,
+    )  # fmt: skip
+    # Some of them meet, wherever they were placed.
+    for robot, x in zip(model.robots, (-0.3, 0.0, 0.4), strict=False):
+        robot.position = (x, 0.0)
+    with pytest.warns(UserWarning, match="Python"):
+        model.run(40)
+    assert watched.lost
+    assert watched.met
+
+
+def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
+    constants = np.random.default_rng().normal(size=SIZE)
+    path = tmp_path / "rule.json"
+    path.write_text(json.dumps(to_json(constants, {})), encoding="utf-8")
+    assert Evolved.load(path).constants == tuple(constants)
+    assert Evolved.load(path) == Evolved(tuple(constants)) != Evolved()
+
+
+def test_what_is_shipped_is_the_default_and_says_what_made_it() -> None:
+    assert Evolved().constants == shipped()
+    assert repr(Evolved()) == "Evolved()"
+    assert repr(Evolved(tuple(beginning(1)))) != repr(Evolved(tuple(beginning(2))))
+    assert pickle.loads(pickle.dumps(Evolved())) == Evolved()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda content: content.pop("constants"), "holds no constants"),
+        (lambda content: content.update(schema=99), "has the schema 99, and this version reads 1"),
+        (lambda content: content["constants"].pop("drives"), "holds no constants.*drives"),
+        (lambda content: content["constants"]["mate_law"].pop(), r"mate_law has the shape \(5,\), not \(6,\)"),
+        (lambda content: content["constants"]["scalars"].__setitem__(2, "fast"), "scalars: could not convert"),
+        (lambda content: content["constants"]["scalars"].__setitem__(2, float("nan")), "is not finite"),
+    ],
+)
+def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> None:
+    content = to_json(beginning(1), {})
+    change(content)
+    path = tmp_path / "rule.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        Evolved.load(path)
+
+
+def test_half_a_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rule.json"
+    path.write_text(json.dumps(to_json(beginning(1), {}))[:500], encoding="utf-8")
+    with pytest.raises(ValueError, match="holds no constants of the learned rule"):
+        Evolved.load(path)
+
+
+@pytest.mark.parametrize(("constants", "message"), [((1.0,) * 5, r"the shape \(5,\)"), ((np.inf,) * SIZE, "number 0")])
+def test_wrong_constants_are_refused(constants: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Evolved(constants)
+
+
+def test_without_teammates_in_sight_it_is_refused() -> None:
+    with pytest.raises(ValueError, match="needs 'teammates', which awareness 'none' does not deliver"):
+        CMOMMT(policy="evolved", awareness="none")
+
+
+def test_the_blocks_fill_the_vector() -> None:
+    end = 0
+    for block in BLOCKS.values():
+        assert block.first == end
+        end += int(np.prod(block.shape))
+    assert end == SIZE
+
+
+def test_silenced_networks_say_nothing() -> None:
+    rule = np.array(shipped())
+    assert np.count_nonzero(silenced(rule, "both networks") != rule) == 18 + 6
+    assert np.count_nonzero(silenced(rule, "memory of ground and trail") != rule) == 4 * 8

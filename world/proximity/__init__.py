@@ -1,0 +1,1 @@
+"""The neighbour search: which bodies are within range of which."""

@@ -1,0 +1,89 @@
+"""The search for edges among few bodies: every pair, in loops that use SIMD lanes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba.cpython.unsafe.numbers import trailing_zeros
+
+from teamsight.core.kernel import inlined, kernel, near_eight
+from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
+
+BLOCK = 64
+"""How many bodies are compared at once: one bit of a word for each."""
+
+FAR_AWAY = 1e150
+"""Where to put bodies that do not exist, to fill the last lanes: out of any range, and its square is finite."""
+
+_ONE = np.uint64(1)
+
+
+@inlined
+def _near(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
+    """Return a word in which bit j is set if body ``first + j`` is near enough."""
+    near = np.uint64(0)
+    for part in range(0, last - first, 8):
+        near |= near_eight(observed.x, observed.y, first + part, x, y, limit) << np.uint64(part)
+    return near
+
+
+@inlined
+def _near_on_torus(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
+    near = np.uint64(0)
+    for bit in range(last - first):
+        j = np.uint64(first) + np.uint64(bit)
+        way_x = shortest(observed.x[j] - x, observed.period_x)
+        way_y = shortest(observed.y[j] - y, observed.period_y)
+        near |= np.uint64(way_x * way_x + way_y * way_y <= limit) << np.uint64(bit)
+    return near
+
+
+@kernel
+def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> int:
+    """Find all edges by comparing every pair; return how many there are.
+
+    Parameters
+    ----------
+    position : ndarray, shape (n, 2), float64
+        The observers.
+    reach : ndarray, shape (n,), float64
+        How far each observes.
+    observed : Observed
+        The others. Observer i itself is number i + `own` of them, if `own` ≥ 0.
+    graph : ProximityGraph
+        Written as far as its arrays go; when the number returned is larger, they must grow.
+    """
+    room = np.uint64(graph.index.shape[0])
+    edge: Any = np.uint64(0)
+    wraps = observed.period_x > 0.0
+    size = observed.size if wraps else observed.x.shape[0]
+    for i in range(position.shape[0]):
+        graph.start[i] = edge
+        x = position[i, 0]
+        y = position[i, 1]
+        limit = min(reach[i] * reach[i], 0.5 * FAR_AWAY * FAR_AWAY)
+        myself = i + observed.own if observed.own >= 0 else -1
+        for first in range(0, size, BLOCK):
+            last = min(first + BLOCK, size)
+            if wraps:
+                near = _near_on_torus(x, y, limit, observed, first, last)
+            else:
+                near = _near(x, y, limit, observed, first, last)
+            if first <= myself < last:
+                near &= ~(_ONE << np.uint64(myself - first))
+            while near != 0:
+                j = np.uint64(first) + np.uint64(trailing_zeros(near))
+                near &= near - _ONE
+                if edge < room:
+                    way_x = observed.x[j] - x
+                    way_y = observed.y[j] - y
+                    if wraps:
+                        way_x = shortest(way_x, observed.period_x)
+                        way_y = shortest(way_y, observed.period_y)
+                    append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
+                edge += _ONE
+    graph.start[position.shape[0]] = edge
+    edges: Any = np.int64(edge)
+    take_roots(graph, edges)
+    return edges  # type: ignore[no-any-return]
