@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import naive_learners
 import numpy as np
 import pytest
+from naive import learners as naive_learners
 
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, alone_reward, own_reward, rewards_of, tabulate, team_reward

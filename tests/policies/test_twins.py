@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive import paper as naive
 
 from teamsight import CMOMMT
 from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary

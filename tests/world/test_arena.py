@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from naive import paper as naive
 
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.bodies import Bodies

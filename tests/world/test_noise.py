@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import paper as naive
 from scipy import stats
 
 from teamsight.core.kernel import Entry, array_at

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import paper as naive
 from scipy.spatial import cKDTree
 
 from teamsight.world.arena import Arena, Box, Disc, Torus

@@ -147,7 +147,7 @@ def test_a_private_folder_is_removed_at_the_end_of_its_process(places: Path) -> 
         PYTHONDONTWRITEBYTECODE="1",
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, cwd=Path(__file__).parents[2], capture_output=True, text=True
+        [sys.executable, "-c", code], env=environment, cwd=Path(__file__).parents[4], capture_output=True, text=True
     )
     folder, existed = done.stdout.split()
     assert existed == "True", done.stderr

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import naive_learners
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import learners as naive_learners
 
 from teamsight.policies import SheppardLazyQ, check_policy
 from teamsight.policies.check import sample_percept

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import naive_lazy
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import lazy as naive_lazy
 
 from teamsight.core.kernel import Entry, array_at
 from teamsight.policies.memory import LazyMemory

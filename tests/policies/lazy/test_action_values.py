@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import naive_learners
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import learners as naive_learners
 
 from teamsight.policies.lazy.action_values import next_matches, utility
 from teamsight.policies.memory import LazyMemory

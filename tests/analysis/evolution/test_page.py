@@ -11,7 +11,7 @@ from teamsight.analysis.evolution.compare import WORST
 from teamsight.analysis.evolution.page import page
 from teamsight.policies.evolved.policy import made
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def test_the_page_is_that_of_its_table() -> None:

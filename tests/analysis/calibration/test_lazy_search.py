@@ -30,7 +30,7 @@ from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies import LazyQ
 from teamsight.policies.lazy.lazy_q import shipped
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[3] / "docs"
 FEW = Grid((5, 30), (2.0, 8.0))
 
 

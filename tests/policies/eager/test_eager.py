@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import naive_eager as naive
 import numpy as np
 import pytest
+from naive import eager as naive
 
 from teamsight import CMOMMT
 from teamsight.agents.recording.explore import explore

@@ -6,11 +6,11 @@ import math
 import pickle
 from typing import Any
 
-import naive_learners
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import learners as naive_learners
 
 from teamsight.policies import LazyQ, PessimisticLazyQ, check_policy
 from teamsight.policies.check import sample_percept

@@ -7,9 +7,9 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
-import naive
 import numpy as np
 
+from naive import paper as naive
 from teamsight.policies.evolved.layout import BLOCKS
 
 TRACKING = SimpleNamespace(tracks=16, predictive=1.6, decay=6.0, reported_decay=6.0)

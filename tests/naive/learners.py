@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import naive_lazy
+from naive import lazy as naive_lazy
 
 Numbers = Sequence[float]
 

@@ -176,7 +176,7 @@ def test_300_interrupts_at_any_moment_are_raised_and_never_in_the_middle() -> No
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        cwd=Path(__file__).parents[2],
+        cwd=Path(__file__).parents[3],
     )
     assert process.stdout is not None
     assert process.stderr is not None

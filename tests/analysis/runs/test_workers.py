@@ -76,7 +76,7 @@ def start(folder: Path, job: str) -> tuple[subprocess.Popen[str], list[int]]:
     """Start a program with two workers in a group of processes of its own; return it and their ids."""
     script = folder / "long.py"
     script.write_text(_LONG.format(tests=str(Path(__file__).parent), job=job))
-    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[2]))
+    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[3]))
     process = subprocess.Popen(
         [sys.executable, str(script)],
         stdout=subprocess.PIPE,
@@ -127,7 +127,7 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
         "            print(*(line for line in status.splitlines() if line.startswith('SigBlk')))\n"
         "    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))\n"
     )
-    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[2]))
+    environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[3]))
     found = subprocess.run(
         [sys.executable, str(script)], capture_output=True, text=True, env=environment, timeout=120, check=True
     )

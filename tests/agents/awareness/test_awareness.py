@@ -6,11 +6,11 @@ import copy
 import math
 from typing import Any
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from naive import paper as naive
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.awareness import (

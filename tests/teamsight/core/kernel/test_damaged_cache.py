@@ -17,7 +17,7 @@ import pytest
 
 from teamsight.core.kernel import entry as kernel_entry
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[4]
 
 
 def entry(number: int) -> kernel_entry.Entry:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from naive import paper as naive
 
 from teamsight.policies.handmade.forces import attraction, repulsion
 

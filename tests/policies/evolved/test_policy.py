@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from naive_evolved import EvolvedRobot
+from naive.evolved import EvolvedRobot
 
 from teamsight import CMOMMT
 from teamsight.policies.evolved import Evolved

@@ -1,0 +1,1 @@
+"""Slow twins: what kernels compute, written like the sentences of the paper."""
