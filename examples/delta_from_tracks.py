@@ -23,7 +23,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tracks.csv"
         record(path)
-        report = from_trajectories.delta_from_tracks(from_trajectories.read_tracks(path), awareness_range=1.0, risk=0.05, window=100)
+        report = from_trajectories.delta_from_tracks(
+            from_trajectories.read_tracks(path), awareness_range=1.0, risk=0.05, window=100
+        )
     print(report)
     print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
 

@@ -197,10 +197,14 @@ def _run(
     for part, value in percept._asdict().items():
         if isinstance(value, tuple):
             seen = zip(NeighbourList._fields, value, strict=True)
-            parts.append(NeighbourList(*(fences.put(f"percept.{part}.{n}", array, read_only=True) for n, array in seen)))
+            parts.append(
+                NeighbourList(*(fences.put(f"percept.{part}.{n}", array, read_only=True) for n, array in seen))
+            )
         else:
             parts.append(fences.put(f"percept.{part}", value, read_only=True))
-    after = PolicyState(*(fences.put(f"arrays.state.{n}", array) for n, array in zip(PolicyState._fields, memory, strict=True)))
+    after = PolicyState(
+        *(fences.put(f"arrays.state.{n}", array) for n, array in zip(PolicyState._fields, memory, strict=True))
+    )
     size = len(percept.heading)
     blank = np.full((size, 3), _UNWRITTEN).view(np.float64)
     action = Action(fences.put("action.heading", blank[:, :2]), fences.put("action.distance", blank[:, 2]))

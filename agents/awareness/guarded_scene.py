@@ -50,7 +50,9 @@ _ARRAYS = [
 
 
 @inlined
-def _neighbour_list(size: int, room: int, start: int, identity: int, offset: int, distance: int, number: int) -> NeighbourList:
+def _neighbour_list(
+    size: int, room: int, start: int, identity: int, offset: int, distance: int, number: int
+) -> NeighbourList:
     return NeighbourList(
         guarded_at(start, size + 1, np.int64, number),
         guarded_at(identity, room, np.int64, number + 1),
@@ -71,7 +73,15 @@ def _scene_at(s: Any) -> Scene:
         _neighbour_list(
             n, targets, s.targets_start, s.targets_identity, s.targets_offset, s.targets_distance, 1 + READ_ONLY
         ),
-        _neighbour_list(n, teammates, s.teammates_start, s.teammates_identity, s.teammates_offset, s.teammates_distance, 5 + READ_ONLY),
+        _neighbour_list(
+            n,
+            teammates,
+            s.teammates_start,
+            s.teammates_identity,
+            s.teammates_offset,
+            s.teammates_distance,
+            5 + READ_ONLY,
+        ),
         guarded_at(s.place, teammates, np.int64, 20 + READ_ONLY),
         s.first,
         guarded_at(s.team, (s.team_groups, 8), np.int64, 21 + READ_ONLY),

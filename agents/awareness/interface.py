@@ -60,7 +60,7 @@ class Awareness(ABC):
     shows_teammates : bool
         Whether the policy perceives every teammate in range, with identity and exact offset.
     perceive : kernel or None
-        ``perceive(scene, parameters, teammates, relayed)`` writes what the policy is shown instead: sightings of teammates
+        ``perceive(scene, parameters, teammates, relayed)`` writes what the policy is shown instead: teammates
         (unless `shows_teammates`) and relayed. It returns how many entries the longer of them needs, which may be more
         than there is room for; it is then called again with more room. None when nothing is to be written.
     situate : kernel

@@ -86,7 +86,16 @@ def sample_scene(
     mine = slice(first[group], first[group + 1])
     teammates, place = _neighbour_list(robots[mine], aware[mine], robots, who, own=int(first[group]))
     return Sample(
-        heading[mine], reach[mine], aware[mine], groups[group][3], teammates, place, int(first[group]), groups, who, what
+        heading[mine],
+        reach[mine],
+        aware[mine],
+        groups[group][3],
+        teammates,
+        place,
+        int(first[group]),
+        groups,
+        who,
+        what,
     )
 
 

@@ -1,4 +1,4 @@
-"""``python -m teamsight.analysis.calibration.tune_lazy``: search the open constants of lazy learning, and write table and page.
+"""Search the open constants of lazy learning, and write table and page.
 
 What is chosen is copied by hand into the defaults of `LazyLearner` and of `Exploration`, the exploration of the chosen
 seed is shipped, and the seeds of other settings stand in `lazy_teams.SEEDS`: defaults are decisions, not by-products.
@@ -47,7 +47,8 @@ def page(found: pd.DataFrame) -> str:
         "The paper gives the size of the exploration (5 robots × 120 steps among 10 targets, 600 pairs), the reward "
         "(+1, −1, 0) and the algorithm, and leaves everything else open: the arena that is explored and how fast, k, "
         "γ, how often Q is computed over, whose targets are rewarded, and which of all possible explorations it was. "
-        "This page searches them. Made by `python -m teamsight.analysis.calibration.tune_lazy`; every trial is a row of "
+        "This page searches them. Made by `python -m teamsight.analysis.calibration.tune_lazy`; "
+        "every trial is a row of "
         "[lazy-search.parquet](lazy-search.parquet).",
         "A trial explores, makes the cooperative and the collective learner, and runs each once at "
         f"N = {_listed(lazy_search.GRID.robots)}, R = {_listed(lazy_search.GRID.radius)} on common noise, at the "

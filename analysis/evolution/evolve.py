@@ -1,4 +1,4 @@
-"""``python -m teamsight.analysis.evolution.evolve``: shape the learned rule (``train``), or measure the one shipped (``test``).
+"""Shape the learned rule (``train``), or measure the one shipped (``test``).
 
 What ``train`` finds is copied by hand to ``policies/learned/constants.json``: which rule is shipped is a decision, not
 a by-product.
@@ -96,7 +96,9 @@ def _save(folder: Path, evolution: Evolution, generation: Generation) -> None:
     files.write_json(folder / "constants.json", to_json(generation.mean, about), force=True)
 
 
-def _test(constants: Path | None, trained: Path | None, folder: Path, runs: int, pool: WorkerPool, bar: Progress) -> None:
+def _test(
+    constants: Path | None, trained: Path | None, folder: Path, runs: int, pool: WorkerPool, bar: Progress
+) -> None:
     learned = Evolved.load(constants) if constants else Evolved()
     task = bar.add_task("screening A-CMOMMT")
     screened = compare.screen(pool, _SCREEN_RUNS, _watch(bar, task))

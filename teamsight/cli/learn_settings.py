@@ -20,7 +20,7 @@ _SAMPLES = (38_400,) * 9
 
 
 def _among(field: str, registry: str) -> Any:
-    """Return a validator of names in a registry of `teamsight.analysis.learning.learners`: one, or with commas between them."""
+    """Return a validator of names in a registry of `learners.py`: one, or with commas between them."""
 
     def check(value: Any, info: ValidationInfo) -> Any:
         from teamsight.analysis.learning import learners

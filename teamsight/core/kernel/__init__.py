@@ -15,5 +15,6 @@ from teamsight.core.kernel.entry import Entry, specialise
 from teamsight.core.kernel.intrinsics import array_at, below_64, call, near_eight, ones, scratch
 
 __all__ = [
-    "Entry", "array_at", "below_64", "call", "inlined", "kernel", "near_eight", "ones", "plain", "scratch", "specialise",
+    "Entry", "array_at", "below_64", "call", "inlined", "kernel", "near_eight", "ones", "plain", "scratch",
+    "specialise",
 ]  # fmt: skip

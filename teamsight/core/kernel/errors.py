@@ -127,7 +127,10 @@ def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | N
         what = f"the kernel is a plain {kind}; decorate it with @kernel from teamsight.core.kernel"
         return what, _first_kernel(entry)
     if kind == "function":
-        return f"'{name}' is a plain Python function; decorate it with @kernel or @inlined from teamsight.core.kernel", None
+        return (
+            f"'{name}' is a plain Python function; decorate it with @kernel or @inlined from teamsight.core.kernel",
+            None,
+        )
     return f"'{name}' is of the type {kind}; kernels can use numbers, tuples of numbers, NumPy arrays and kernels", None
 
 
@@ -189,7 +192,9 @@ def _simple(kinds: str) -> str:
     kinds = re.sub(r"(?:Uni)?Tuple\([^()]*\)", "tuple", kinds)
     # The fields of tuples of arrays are many, and not what is wrong.
     for _ in range(3):
-        kinds = re.sub(r"\b(Percept|PolicyArrays|PolicyState|Action|NeighbourList|Scene)\((?:[^()]|\([^()]*\))*\)", r"\1", kinds)
+        kinds = re.sub(
+            r"\b(Percept|PolicyArrays|PolicyState|Action|NeighbourList|Scene)\((?:[^()]|\([^()]*\))*\)", r"\1", kinds
+        )
     kinds = re.sub(r"\barray\((\w+), (\d)d, \w\)", r"array(\1, \2d)", kinds)
     return kinds.replace("unicode_type", "str")
 
