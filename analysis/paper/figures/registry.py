@@ -15,7 +15,7 @@ from teamsight.analysis.plot.style import to_png
 
 def _tell_learned(cells: pd.DataFrame) -> str:
     """Return what Fig. 11 comes to: the colours do not tell, and the paper's surface is another."""
-    return f"awareness adds to what is learned {tell_gain(cells, 'evolved')}; other explorations: docs/lazy-search.md"
+    return f"awareness adds to what is learned {tell_gain(cells, 'learned')}; other explorations: docs/lazy-search.md"
 
 
 _FIGURES: tuple[Figure, ...] = (
