@@ -48,7 +48,7 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
         pool,
-        [Request(setting, [experiment]) for setting in settings],
+        [Request({"policy_options": options}, [experiment]) for options in settings],
         root=SCREEN,
         runs=runs,
         steps=STEPS,
@@ -80,7 +80,7 @@ def compare(
         for name, policy in policies.items()
     ]
     rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    request = Request(dict(strongest), [*experiments, rival])
+    request = Request({"policy_options": dict(strongest)}, [*experiments, rival])
     (tables,) = make_tables(pool, [request], root=root, runs=runs, steps=STEPS, progress=watch)
     return {name: paired(tables[name], tables["strongest"]) for name in policies}
 
