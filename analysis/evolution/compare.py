@@ -18,7 +18,8 @@ from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.handmade.idle import BEHAVIOURS
 
-RULES_OF_A_CMOMMT = ("search", "search_when", "weights")
+#: Options of A-CMOMMT by their column.
+RULES_OF_A_CMOMMT = {"search": "idle", "search_when": "idle_when", "weights": "weights"}
 #: No cell's interval may lie wholly below this [percentage points].
 WORST = -2.0
 
@@ -36,6 +37,11 @@ class Gain(NamedTuple):
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 
+def options_of(setting: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the policy options of a setting of A-CMOMMT, given by the names of columns."""
+    return {option: setting[column] for column, option in RULES_OF_A_CMOMMT.items()}
+
+
 def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None) -> pd.DataFrame:
     """Return what each setting of A-CMOMMT under pairwise awareness observes over the grid, the strongest first.
 
@@ -48,7 +54,7 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
         pool,
-        [Request(setting, [experiment]) for setting in settings],
+        [Request({"policy_options": options_of(setting)}, [experiment]) for setting in settings],
         root=SCREEN,
         runs=runs,
         steps=STEPS,
@@ -80,7 +86,7 @@ def compare(
         for name, policy in policies.items()
     ]
     rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    request = Request(dict(strongest), [*experiments, rival])
+    request = Request({"policy_options": options_of(strongest)}, [*experiments, rival])
     (tables,) = make_tables(pool, [request], root=root, runs=runs, steps=STEPS, progress=watch)
     return {name: paired(tables[name], tables["strongest"]) for name in policies}
 

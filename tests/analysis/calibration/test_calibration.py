@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from teamsight.agents.cmommt import DEFAULTS
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS
 from teamsight.analysis.calibration import calibration
 from teamsight.analysis.calibration.calibrate import page
 from teamsight.analysis.calibration.calibration import OPEN_CLAIMS, PARAMETERS
@@ -105,7 +105,9 @@ def test_the_search_judges_the_best_again_and_the_defaults() -> None:
 
 
 def test_the_defaults_are_those_of_the_model() -> None:
-    assert tuple(DEFAULTS[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
+    policy = CMOMMT(rng=1).policy
+    defaults = DEFAULTS | {"search": policy.idle, "search_when": policy.idle_when, "weights": policy.weights}
+    assert tuple(defaults[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
 
 
 def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
