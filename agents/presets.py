@@ -12,6 +12,6 @@ PRESETS: dict[str, dict[str, Any]] = {
         "robot_speed": 0.2,
         "target_speed": 0.1,
         "uniform_target_speed": False,
-        "policy_options": {"search": "stay", "search_when": "no-force", "weights": "nearest"},
+        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest"},
     }
 }

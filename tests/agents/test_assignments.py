@@ -165,17 +165,17 @@ def test_targets_that_come_to_evade_sense_the_robots() -> None:
 
 
 def test_names_that_are_set_stand_for_what_they_stand_for_in_the_constructor() -> None:
-    model = CMOMMT(awareness="ring", delta=8, policy_options={"search": "stay"}, rng=1)
+    model = CMOMMT(awareness="ring", delta=8, policy_options={"idle": "stay"}, rng=1)
     model.awareness = "pairwise"
     model.awareness = "ring"
     assert model.robots.awareness == RingAwareness(8)
     assert model.delta == 8
     model.policy = "centroid"
-    assert model.robots.policy == Centroid(search="stay")
+    assert model.robots.policy == Centroid(idle="stay")
     model.policy = "random-walk"
     model.policy = "a-cmommt"
-    assert model.robots.policy == ACmommt(search="stay")
-    assert model.policy_options == {"search": "stay"}
+    assert model.robots.policy == ACmommt(idle="stay")
+    assert model.policy_options == {"idle": "stay"}
     model.awareness = RingAwareness(5)
     assert model.delta == 5
     for name in ("preset", "seed"):

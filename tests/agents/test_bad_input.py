@@ -49,10 +49,10 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are none, pairwise, ring, shared"),
     ({"awareness": RingAwareness}, r"awareness=RingAwareness: is a class; give an object"),
     ({"awareness": 16}, r"awareness=16: is no degree of awareness; give one, such as PairwiseAwareness\(\), or one of none, ring, pairwise, shared"),
-    ({"policy_options": {"search": "wonder"}}, r"search='wonder': unknown; did you mean 'wander'"),
+    ({"policy_options": {"idle": "wonder"}}, r"idle='wonder': unknown; did you mean 'wander'"),
     ({"policy_options": {"weights": "nearst"}}, r"weights='nearst': unknown; did you mean 'nearest'"),
-    ({"policy_options": {"weigths": "none"}}, r"policy_options: 'a-cmommt' has no option 'weigths'; did you mean 'weights'\? its options are search"),
-    ({"policy": "centroid", "policy_options": {"weights": "none"}}, r"policy_options: 'centroid' has no option 'weights'; its options are search"),
+    ({"policy_options": {"weigths": "none"}}, r"policy_options: 'a-cmommt' has no option 'weigths'; did you mean 'weights'\? its options are idle"),
+    ({"policy": "centroid", "policy_options": {"weights": "none"}}, r"policy_options: 'centroid' has no option 'weights'; its options are idle"),
     ({"policy": "stationary", "policy_options": {3: 3}}, r"policy_options: 'stationary' has no option 3; it has no options"),
     ({"policy_options": "stay"}, r"policy_options='stay': must be a mapping"),
     ({"policy": Stationary(), "policy_options": {"weights": "none"}}, r"policy_options=.*policy=Stationary\(\) is an object"),
@@ -150,7 +150,7 @@ def test_a_group_that_cannot_be(settings: dict[str, Any], message: str) -> None:
 
 
 POLICIES: list[tuple[Any, dict[str, Any], str]] = [
-    (ACmommt, {"search": "redrawn"}, r"search='redrawn': unknown; did you mean 'redraw'"),
+    (ACmommt, {"idle": "redrawn"}, r"idle='redrawn': unknown; did you mean 'redraw'"),
     (ACmommt, {"weights": 1}, r"weights=1: unknown"),
     (ACmommt, {"shared_weight": 1.1}, r"shared_weight=1\.1: must be a finite number, at least 0 and at most 1"),
     (ACmommt, {"teammate_loss": nan}, r"teammate_loss=nan"),
@@ -162,7 +162,7 @@ POLICIES: list[tuple[Any, dict[str, Any], str]] = [
     (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
     (ACmommt, {"tracks": -1}, r"tracks=-1: must be at least 0"),
     (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),
-    (Centroid, {"search": None}, r"search=None: unknown"),
+    (Centroid, {"idle": None}, r"idle=None: unknown"),
     (RandomWalk, {"turn_probability": 1.01}, r"turn_probability=1\.01: must be a finite number, at least 0 and at most 1"),
     (RandomWalk, {"turn_probability": "often"}, r"turn_probability='often': must be a number"),
     (RandomWalk, {"turn_range": 4}, r"turn_range=4\.0: must be a finite number"),

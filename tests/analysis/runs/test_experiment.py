@@ -58,13 +58,13 @@ def test_the_treatment_leaves_seeds_alone_and_a_new_setting_changes_no_other() -
 
 
 def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
-    setting = {"robot_speed": 0.2, "policy_options": {"search": "stay", "weights": "none"}}
+    setting = {"robot_speed": 0.2, "policy_options": {"idle": "stay", "weights": "none"}}
     given_to = {
         name: Experiment("x", {"policy": name}, ((1, 1.0),)).parameters(setting)
         for name in ("a-cmommt", "centroid", "random-walk")
     }
-    assert given_to["a-cmommt"]["policy_options"] == {"search": "stay", "weights": "none"}
-    assert given_to["centroid"]["policy_options"] == {"search": "stay"}
+    assert given_to["a-cmommt"]["policy_options"] == {"idle": "stay", "weights": "none"}
+    assert given_to["centroid"]["policy_options"] == {"idle": "stay"}
     assert given_to["random-walk"] == {"policy": "random-walk", "robot_speed": 0.2}
     of_an_object = Experiment("x", {"policy": ACmommt()}, ((1, 1.0),)).parameters(setting)
     assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
