@@ -127,8 +127,8 @@ def _effects_table(screened: pd.DataFrame) -> str:
         "robot_speed",
         "target_speed / robot_speed",
         "uniform_target_speed",
-        "search",
-        "search_when",
+        "idle",
+        "idle_when",
         "weights",
     ):
         for value, rows in table.groupby(name, sort=False):

@@ -29,7 +29,7 @@ WEIGHTS = ("nearest", "shared", "per-teammate", "none")
 #: The claims that a setting can change: those that rest on simulation. Learned behaviour has open constants of its own,
 #: and a search of its own (docs/lazy-search.md): it has no say in how fast robots are.
 OPEN_CLAIMS = tuple(claim for claim in CLAIMS if claim.needs and not LEARNED & set(claim.needs))
-OPTIONS = ("search", "search_when", "weights")
+OPTIONS = ("idle", "idle_when", "weights")
 PARAMETERS = ("robot_speed", "target_speed", "uniform_target_speed", *OPTIONS)
 
 # One claim that is far off shall not outweigh all others.

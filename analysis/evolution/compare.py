@@ -18,8 +18,7 @@ from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.handmade.idle import BEHAVIOURS
 
-#: Options of A-CMOMMT by their column.
-RULES_OF_A_CMOMMT = {"search": "idle", "search_when": "idle_when", "weights": "weights"}
+RULES_OF_A_CMOMMT = ("idle", "idle_when", "weights")
 #: No cell's interval may lie wholly below this [percentage points].
 WORST = -2.0
 
@@ -48,7 +47,7 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     Returns
     -------
     DataFrame
-        Columns search, search_when, weights, observed [%].
+        Columns idle, idle_when, weights, observed [%].
     """
     settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)

@@ -119,5 +119,5 @@ def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
 def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
     holds = {(0.1, "stay", -2): {"acmommt-full", "range-gain"}, (0.2, "wander", -2): {"acmommt-r10"}}
     text = page(pd.concat([assessed(holds, "screen"), assessed(holds)], ignore_index=True))
-    assert "`robot_speed=0.1`, `target_speed=0.05`, `uniform_target_speed=False`, `search='stay'`" in text
+    assert "`robot_speed=0.1`, `target_speed=0.05`, `uniform_target_speed=False`, `idle='stay'`" in text
     assert "- acmommt-full and acmommt-r10" in text
