@@ -67,7 +67,7 @@ def candidates() -> list[dict[str, Any]]:
 
 def model_setting(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keyword parameters of CMOMMT for the values of `PARAMETERS`; `OPTIONS` are policy options."""
-    options = {"idle": values["search"], "idle_when": values["search_when"], "weights": values["weights"]}
+    options = {name: values[name] for name in OPTIONS}
     return {**{name: values[name] for name in PARAMETERS if name not in OPTIONS}, "policy_options": options}
 
 

@@ -36,11 +36,6 @@ class Gain(NamedTuple):
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 
-def options_of(setting: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the policy options of a setting of A-CMOMMT, given by the names of columns."""
-    return {option: setting[column] for column, option in RULES_OF_A_CMOMMT.items()}
-
-
 def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None) -> pd.DataFrame:
     """Return what each setting of A-CMOMMT under pairwise awareness observes over the grid, the strongest first.
 
@@ -53,7 +48,7 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
         pool,
-        [Request({"policy_options": options_of(setting)}, [experiment]) for setting in settings],
+        [Request({"policy_options": options}, [experiment]) for options in settings],
         root=SCREEN,
         runs=runs,
         steps=STEPS,
@@ -85,7 +80,7 @@ def compare(
         for name, policy in policies.items()
     ]
     rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    request = Request({"policy_options": options_of(strongest)}, [*experiments, rival])
+    request = Request({"policy_options": dict(strongest)}, [*experiments, rival])
     (tables,) = make_tables(pool, [request], root=root, runs=runs, steps=STEPS, progress=watch)
     return {name: paired(tables[name], tables["strongest"]) for name in policies}
 

@@ -106,7 +106,7 @@ def test_the_search_judges_the_best_again_and_the_defaults() -> None:
 
 def test_the_defaults_are_those_of_the_model() -> None:
     policy = CMOMMT(rng=1).policy
-    defaults = DEFAULTS | {"search": policy.idle, "search_when": policy.idle_when, "weights": policy.weights}
+    defaults = DEFAULTS | {name: getattr(policy, name) for name in calibration.OPTIONS}
     assert tuple(defaults[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
 
 
