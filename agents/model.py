@@ -25,7 +25,7 @@ from teamsight.agents.state import Stateful
 from teamsight.agents.stepping import Stepping
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.policies.interface import PerceptOfOne
+from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
 from teamsight.world.limits import Limits

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.binding import SCENE, perceive_entry, situate_entry
-from teamsight.policies.interface import NeighbourList, no_neighbours
+from teamsight.policies.interface import NeighbourList, Policy, no_neighbours
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -106,7 +106,7 @@ class Perception:
                 self.shown = _room_for(size, self.room)
             self.relayed = _room_for(size, self.room)
         self._width = sum(awareness.width(max(sum(map(len, team)), 1)))
-        self.is_situated = bool(getattr(group.policy, "inputs", 0))
+        self.is_situated = isinstance(group.policy, Policy) and group.policy.inputs > 0
         # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
         self.situation = np.zeros((size, self._width if self.is_situated else 0), np.float32)
         self._situated_at = None

@@ -9,6 +9,8 @@ from itertools import product
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
+from teamsight.policies.interface import Policy
+
 # What it costs a learner to compare two numbers of its memory, in steps of a middling world.
 _COMPARISON = 9e-5
 # Longest text of a setting where a run is described, in characters.
@@ -98,7 +100,9 @@ class Run:
         """
         robots, targets = int(self.parameters["robots"]), int(self.parameters["targets"])
         world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
-        return world + self.steps * robots * getattr(self.parameters.get("policy"), "effort", 0.0) * _COMPARISON
+        policy = self.parameters.get("policy")
+        effort = policy.effort if isinstance(policy, Policy) else 0
+        return world + self.steps * robots * effort * _COMPARISON
 
     def describe(self) -> str:
         """Return the settings on one line; a long one, such as that of a policy, is cut."""

@@ -76,6 +76,11 @@ class RandomWalk(CompiledPolicy):
         checks.flag("random_distance", self.random_distance)
 
     @property
+    def is_sound(self) -> bool:
+        # It copies headings and speeds or makes headings from noise; a subclass may have another kernel.
+        return type(self).kernel is _walk
+
+    @property
     def draws(self) -> int:
         if self.random_distance:
             return 3

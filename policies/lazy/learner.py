@@ -88,7 +88,7 @@ class LazyLearner(CompiledPolicy):
 
     memory: LazyMemory
     reward: Reward = own_reward
-    inputs: int | None = None
+    inputs: int = None  # type: ignore[assignment]  # None means all; a number from here on
     k: int = 10
     discount: float = 0.7
     sweeps: int = 10
@@ -118,7 +118,7 @@ class LazyLearner(CompiledPolicy):
     @property
     def effort(self) -> int:
         """How many numbers a decision of one robot compares."""
-        return len(self.memory) * (self.inputs or 0)
+        return len(self.memory) * self.inputs
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
