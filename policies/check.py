@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import compiled
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
-from teamsight.policies.interface import Action, NeighbourList, Percept, Policy
+from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule, percept_of_one
 
 # A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.

@@ -8,29 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.neighbour_list import NeighbourList
+
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-class NeighbourList(NamedTuple):
-    """Who is seen, grouped by the robot that sees.
-
-    Attributes
-    ----------
-    start : ndarray, shape (n + 1,), int64
-        Robot i sees the entries from ``start[i]`` up to, not including, ``start[i + 1]``.
-    identity : ndarray, shape (k,), int64
-        Who is seen; −1 where the degree of awareness hides it. Ascending for each robot where it is shown.
-    offset : ndarray, shape (k, 2), float64
-        From the robot to what it sees, along the arena's axes [length].
-    distance : ndarray, shape (k,), float64
-        The length of `offset` [length].
-    """
-
-    start: Integers
-    identity: Integers
-    offset: Floats
-    distance: Floats
 
 
 class Percept(NamedTuple):
@@ -116,47 +97,32 @@ class PolicyArrays(NamedTuple):
 class Policy(ABC):
     """A rule that maps percepts to actions: the base class of all policies.
 
-    A subclass implements `decide`. It overrides `start` if robots keep state between decisions, and any of the
-    declarations below whose default is wrong for it, as a class attribute or a property. For full speed, derive from
-    `CompiledPolicy`.
+    A subclass implements `decide`. It overrides `start` if robots keep state between decisions, and each attribute
+    whose default is wrong for it. For full speed, derive from `CompiledPolicy`.
+
+    Attributes
+    ----------
+    draws : int, default 0
+        Uniform random numbers that each robot needs per decision.
+    inputs : int, default 0
+        Width of the situation vector that the policy reads; 0 if it reads none. A world whose degree of awareness has
+        another width refuses the policy.
+    degree : str or None, default None
+        Name of the only degree of awareness under which the policy works. Learners declare it, because situations of
+        equal width can mean different things.
+    needs : tuple of str, default ()
+        Fields of the percept without which the policy is useless: "targets", "teammates", "relayed". A world whose
+        degree of awareness never fills them refuses the policy.
+    effort : int, default 0
+        Numbers that a decision of one robot compares, for policies that search a table. Runs are distributed over
+        workers by it.
     """
 
-    @property
-    def draws(self) -> int:
-        """Uniform random numbers that each robot needs per decision. Default: 0."""
-        return 0
-
-    @property
-    def inputs(self) -> int:
-        """Width of the situation vector that the policy reads; 0, the default, if it reads none.
-
-        A world whose degree of awareness has another width refuses the policy.
-        """
-        return 0
-
-    @property
-    def degree(self) -> str | None:
-        """Name of the only degree of awareness under which the policy works; None, the default, for any.
-
-        Learners declare it, because situations of equal width can mean different things.
-        """
-        return None
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """Fields of the percept without which the policy is useless: "targets", "teammates", "relayed". Default: none.
-
-        A world whose degree of awareness never fills them refuses the policy.
-        """
-        return ()
-
-    @property
-    def effort(self) -> int:
-        """Numbers that a decision of one robot compares, for policies that search a table. Default: 0.
-
-        Long runs are distributed over workers by it.
-        """
-        return 0
+    draws: int = 0
+    inputs: int = 0
+    degree: str | None = None
+    needs: tuple[str, ...] = ()
+    effort: int = 0
 
     def remedy(self, degree: str, width: int) -> str:
         """Return how the policy could be changed to fit situations of this degree and width; "" if it cannot."""
@@ -184,9 +150,6 @@ class Policy(ABC):
         """
 
 
-def no_neighbours(size: int) -> NeighbourList:
-    """Return the sightings of `size` robots that see nothing."""
-    return NeighbourList(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
 
 
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:

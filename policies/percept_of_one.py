@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.policies.interface import Floats, Integers, NeighbourList, Percept
+from teamsight.core.neighbour_list import NeighbourList
+from teamsight.policies.interface import Floats, Integers, Percept
 
 
 class NeighboursOfOne(NamedTuple):
@@ -67,7 +68,8 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         If a field has a wrong type or shape, or its arrays differ in length, so that a kernel would read beyond them.
     """
     if not isinstance(percept, PerceptOfOne):
-        raise TypeError(f"percept={type(percept).__name__}: must be a PerceptOfOne; change fields with percept._replace(…)")
+        kind = type(percept).__name__
+        raise TypeError(f"percept={kind}: must be a PerceptOfOne; change fields with percept._replace(…)")
     situation = np.asarray(percept.situation, np.float32)
     if situation.ndim != 1:
         raise ValueError(f"percept.situation: has the shape {situation.shape}; it must be (width,)")

@@ -81,7 +81,7 @@ class RandomWalk(CompiledPolicy):
         return type(self).kernel is _walk
 
     @property
-    def draws(self) -> int:
+    def draws(self) -> int:  # type: ignore[override]
         if self.random_distance:
             return 3
         return 2 if self.turn_probability < 1 else 1

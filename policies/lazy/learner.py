@@ -13,7 +13,7 @@ from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
-from teamsight.policies.lazy.action_values import components, degree_of, utility
+from teamsight.policies.lazy.action_values import components, degree_of, remedy, utility
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.transitions import MOST
 from teamsight.policies.rewards import Reward, name_of, own_reward
@@ -111,18 +111,21 @@ class LazyLearner(CompiledPolicy):
         return {name: getattr(self, name) for name in ("inputs", "k", "discount", "sweeps")}
 
     @property
-    def degree(self) -> str | None:
+    def degree(self) -> str | None:  # type: ignore[override]
         """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
         return degree_of(self.memory, self.inputs)
 
     @property
-    def effort(self) -> int:
+    def effort(self) -> int:  # type: ignore[override]
         """How many numbers a decision of one robot compares."""
         return len(self.memory) * self.inputs
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
         return self.memory.table
+
+    def remedy(self, degree: str, width: int) -> str:
+        return remedy(self.memory, self.inputs, degree, width)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)
