@@ -150,3 +150,9 @@ def test_worlds_are_closed_also_when_a_run_fails() -> None:
     with pytest.raises(JobError, match=r"wrong \(in the run steps=1, rng=2\)"):
         run_all([Run({}, seed, 1, measure, Model) for seed in range(4)])  # type: ignore[arg-type]
     assert closed == [0, 1, 2]
+
+
+def test_a_chunk_is_described_without_the_contents_of_its_policies() -> None:
+    described = simulate._describe([Run({"robots": 2, "policy": "x" * 5000}, seed, 1) for seed in range(3)])
+    assert described.startswith("3 jobs, the first of which is the run robots=2, policy=xxx")
+    assert len(described) < 200
