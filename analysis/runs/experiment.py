@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -15,18 +14,6 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
-
-# The settings that each policy has among those that calibration varies. Without the others, equal runs have equal
-# keys, and are made once.
-_POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
-    {
-        "a-cmommt": frozenset({"search", "search_when", "weights"}),
-        "centroid": frozenset({"search"}),
-        "random-walk": frozenset(),
-        "stationary": frozenset(),
-    }
-)
-_POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
 class Grid(NamedTuple):
@@ -75,11 +62,15 @@ class Experiment:
     replicates: int = 1
 
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the treatment under `setting`, without the options that its policy does not have."""
-        policy = self.treatment["policy"]
-        listens = _POLICY_SETTINGS.get(policy, _POLICY_ONLY) if isinstance(policy, str) else frozenset[str]()
-        kept = {name: value for name, value in setting.items() if name not in _POLICY_ONLY or name in listens}
-        return kept | dict(self.treatment)
+        """Return the treatment under `setting`, without the policy options that its policy does not have.
+
+        Runs that differ only in such options have equal keys, and are made once.
+        """
+        from teamsight.agents.resolve import shared_options
+
+        found = {**setting, **self.treatment}
+        options = shared_options(self.treatment["policy"], found.pop("policy_options", {}))
+        return found | ({"policy_options": options} if options else {})
 
     def rows(
         self, setting: Mapping[str, Any], root: int, runs: int, steps: int

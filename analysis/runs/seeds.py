@@ -38,8 +38,11 @@ def root(purpose: str) -> int:
 def canonical(value: Any) -> str:
     """Return one text for equal values of any type: 2, 2.0 and NumPy's 2 give the same.
 
-    Whole numbers are written as integers, other numbers exactly in hexadecimal, everything else by ``repr``.
+    Whole numbers are written as integers, other numbers exactly in hexadecimal, mappings in the order of their keys,
+    everything else by ``repr``.
     """
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
     if isinstance(value, bool):
         return repr(value)
     if isinstance(value, Integral):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment
 from teamsight.analysis.runs.run import Run, outcome
+from teamsight.policies import ACmommt
 
 
 def test_the_treatment_leaves_seeds_alone_and_a_new_setting_changes_no_other() -> None:
@@ -17,14 +18,16 @@ def test_the_treatment_leaves_seeds_alone_and_a_new_setting_changes_no_other() -
 
 
 def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
-    setting = {"robot_speed": 0.2, "search": "stay", "weights": "none"}
+    setting = {"robot_speed": 0.2, "policy_options": {"idle": "stay", "weights": "none"}}
     given_to = {
-        name: set(Experiment("x", {"policy": name}, ((1, 1.0),)).parameters(setting))
+        name: Experiment("x", {"policy": name}, ((1, 1.0),)).parameters(setting)
         for name in ("a-cmommt", "centroid", "random-walk")
     }
-    assert given_to["a-cmommt"] == {"policy", "robot_speed", "search", "weights"}
-    assert given_to["centroid"] == {"policy", "robot_speed", "search"}
-    assert given_to["random-walk"] == {"policy", "robot_speed"}
+    assert given_to["a-cmommt"]["policy_options"] == {"idle": "stay", "weights": "none"}
+    assert given_to["centroid"]["policy_options"] == {"idle": "stay"}
+    assert given_to["random-walk"] == {"policy": "random-walk", "robot_speed": 0.2}
+    of_an_object = Experiment("x", {"policy": ACmommt()}, ((1, 1.0),)).parameters(setting)
+    assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
 
 
 def test_a_sweep_runs_every_combination_on_the_same_scenario() -> None:
@@ -46,6 +49,8 @@ def test_runs_are_the_same_when_their_settings_are_equal() -> None:
     assert Run({"robots": 2, "radius": 2}, 1, 10).key == Run({"radius": 2.0, "robots": 2}, 1, 10).key
     keys = {Run({"robots": 2}, seed, steps, measure).key for seed in (1, 2) for steps in (10, 11) for measure in (outcome, repr)}
     assert len(keys) == 8
+    one, other = ({"policy_options": options} for options in ({"a": 1, "b": 2}, {"b": 2.0, "a": 1.0}))
+    assert Run(one, 1, 10).key == Run(other, 1, 10).key
 
 
 def test_a_run_with_a_long_policy_is_described_in_one_line() -> None:
