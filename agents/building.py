@@ -53,7 +53,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
     size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
-    policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
+    policy, awareness = plan.policy, awareness_of(plan.awareness)
     abilities = _abilities(plan, size, world.limits)
     placement = _placement(world.arena, plan.placement, size)
     founders = Founders(number, size, placement, float(abilities.sensing_range.max()))
@@ -184,7 +184,11 @@ def adjust(world: World, group: Group, **changes: Any) -> None:
     if "awareness" in given:
         awareness = awareness_of(given["awareness"])
     if "policy" in given:
-        policy = policy_of(given["policy"])
+        policy = policy_of(given["policy"], given.get("policy_options"))
+    elif "policy_options" in given:
+        raise ValueError(
+            f"policy_options={checks.shown(given['policy_options'])}: needs a policy by name; give policy too"
+        )
     try:
         group.rules = policy, awareness
         check_fit(group, team_of(world.groups, group))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +14,15 @@ from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
-from teamsight.agents.resolve import awareness_of, policy_of
+from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.robot import Robot
 from teamsight.agents.target import Target
 from teamsight.core import checks
-from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
-from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
-from teamsight.policies.handmade.idle import BEHAVIOURS
+from teamsight.policies import Evasive, Stationary
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
+from teamsight.world.starts import Starts
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -37,15 +37,15 @@ DEFAULTS: dict[str, Any] = {
     "target_speed": 0.075,
     "uniform_target_speed": False,
     "target_policy": "random-walk",
-    "search": "redraw",
-    "search_when": "no-force",
-    "weights": "nearest",
+    "policy_options": {},
+    "target_policy_options": {},
 }
 
 # Not None: a user who writes ``awareness=None`` means something, and is told what to write instead.
 NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
 
-_TARGET_TURN_PROBABILITY = 0.05
+# Options of targets' policies by name whose defaults are meant for robots.
+_TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
 
 
 class CMOMMT(World):
@@ -72,14 +72,12 @@ class CMOMMT(World):
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
     target_policy : str or Policy
         "random-walk", which turns with a probability of 5 % a step, "evasive", or an object.
-    search : {"redraw", "wander", "stay"}
-        What a robot does that has nothing to follow, under "a-cmommt" and "centroid".
-    search_when : {"no-force", "nothing-sensed"}
-        When an "a-cmommt" robot has nothing to follow.
-    weights : {"nearest", "shared", "per-teammate", "none"}
-        How "a-cmommt" weighs targets that teammates may monitor; see `ACmommt`.
+    policy_options, target_policy_options : mapping of str to object, optional
+        Options of a policy given by name, such as ``policy="a-cmommt", policy_options={"weights": "shared"}``; they are
+        the parameters of its class.
     preset : str, optional
-        "touzet2000" sets what calibration found and the caller did not give.
+        "touzet2000" sets what calibration found and the caller did not give. Its policy options are set for policies
+        that have them.
     rng, seed : int, optional
         The seed; two names for one thing.
 
@@ -112,34 +110,38 @@ class CMOMMT(World):
         target_speed: float = NOT_GIVEN,
         uniform_target_speed: bool = NOT_GIVEN,
         target_policy: Any = NOT_GIVEN,
-        search: str = NOT_GIVEN,
-        search_when: str = NOT_GIVEN,
-        weights: str = NOT_GIVEN,
+        policy_options: Mapping[str, Any] = NOT_GIVEN,
+        target_policy_options: Mapping[str, Any] = NOT_GIVEN,
         preset: str | None = None,
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
         given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not NOT_GIVEN}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
+        options = checked_options(given.pop("policy_options", None))
+        target_options = checked_options(given.pop("target_policy_options", None), "target_policy")
         self.settings: dict[str, Any] = {**DEFAULTS, **chosen, **given}
         plan = self.settings
-        rules = _policies(plan)
+        preset_options = plan["policy_options"]
+        plan["policy_options"], plan["target_policy_options"] = {**preset_options, **options}, target_options
+        rules = (
+            policy_of(plan["policy"], shared_options(plan["policy"], preset_options) | options),
+            _target_policy(plan["target_policy"], target_options),
+        )
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        arena = Disc(length("radius", plan["radius"]))
-        # Here already, so that errors name the parameters of this model.
-        self.limits = Limits(arena)
-        sensing, aware = (self.limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-        robot_speed, _ = (self.limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
-        super().__init__(arena, rng=rng, seed=seed)
+        numbers = checked_numbers(plan)
+        self.limits = numbers.limits
+        super().__init__(numbers.arena, rng=rng, seed=seed)
         self._robots = self.add(
-            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,
-            speed=robot_speed, placement="spread" if isinstance(rules[0], Stationary) else "uniform",
+            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
+            awareness_range=numbers.awareness_range, speed=numbers.robot_speed,
+            placement="spread" if isinstance(rules[0], Stationary) else "uniform",
         )  # fmt: skip
         self._targets = self.add(
             Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
-            sensing_range=sensing,
+            sensing_range=numbers.sensing_range,
         )  # fmt: skip
         self.senses(self.robots, self.targets)
         self._let_targets_sense()
@@ -155,7 +157,7 @@ class CMOMMT(World):
         """The targets."""
         return self._targets
 
-    policy = LiveSetting("robots", "policy", lambda model, value: _robot_policy(model.settings | {"policy": value}))
+    policy = LiveSetting("robots", "policy", lambda model, value: model._robot_policy(value))
     awareness = LiveSetting(
         "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
     )
@@ -168,9 +170,8 @@ class CMOMMT(World):
     seed = FixedSetting("begin anew with reset(rng)")
     delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
-    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(idle='wander')", "policy")
-    search_when = FixedSetting("give the robots another, as model.policy = ACmommt(idle_when='no-force')", "policy")
-    weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')", "policy")
+    policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
+    target_policy_options = FixedSetting("give the targets another policy, as in model.target_policy = RandomWalk(0.1)")
 
     @property
     def target_policy(self) -> Any:
@@ -179,8 +180,13 @@ class CMOMMT(World):
 
     @target_policy.setter
     def target_policy(self, value: Any) -> None:
-        self.targets.policy = _target_policy(self.settings | {"target_policy": value})
+        options = self.settings["target_policy_options"]
+        self.targets.policy = _target_policy(value, shared_options(value, options))
         self._let_targets_sense()
+
+    def _robot_policy(self, value: Any) -> Any:
+        """Return the policy that is set; one by name takes those of the model's options that it has."""
+        return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
         if isinstance(self.targets.policy, Evasive):
@@ -189,8 +195,36 @@ class CMOMMT(World):
     def reset(self, rng: int | None = None) -> None:
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
-        self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
         self._begin_to_collect()
+
+    def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+        super()._begin(seed, start, run, states)
+        if self.settings["uniform_target_speed"]:
+            self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+
+    def _take_numbers(self, plan: Mapping[str, Any]) -> None:
+        """Set the arena, the ranges and the speeds with which the next run begins.
+
+        Parameters
+        ----------
+        plan : mapping
+            All settings; only the numbers of `checked_numbers` may differ from those of this model.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the parameters of the model; then nothing has changed.
+        """
+        numbers = checked_numbers(plan)
+        self.settings.update(plan)
+        self._arena, self.limits = numbers.arena, numbers.limits
+        for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
+            group.first_abilities.speed[:] = speed
+            group.first_abilities.sensing_range[:] = numbers.sensing_range
+            group.founders = group.founders._replace(spacing=numbers.sensing_range)
+            group.bodies.arena_size[:] = numbers.arena.size
+        self.robots.first_abilities.awareness_range[:] = numbers.awareness_range
+        self._engine.adapt()
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:
         fastest = self.settings["target_speed"]
@@ -199,30 +233,35 @@ class CMOMMT(World):
         return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
 
 
-def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
-    """Return the policies of robots and of targets."""
-    checks.choice("search", plan["search"], BEHAVIOURS)
-    checks.choice("search_when", plan["search_when"], OCCASIONS)
-    checks.choice("weights", plan["weights"], WEIGHTS)
-    return _robot_policy(plan), _target_policy(plan)
+class Numbers(NamedTuple):
+    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
+
+    arena: Disc
+    limits: Limits
+    sensing_range: float
+    awareness_range: float
+    robot_speed: float
+    target_speed: float
 
 
-def _robot_policy(plan: dict[str, Any]) -> Any:
-    policy = plan["policy"]
-    if isinstance(policy, str) and policy == "a-cmommt":
-        policy = ACmommt(idle=plan["search"], idle_when=plan["search_when"], weights=plan["weights"])
-    elif isinstance(policy, str) and policy == "centroid":
-        policy = Centroid(idle=plan["search"])
-    return policy_of(policy)
+def checked_numbers(plan: Mapping[str, Any]) -> Numbers:
+    """Return the arena, the ranges and the speeds of a plan.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is no number or outside its limits.
+    """
+    arena = Disc(length("radius", plan["radius"]))
+    limits = Limits(arena)
+    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+    return Numbers(arena, limits, sensing, aware, *speeds)
 
 
-def _target_policy(plan: dict[str, Any]) -> Any:
-    policy = plan["target_policy"]
-    if isinstance(policy, str):
-        checks.choice("target_policy", policy, POLICIES)
-        if policy == "random-walk":
-            policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
-    return policy_of(policy, "target_policy")
+def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:
+    defaults = _TARGET_OPTIONS.get(value, {}) if isinstance(value, str) else {}
+    return policy_of(value, {**defaults, **options}, "target_policy")
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:
