@@ -18,7 +18,7 @@ from teamsight.policies.memory import LazyMemory
 
 
 def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
-    """Run a world and return what the robots of a group meet: a pair for each robot and step.
+    """Run a world and return what the robots of a group meet: a transition for each robot and step.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     Notes
     -----
     *Source:* §8.1: the exploration is made once, whatever is to be learned. §8.2: 5 robots and
-    120 steps are 600 pairs.
+    120 steps are 600 transitions.
     """
     if not isinstance(world, World):
         shown = f"{checks.shown(world)}: is no world; give one"
@@ -73,7 +73,7 @@ def memory_of(parts: Iterable[Experience], group: Group, settings: Mapping[str, 
     Raises
     ------
     ValueError
-        If the situations of the parts differ in width, or there is no pair.
+        If the situations of the parts differ in width, or there is no transition.
     """
     kept = list(parts)
     widths = sorted({part.situation.shape[1] for part in kept})

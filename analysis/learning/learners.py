@@ -80,7 +80,7 @@ def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Lesson, Progress], Any
 
 
 def _sheppard(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-    return SheppardLazyQ(inputs, lesson.reward, discount=lesson.discount, capacity=max(len(memory), 600), memory=memory)
+    return SheppardLazyQ(memory, lesson.reward, inputs, lesson.discount)
 
 
 #: Every learner by name.

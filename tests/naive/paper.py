@@ -32,7 +32,7 @@ def shortest(way: Vector, period: Vector) -> Vector:
 
 
 def edges(observers: Any, observed: Any, reach: Any, period: Vector, own: bool) -> list[tuple[int, int]]:
-    """All pairs within range, without edges to oneself."""
+    """All transitions within range, without edges to oneself."""
     found = []
     for i, here in enumerate(observers):
         for j, there in enumerate(observed):
