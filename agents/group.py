@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import GROUP
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, NeighbourList, Percept
+from teamsight.policies.interface import Action, NeighbourList, Percept, PerceptOfOne
 from teamsight.policies.sound import SOUND
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn, motion
@@ -25,10 +25,31 @@ from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
 if TYPE_CHECKING:
     import mesa
 
-    from teamsight.agents.engine.python_policies import Deliberation
     from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
+
+
+class Host(Protocol):
+    """What groups and their agents ask of the world that they are in; see `teamsight.agents.membership`."""
+
+    def adjust(self, group: Group, **changes: Any) -> None: ...
+    def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
+    def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
+    def turn(self, agent: Any, heading: Floats) -> None: ...
+    def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
+    def look(self) -> tuple[int, int]: ...
+    def perceive(self, group: Group) -> None: ...
+    def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
+    def observers_of(self, agent: Any) -> list[Any]: ...
+
+
+class Decision(Protocol):
+    """A decision of a group whose policy is Python, while it is being made; see `Deliberation`."""
+
+    def decide(self) -> Action: ...
+    def memory(self) -> Any: ...
+    def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
 
 
 class Group:
@@ -67,7 +88,7 @@ class Group:
         ranges: tuple[Floats, Floats],
         policy: Any,
         awareness: Awareness,
-        adjust: Callable[..., None],
+        host: Host,
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
@@ -79,7 +100,7 @@ class Group:
         self.plan: Any = None
         self.founders = len(bodies)
         self.relations: dict[str, Relation] = {}
-        self._adjust = adjust
+        self.host = host
         self.begin(first_memory(policy, len(bodies)))
 
     def begin(self, memory: Any) -> None:
@@ -95,7 +116,7 @@ class Group:
         self.perception = Perception(size)
         # While a step is being made, the decision under way; and, after a step that failed once its policies with
         # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
-        self.deliberation: Deliberation | None = None
+        self.deliberation: Decision | None = None
         self.has_decided = False
 
     def place_again(self, bodies: Bodies, ranges: tuple[Floats, Floats], memory: Any) -> None:
@@ -125,7 +146,7 @@ class Group:
 
     @policy.setter
     def policy(self, value: Any) -> None:
-        self._adjust(self, policy=value)
+        self.host.adjust(self, policy=value)
 
     @property
     def awareness(self) -> Awareness:
@@ -134,7 +155,7 @@ class Group:
 
     @awareness.setter
     def awareness(self, value: Awareness | str) -> None:
-        self._adjust(self, awareness=value)
+        self.host.adjust(self, awareness=value)
 
     @property
     def sensing_range(self) -> Floats:
@@ -143,7 +164,7 @@ class Group:
 
     @sensing_range.setter
     def sensing_range(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, sensing_range=value)
+        self.host.adjust(self, sensing_range=value)
 
     @property
     def awareness_range(self) -> Floats:
@@ -152,7 +173,7 @@ class Group:
 
     @awareness_range.setter
     def awareness_range(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, awareness_range=value)
+        self.host.adjust(self, awareness_range=value)
 
     @property
     def speed(self) -> Floats:
@@ -161,7 +182,7 @@ class Group:
 
     @speed.setter
     def speed(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, speed=value)
+        self.host.adjust(self, speed=value)
 
     @property
     def turn_limit(self) -> Floats:
@@ -170,7 +191,7 @@ class Group:
 
     @turn_limit.setter
     def turn_limit(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, turn_limit=value)
+        self.host.adjust(self, turn_limit=value)
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Give the agents a property of the user's own, which is saved and restored with the world.
@@ -281,6 +302,11 @@ class Group:
         record["situate"] = situate_entry(self.awareness).address if perception.is_situated else 0
         record["advance"] = self._move.entry.address
         assert set(record.dtype.names) == set(GROUP.names or ())
+
+
+def team_of(groups: list[Group], group: Group) -> list[Group]:
+    """Return the groups that are teammates of a group, itself included; empty for one that is on no team."""
+    return [other for other in groups if other.team == group.team] if group.team is not None else []
 
 
 def first_memory(policy: Any, size: int) -> Any:
