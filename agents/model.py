@@ -26,8 +26,8 @@ from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, proximity, teammates
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
-from teamsight.world.proximity.search import ProximityGraph
 
 
 class World(mesa.Model):  # type: ignore[misc]
@@ -266,7 +266,7 @@ class World(mesa.Model):  # type: ignore[misc]
         return teammates(self.groups)
 
     @property
-    def proximity(self) -> ProximityGraph:
+    def proximity(self) -> NeighbourList:
         """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
         self._engine.prepare()
         return proximity(self.groups)

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.building import make_bodies
+from teamsight.agents.engine.begin import first_states, restart_groups, start_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.state_rows import layout
-from teamsight.agents.group import Group, first_memory
+from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
@@ -23,6 +23,7 @@ from teamsight.core.interrupts import deferred
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
 from teamsight.world.noise import key_of
+from teamsight.world.starts import Starts
 
 
 class GroupState(NamedTuple):
@@ -107,7 +108,7 @@ class StateKeeper:
                 group.begin(old.memory)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
-            self._begin(saved.seed, saved.tick, saved.history)
+            self._continue(saved.seed, saved.tick, saved.history)
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew; see `World.reset`."""
@@ -115,31 +116,37 @@ class StateKeeper:
         data.timeline.check_undecided("reset()", "plan it with world.clock.at(world.clock.now, world.reset)")
         seed = data.seed if rng is None else checks.seed(rng, None)
         collector = _emptied(self._recording.collector)
-        # All that can fail comes first, under the new key and without changing anything that lasts.
-        key = data.key.copy()
-        data.key[:] = key_of(seed)
-        try:
-            begun = [
-                (*make_bodies(data, group.number, group.founders, group.plan), first_memory(group.policy, len(group)))
-                for group in data.groups
-            ]
-        finally:
-            data.key[:] = key
+        # All that can fail comes first, before anything changes.
+        start, states = start_of(data, key_of(seed)[np.newaxis]), first_states(data)
         with deferred():
-            for group, (bodies, ranges, memory) in zip(data.groups, begun, strict=True):
-                group.place_again(bodies, ranges, memory)
-            self._model.random.seed(seed)
+            self.begin(seed, start, 0, states)
             self._recording.collector = collector
-            self._begin(seed, 0, History())
         if not isinstance(collector, HistoryCollector):
             collector.collect(self._model)
 
-    def _begin(self, seed: int, tick: int, history: History) -> None:
-        """Continue from another state of the groups."""
+    def begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+        """Begin a run: place all agents again and set the clock to 0, without events.
+
+        Parameters
+        ----------
+        seed : int
+            The seed.
+        start : Starts
+            Where the founders of the groups begin.
+        run : int
+            Which run of `start`.
+        states : list
+            The initial state of each group's policy; see `first_states`.
+        """
+        is_kept = restart_groups(self._data, start, run, states)
+        self._model.random.seed(seed)
+        self._continue(seed, 0, History(), is_kept=is_kept)
+
+    def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
         self._data.begin(seed, tick, history)
         mesa_compat.set_counters(self._model, tick)
         self._model.running = True
-        self._engine.forget()
+        self._engine.forget(is_kept=is_kept)
 
 
 def _check_fits(saved: State, data: WorldData) -> None:
