@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -43,7 +44,8 @@ class Degrees(NamedTuple):
         return Degrees(self.max_neighbours, self.met)
 
 
-class FromSeed(NamedTuple):
+@dataclass(frozen=True)
+class FromSeed:
     """A factory as a model of a `Run`."""
 
     factory: Factory

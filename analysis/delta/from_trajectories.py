@@ -110,7 +110,8 @@ def neighbours_over_time(
             progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
     table.insert(0, "time", grid.time())
-    name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else np.arange(len(grid.run))
+    piece = np.arange(len(grid.run))
+    name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else piece
     table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
     return Neighbours(table, sector_occupancy.gather(looks), grid, grid.robots, awareness_range, move)
@@ -174,7 +175,9 @@ def delta_from_trajectories(
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
     trajectories = check_trajectories(trajectories)
-    found = neighbours_over_time(trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress)
+    found = neighbours_over_time(
+        trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress
+    )
     grid = found.grid
     tried = trials(found.over_time, grid, window_frames(grid, window))
     shorter = None

@@ -138,8 +138,8 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
     start, end, run, gaps, robots = _pieces(trajectories, gap)
     if robots < 2:
         raise ValueError(
-            f"trajectories: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs 2 robots "
-            "at one time: give a longer max_gap, or look for robots that are divided by the column run"
+            f"trajectories: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs "
+            "2 robots at one time: give a longer max_gap, or look for robots that are divided by the column run"
         )
     with np.errstate(over="ignore"):
         steps, span = (end - start) / step, float(np.sum(end - start))

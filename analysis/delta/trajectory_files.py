@@ -24,7 +24,9 @@ _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 _NAMES = 100_000
 
 
-def read_trajectories(path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None) -> pd.DataFrame:
+def read_trajectories(
+    path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None
+) -> pd.DataFrame:
     """Read the recorded positions of a team.
 
     Parameters
