@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package whose public names live in its modules.
+    """Return the ``__getattr__`` of a package whose public names live in its modules, and set its ``__dir__``.
 
     Parameters
     ----------
@@ -32,4 +32,5 @@ def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Ca
         names[name] = getattr(importlib.import_module(homes[name]), name)
         return names[name]
 
+    names["__dir__"] = lambda: sorted(homes)
     return __getattr__
