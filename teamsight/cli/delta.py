@@ -44,15 +44,15 @@ class DeltaSettings(Settings):
     seed: int = values.seed(0, "Seed of all runs.")
     workers: int | None = values.workers()
     trajectories: Path | None = values.file(
-        "Read recorded positions instead of simulating: CSV or Parquet with the columns time, robot, x, y and, if there "
-        "are several recordings, run."
+        "Read recorded positions instead of simulating: CSV or Parquet with the columns time, robot, x, y and, for "
+        "several recordings, run."
     )
     window: float | None = values.number(
         None,
         "Duration for which the risk is stated, in the unit of the time column.",
         least=_SHORTEST,
         most=_LONGEST,
-        shown="the longest recording",
+        shown="a run if there are ten or more, otherwise 1/20 of the record",
     )
     sort: bool = values.flag("Sort recorded positions whose times are out of order.")
     out: Path | None = values.folder(None, "Write tables, report and figure to this folder.")
@@ -61,7 +61,7 @@ class DeltaSettings(Settings):
     def check(self) -> None:
         """Refuse options of a simulation with recorded positions, and the other way round."""
         if self.trajectories:
-            self._refuse(_SIMULATED, "cannot be combined with --trajectories: the file determines the team and the runs")
+            self._refuse(_SIMULATED, "cannot be combined with --trajectories, which determines it; leave it out")
             if "awareness_range" not in self.given:
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 
-from teamsight.cli.options import InputErrors
+from teamsight.cli.options import InputError
 
 # A line that is too long keeps its end, which is the cure.
 _MOST, _END = 360, 140
@@ -18,7 +18,7 @@ def lines(error: Exception) -> list[str]:
     """
     from teamsight.analysis.runs.workers import JobError
 
-    if isinstance(error, InputErrors):
+    if isinstance(error, InputError):
         return [one_line(message) for message in error.messages]
     if isinstance(error, ValueError | TypeError | JobError):
         return [one_line(str(error))]

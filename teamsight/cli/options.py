@@ -15,7 +15,7 @@ import click
 S = TypeVar("S", bound="Settings")
 
 
-class InputErrors(Exception):
+class InputError(Exception):
     """Everything that is wrong with the options of one command line."""
 
     def __init__(self, messages: Iterable[str]) -> None:
@@ -105,7 +105,7 @@ class Settings:
 
     Raises
     ------
-    InputErrors
+    InputError
         With one message for each option that is wrong; `check` runs only if all options are right.
     """
 
@@ -124,7 +124,7 @@ class Settings:
                     messages.append(str(error))
             setattr(self, name, value)
         if messages:
-            raise InputErrors(messages)
+            raise InputError(messages)
         self.check()
 
     @classmethod

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
+
+if TYPE_CHECKING:
+    from teamsight.agents.cmommt import CMOMMT
 
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
@@ -21,9 +25,7 @@ class RunSettings(Settings):
     policy: str = values.policy("a-cmommt")
     awareness: str = values.awareness("pairwise")
     delta: int = values.sectors(16)
-    awareness_range: float = values.length(
-        1.0, "Distance within which two robots are neighbours, in sensing ranges."
-    )
+    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     steps: int = values.steps(600, "Number of steps.")
     seed: int = values.seed(0, "Seed of the world.")
     preset: str | None = values.preset()

@@ -91,13 +91,9 @@ def workers() -> Any:
     return Option(check, None, help, "INTEGER", "number of cores")
 
 
-def choice(
-    default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = ()
-) -> Any:
+def choice(default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = ()) -> Any:
     """Declare one of some names; ``{names}`` in the help does not list `more`."""
-    return Option(
-        lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", names=names
-    )
+    return Option(lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", names=names)
 
 
 def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[str]], called: str) -> Any:
@@ -175,8 +171,7 @@ def preset() -> Any:
 
 def reward(default: str) -> Any:
     """Declare a reward by name."""
-    help = "Targets whose gain and loss are rewarded: {names}. 'alone' means sensed by no teammate."
-    return choice(default, help, REWARDS)
+    return choice(default, "Reward of a transition: {names}. See docs/learning.md.", REWARDS)
 
 
 def matches() -> Any:

@@ -9,7 +9,8 @@ from typing import NoReturn
 
 import pytest
 
-from teamsight.cli import main, run
+from teamsight.cli import main
+from teamsight.cli.run import RunSettings
 
 ROOT = Path(__file__).parents[2]
 
@@ -78,10 +79,10 @@ def test_a_program_in_the_background_goes_on_ignoring_it() -> None:
 
 
 def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: BaseException) -> tuple[int, str]:
-    def fail(**given: object) -> NoReturn:
+    def fail(settings: RunSettings) -> NoReturn:
         raise error
 
-    monkeypatch.setattr(run, "execute", fail)
+    monkeypatch.setattr(RunSettings, "check", fail)
     with pytest.raises(SystemExit) as left:
         main(["run"])
     return int(left.value.code or 0), capsys.readouterr().err.strip()

@@ -1,4 +1,4 @@
-"""``teamsight delta --tracks`` with a file of several recordings."""
+"""``teamsight delta --trajectories`` with a file of several recordings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from teamsight.cli import main
 
 def call(capsys: pytest.CaptureFixture[str], file: Path, *arguments: str) -> tuple[int, str, str]:
     with pytest.raises(SystemExit) as left:
-        main(["delta", "--tracks", str(file), "--awareness-range", "1", *arguments])
+        main(["delta", "--trajectories", str(file), "--awareness-range", "1", *arguments])
     out, err = capsys.readouterr()
     return int(left.value.code or 0), " ".join(out.split()), err
 
@@ -27,7 +27,7 @@ def file(tmp_path: Path) -> Path:
         for t in range(14)
         for robot in (1, 2)
     ]
-    place = tmp_path / "tracks.csv"
+    place = tmp_path / "trajectories.csv"
     pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"]).to_csv(place, index=False)
     return place
 

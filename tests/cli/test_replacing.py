@@ -191,7 +191,7 @@ def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tu
         ("s3://bucket/x.parquet", "is an address; give a file on this machine"),
         ("file:///x.parquet", "is an address; give a file on this machine"),
         ("~no-such-user/x", "there is no such user; write ./~"),
-        ("x\0y", "holds a null character"),
+        ("x\0y", "contains a null character"),
         ("x" * 300, "cannot be written (File name too long)"),
     ],
 )

@@ -144,7 +144,7 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
         (["--preset", "touzet"], "preset='touzet'"),
         (["--delta", "0", "--awareness", "ring"], "delta=0"),
         (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 360"),
-        (["--delta", "8"], "delta=8: is for awareness 'ring', and this is 'pairwise'; leave it out, or give --awareness ring"),
+        (["--delta", "8"], "delta=8: needs awareness 'ring', and this is 'pairwise'; leave --delta out, or give --awareness ring"),
     ],
 )
 def test_run_tells_what_the_model_refuses_in_one_line(
