@@ -13,7 +13,6 @@ import pandas as pd
 from rich.progress import Progress
 
 from teamsight import __version__
-from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.calibration import calibration
 from teamsight.analysis.calibration.calibration import OPEN_CLAIMS, PARAMETERS
 from teamsight.analysis.runs import files
@@ -87,7 +86,7 @@ def _plain(row: dict[str, object]) -> dict[str, object]:
 def _beside_the_defaults(final: pd.DataFrame) -> str:
     """Return how the best setting compares with the defaults."""
     best = final.iloc[0]
-    same = [final[name] == DEFAULTS[name] for name in PARAMETERS]
+    same = [final[name] == value for name, value in zip(PARAMETERS, calibration.DEFAULT_VALUES, strict=True)]
     found = final[reduce(and_, same)]
     if found.empty:
         return "The defaults were not among those judged."
@@ -128,8 +127,8 @@ def _effects_table(screened: pd.DataFrame) -> str:
         "robot_speed",
         "target_speed / robot_speed",
         "uniform_target_speed",
-        "search",
-        "search_when",
+        "idle",
+        "idle_when",
         "weights",
     ):
         for value, rows in table.groupby(name, sort=False):

@@ -29,7 +29,8 @@ WEIGHTS = ("nearest", "shared", "per-teammate", "none")
 #: The claims that a setting can change: those that rest on simulation. Learned behaviour has open constants of its own,
 #: and a search of its own (docs/lazy-search.md): it has no say in how fast robots are.
 OPEN_CLAIMS = tuple(claim for claim in CLAIMS if claim.needs and not LEARNED & set(claim.needs))
-PARAMETERS = ("robot_speed", "target_speed", "uniform_target_speed", "search", "search_when", "weights")
+OPTIONS = ("idle", "idle_when", "weights")
+PARAMETERS = ("robot_speed", "target_speed", "uniform_target_speed", *OPTIONS)
 
 # One claim that is far off shall not outweigh all others.
 _FARTHEST = 5.0
@@ -64,6 +65,12 @@ def candidates() -> list[dict[str, Any]]:
     ]
 
 
+def model_setting(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keyword parameters of CMOMMT for the values of `PARAMETERS`; `OPTIONS` are policy options."""
+    options = {name: values[name] for name in OPTIONS}
+    return {**{name: values[name] for name in PARAMETERS if name not in OPTIONS}, "policy_options": options}
+
+
 def score(verdicts: Mapping[str, Verdict]) -> tuple[int, float]:
     """Return how many claims hold, and the mean distance from the paper's figures, in tolerances, clipped."""
     holding = sum(found.holds for found in verdicts.values())
@@ -80,7 +87,7 @@ def assess(
     pool : WorkerPool
         Who does the work.
     settings : sequence of mapping
-        Keyword parameters of CMOMMT.
+        Values of `PARAMETERS`.
     stage : Stage
         Over which grid and seeds.
     steps : int
@@ -93,7 +100,10 @@ def assess(
     for start in range(0, len(settings), batch):
         some = settings[start : start + batch]
         for root in stage.roots:
-            requests = [Request(setting, chosen(needed(stage.claims), stage.grid, setting)) for setting in some]
+            requests = [
+                Request(setting, chosen(needed(stage.claims), stage.grid, setting))
+                for setting in map(model_setting, some)
+            ]
             made = make_tables(pool, requests, root=root, runs=stage.runs, steps=steps)
             for setting, tables in zip(some, made, strict=True):
                 verdicts = judge(tables, stage.claims)

@@ -18,7 +18,7 @@ from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.handmade.idle import BEHAVIOURS
 
-RULES_OF_A_CMOMMT = ("search", "search_when", "weights")
+RULES_OF_A_CMOMMT = ("idle", "idle_when", "weights")
 #: No cell's interval may lie wholly below this [percentage points].
 WORST = -2.0
 
@@ -42,13 +42,13 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     Returns
     -------
     DataFrame
-        Columns search, search_when, weights, observed [%].
+        Columns idle, idle_when, weights, observed [%].
     """
     settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
         pool,
-        [Request(setting, [experiment]) for setting in settings],
+        [Request({"policy_options": options}, [experiment]) for options in settings],
         root=SCREEN,
         runs=runs,
         steps=STEPS,
@@ -80,7 +80,7 @@ def compare(
         for name, policy in policies.items()
     ]
     rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    request = Request(dict(strongest), [*experiments, rival])
+    request = Request({"policy_options": dict(strongest)}, [*experiments, rival])
     (tables,) = make_tables(pool, [request], root=root, runs=runs, steps=STEPS, progress=watch)
     return {name: paired(tables[name], tables["strongest"]) for name in policies}
 

@@ -26,8 +26,8 @@ def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
     grid : Grid
         Team sizes and radii of the surfaces.
     setting : mapping
-        Keyword parameters of CMOMMT that hold throughout; the search and weight rules in it also reach the policy
-        that has to be given as an object.
+        Keyword parameters of CMOMMT that hold throughout; its `policy_options` also reach the policy that has to be
+        given as an object.
     """
     cooperative = {"policy": "a-cmommt", "awareness": "pairwise"}
     largest = ((max(grid.robots), 10.0),)
@@ -69,7 +69,8 @@ def _roomy(grid: Grid) -> tuple[tuple[int, float], ...]:
 
 def _scaled(setting: Mapping[str, Any]) -> dict[str, Any]:
     """A-CMOMMT with a repulsion that shrinks with the awareness range; only the policy object can say so."""
+    from teamsight.agents.resolve import shared_options
     from teamsight.policies import ACmommt
 
-    rules = {name: setting[name] for name in ("search", "search_when", "weights") if name in setting}
-    return {"policy": ACmommt(repulsion_scale="awareness", **rules), "awareness": "pairwise"}
+    options = shared_options("a-cmommt", setting.get("policy_options", {}))
+    return {"policy": ACmommt(repulsion_scale="awareness", **options), "awareness": "pairwise"}
