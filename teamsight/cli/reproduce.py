@@ -122,7 +122,7 @@ def _summaries(plan: Plan, folder: Path) -> list[str]:
 
 def _kept(folder: Path) -> str:
     """Return what an interrupted command leaves behind."""
-    from teamsight.analysis.paper.reproduce import unfinished_in
+    from teamsight.analysis.paper.reproduce import checkpoint_in
 
-    kept = len(unfinished_in(folder))
+    kept = checkpoint_in(folder).count()
     return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"
