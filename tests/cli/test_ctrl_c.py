@@ -94,14 +94,14 @@ def test_what_python_makes_of_an_interrupt_is_one(
 ) -> None:
     error = RuntimeError("Error calling __set_name__ on 'Field' instance")
     error.__cause__ = KeyboardInterrupt()
-    status, told = call(capsys, monkeypatch, error)
+    status, message = call(capsys, monkeypatch, error)
     assert status == 130
-    assert told.startswith("teamsight: interrupted")
-    assert "\n" not in told
+    assert message.startswith("teamsight: interrupted")
+    assert "\n" not in message
 
 
 @pytest.mark.short
-def test_an_error_in_handling_an_interrupt_is_told(
+def test_an_error_in_handling_an_interrupt_is_reported(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     error = OSError(28, "No space left on device", "kept.parquet")
@@ -112,6 +112,6 @@ def test_an_error_in_handling_an_interrupt_is_told(
 @pytest.mark.short
 def test_the_end_of_a_file_is_no_interrupt(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("TEAMSIGHT_TRACEBACK", raising=False)
-    status, told = call(capsys, monkeypatch, EOFError("Ran out of input"))
+    status, message = call(capsys, monkeypatch, EOFError("Ran out of input"))
     assert status == 2
-    assert told.startswith("teamsight: EOFError: Ran out of input")
+    assert message.startswith("teamsight: EOFError: Ran out of input")

@@ -50,7 +50,7 @@ def test_a_window_longer_than_all_recordings_is_refused(capsys: pytest.CaptureFi
     assert "window=20: longer than the longest of 12 pieces, 14; give a window of at most 14" in err
 
 
-def test_recordings_without_a_number_are_told_the_cure(capsys: pytest.CaptureFixture[str], file: Path) -> None:
+def test_recordings_without_a_number_are_reported_the_cure(capsys: pytest.CaptureFixture[str], file: Path) -> None:
     pd.read_csv(file).drop(columns="run").to_csv(file, index=False)
     status, out, err = call(capsys, file)
     assert (status, out) == (2, "")

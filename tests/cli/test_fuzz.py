@@ -131,8 +131,8 @@ def test_random_command_lines(
         except BaseException as error:
             statuses.append(f"{error!r:.400}")
         _, err = capsys.readouterr()
-        told = complaints(folder, kept, arguments, statuses[-1], err)
-        wrong += [f"seed {part}-{case}: teamsight {describe(arguments)}: {what}" for what in told]
+        message = complaints(folder, kept, arguments, statuses[-1], err)
+        wrong += [f"seed {part}-{case}: teamsight {describe(arguments)}: {what}" for what in message]
     assert not wrong, "\n".join(wrong[:20])
     # A grammar whose lines are all refused, or none, tests little.
     assert 0.1 < statuses.count(0) / len(statuses) < 0.9, f"{statuses.count(0)} of {len(statuses)} left with 0"

@@ -53,7 +53,7 @@ def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[
     assert (memory.settings["robot_speed"], memory.added) == (0.3, 8)
 
 
-def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_told(
+def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_reported(
     capsys: pytest.CaptureFixture[str], small: Path
 ) -> None:
     before = small.read_bytes()
@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
     assert not parts.exists()
-    # Where no part is done, nothing stays, and that is what is told.
+    # Where no part is done, nothing stays, and that is what is reported.
     monkeypatch.setattr(exploring, "_explore_part", interrupted)
     status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
     assert (status, err.strip()) == (
@@ -194,7 +194,7 @@ def test_memories_that_cannot_be_merged_are_refused_before_the_work(
         )
 
 
-def test_speeds_are_those_of_the_exploration_and_told(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+def test_speeds_are_those_of_the_exploration_and_reported(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     fast, both = small.with_name("fast.safetensors"), small.with_name("both.safetensors")
     call(capsys, "explore", "--out", str(fast), *SMALL, "--robot-speed", "0.5")
     tests = ["--runs", "1", "--steps", "3", "--learner", "linear"]
@@ -254,7 +254,7 @@ def test_intervals_stay_within_what_a_share_can_be() -> None:
     assert "two 20.0 % +30.0 points" in text
 
 
-def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
+def test_ctrl_c_reports_what_is_kept_of_curves_and_leaves_other_files(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis.learning import curves
@@ -281,15 +281,15 @@ def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
         patch.setattr(curves, "_designed", stop)
         status, _, err = call(capsys, *command, "--seed", "1")
-        told = "nothing was kept, since no part of the curves was finished"
-        assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+        message = "nothing was kept, since no part of the curves was finished"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert len(list(parts.iterdir())) == 3
     (parts / "notes.txt").write_text("thesis")
     assert call(capsys, *command)[0] == 0
     assert [path.name for path in parts.iterdir()] == ["notes.txt"]
 
 
-def test_results_of_other_settings_are_replaced_only_when_told(
+def test_results_of_other_settings_are_replaced_only_when_reported(
     capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
 ) -> None:
     saved = tmp_path / "runs.parquet"
@@ -350,11 +350,11 @@ def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> 
     status, out, err = call(capsys)
     assert (status, err) == (0, "")
     assert "  teamsight learn explore --out" in out
-    for told in ("record their transitions.", "measure what robots then observe.", "under each degree of awareness."):
-        assert out.count(told) == 1
+    for summary in ("record their transitions.", "measure what robots then observe.", "under each degree of awareness."):
+        assert out.count(summary) == 1
 
 
-def test_evaluate_tells_the_learner_beside_the_collective_one_and_a_cmommt(
+def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     capsys: pytest.CaptureFixture[str], small: Path
 ) -> None:
     saved = small.with_name("runs.parquet")
@@ -390,7 +390,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["evalute"], ["command='evalute': unknown; did you mean 'evaluate'?"]),
         (["explore"], ["Missing option '--out'"]),
@@ -413,14 +413,14 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_in_one_line_each(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: list[str]
+def test_what_is_wrong_is_reported_in_one_line_each(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: list[str]
 ) -> None:
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     found = err.splitlines()
-    assert len(found) == len(told)
-    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in told)
+    assert len(found) == len(message)
+    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in message)
 
 
 def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(

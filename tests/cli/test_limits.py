@@ -14,7 +14,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ([*EXPLORE, "--steps", "1000000000"], ["steps=1000000000: must be at most 10000000"]),
         ([*EXPLORE, "--steps", "10000000", "--runs", "10"], ["steps=10000000, runs=10: makes 5.0e+08 transitions of 75 numbers, 150 GB, at most 5 GB; reduce"]),
@@ -41,15 +41,15 @@ EXPLORE = ["learn", "explore", "--out", "x"]
     ],
 )  # fmt: skip
 def test_what_is_too_much_is_refused_with_its_count(
-    arguments: list[str], told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as left:
         main(arguments)
     out, err = capsys.readouterr()
     found = err.splitlines()
-    assert (left.value.code, out, len(found)) == (2, "", len(told)), err
-    assert all(any(part in line for line in found) for part in told), err
+    assert (left.value.code, out, len(found)) == (2, "", len(message)), err
+    assert all(any(part in line for line in found) for part in message), err
     assert all(len(line) < 400 for line in found)
     assert list(tmp_path.iterdir()) == []
 

@@ -1,4 +1,4 @@
-"""The command line answers at once, teaches, and tells what is wrong in one line each."""
+"""The command line answers at once, explains itself, and reports what is wrong in one line each."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (
             ["reproduse"],
@@ -76,17 +76,17 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
         (["delta", "--trajectories", "t.csv"], ["awareness_range: missing; give --awareness-range"]),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line_each(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: list[str]
+def test_what_is_wrong_is_reported_in_one_line_each(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: list[str]
 ) -> None:
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     found = err.splitlines()
-    assert len(found) == len(told)
-    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in told)
+    assert len(found) == len(message)
+    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in message)
 
 
-def test_errors_with_line_breaks_are_told_on_one_line() -> None:
+def test_errors_with_line_breaks_are_reported_on_one_line() -> None:
     assert lines(ValueError("one\n   two")) == ["one two"]
     assert lines(FileNotFoundError(2, "No such file", "a.csv")) == ["a.csv: No such file"]
     assert "please report it" in lines(KeyError("robots"))[0]
@@ -112,7 +112,7 @@ def test_delta_from_trajectories_prints_and_writes_its_report(capsys: pytest.Cap
     assert {"delta.md", "delta_exceedance.parquet", "delta_exceedance.png"} <= {path.name for path in out.iterdir()}
 
 
-def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_reported_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     file = write_trajectories(tmp_path)
     status, out, err = call(capsys, "delta", "--trajectories", str(file), "--awareness-range", "1", "--out", str(file / "x"))
     assert (status, out) == (2, "")
@@ -120,7 +120,7 @@ def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixt
     assert "cannot be written" in err
 
 
-def test_missing_trajectories_are_told_in_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_missing_trajectories_are_reported_in_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     status, _, err = call(capsys, "delta", "--trajectories", str(tmp_path / "none.csv"), "--awareness-range", "1")
     assert (status, err.count("\n")) == (2, 1)
     assert "none.csv" in err

@@ -106,9 +106,9 @@ def test_the_help_shows_each_option_with_its_default(command: click.Command) -> 
     shown = dict(record for one in command.params if (record := one.get_help_record(context)))
     for name, option in settings_of(command).options().items():
         if option.kind == "option":
-            told = shown[f"--{name.replace('_', '-')} {option.metavar}"]
+            record = shown[f"--{name.replace('_', '-')} {option.metavar}"]
             default = f"[default: {option.default_text()}]" if option.default_text() else ""
-            assert told == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
+            assert record == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
             # Without a default, leaving the option out means that there is no such thing.
             assert default or option.required or option.many or name in ("preset", "out", "save", "trajectories")
 
@@ -126,7 +126,7 @@ class Sample(Settings):
             raise ValueError("robots: too many")
 
 
-def test_all_that_is_wrong_is_told_at_once_and_before_what_options_must_satisfy_together() -> None:
+def test_all_that_is_wrong_is_reported_at_once_and_before_what_options_must_satisfy_together() -> None:
     with pytest.raises(InputError) as found:
         Sample(robots="10", targets="x", quick=True, merge=())
     assert [message.partition(":")[0] for message in found.value.messages] == ["robots=10", "targets='x'"]

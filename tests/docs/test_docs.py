@@ -86,9 +86,9 @@ def test_every_dependency_is_explained_with_its_range() -> None:
     ]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (?!package)([a-z-]+) \| (\S*) ?\| \w", page, re.MULTILINE)
-    told = {name: ranges.strip("`") for name, ranges in rows}
+    listed = {name: ranges.strip("`") for name, ranges in rows}
     wanted = dict(re.fullmatch(r"([a-z-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
-    assert told == wanted
+    assert listed == wanted
 
 
 def test_versions_agree() -> None:
