@@ -100,7 +100,7 @@ def settings_of(command: click.Command) -> type[Settings]:
     return found
 
 
-@pytest.mark.parametrize("command", leaves(), ids=lambda command: command.name)
+@pytest.mark.parametrize("command", list(leaves()), ids=lambda command: command.name)
 def test_the_help_shows_each_option_with_its_default(command: click.Command) -> None:
     context = click.Context(command)
     shown = dict(record for one in command.params if (record := one.get_help_record(context)))
