@@ -8,7 +8,7 @@ from typing import NoReturn
 import click
 
 from teamsight import __version__
-from teamsight.cli import delta, learn_evaluate, learn_explore, learn_figure, reproduce, run
+from teamsight.cli import calibrate, delta, evolve, learn_evaluate, learn_explore, learn_figure, reproduce, run
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
 
@@ -45,10 +45,24 @@ def learn() -> None:
     """
 
 
+@click.group("evolve", cls=Group)
+def evolution() -> None:
+    """Find the constants of the policy 'evolved', and compare it with A-CMOMMT.
+
+    \b
+      teamsight evolve train    find constants by evolution; the same command continues an interrupted one
+      teamsight evolve test     compare constants with the best A-CMOMMT on other worlds
+    """
+
+
+commands.add_command(evolution)
 commands.add_command(learn)
+add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(evolution, evolve.train, evolve.TrainSettings)
+add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
 add_command(learn, learn_evaluate.evaluate, learn_evaluate.EvaluateSettings)
 add_command(learn, learn_figure.figure, learn_figure.FigureSettings)

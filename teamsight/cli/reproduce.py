@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Option, Settings
-from teamsight.core import checks
+from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.reproduce import Plan
@@ -27,10 +26,7 @@ def _figures() -> Iterable[str]:
 class ReproduceSettings(Settings):
     """Settings of ``teamsight reproduce``."""
 
-    figures: tuple[str, ...] = Option(
-        lambda name, texts: tuple(dict.fromkeys(checks.choice("figure", text, _figures()) for text in texts)),
-        (), "Figures to make.", "[FIGURE]...", kind="argument", many=True,
-    )  # type: ignore[assignment]  # fmt: skip
+    figures: tuple[str, ...] = values.argument("FIGURE", _figures, many=True)
     out: Path = values.folder(Path("results"), "Folder for the results.")
     runs: int = values.count(5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
     steps: int = values.steps(600)

@@ -105,13 +105,26 @@ def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[st
     return Option(check, default, help, "NAMES", ",".join(default), names=names)
 
 
-def file(help: str, *, required: bool = False, many: bool = False) -> Any:
+def argument(metavar: str, names: Callable[[], Iterable[str]], *, many: bool = False) -> Any:
+    """Declare an argument that is one of some names, or, if `many`, any number of them."""
+    called = metavar.lower()
+
+    def check(name: str, given: Any) -> Any:
+        if many:
+            return tuple(dict.fromkeys(checks.choice(called, text, names()) for text in given))
+        return checks.choice(called, given, names())
+
+    default, shown = ((), f"[{metavar}]...") if many else (None, metavar)
+    return Option(check, default, "", shown, kind="argument", many=many, required=not many)
+
+
+def file(help: str, *, required: bool = False, many: bool = False, shown: str = "") -> Any:
     """Declare a file to read or to write; without a default."""
 
     def check(name: str, text: Any) -> Any:
         return tuple(paths.file(name, one) for one in text) if many else paths.file(name, text)
 
-    return Option(check, () if many else None, help, "FILE", many=many, required=required)
+    return Option(check, () if many else None, help, "FILE", shown, many=many, required=required)
 
 
 def folder(default: Any, help: str) -> Any:
