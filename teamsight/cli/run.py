@@ -70,7 +70,7 @@ def run(settings: RunSettings) -> None:
             watch("running", world.tick, settings.steps)
     taken = time.perf_counter() - began
     if settings.save:  # before anything is printed, since printing may fail
-        table = world.history.reset_index()
+        table = world.recording.history.reset_index()
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
     _print(world, settings, taken)
 
@@ -80,7 +80,7 @@ def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
 
     from teamsight.cli.show import say, wide_console
 
-    history = world.history
+    history = world.recording.history
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")
     table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
