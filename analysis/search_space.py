@@ -60,7 +60,7 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     A robot has N − 1 teammates, so the arrays of a situation are a little narrower than these formulas: the awareness
     components' ``width(team_size)`` gives what they really have.
     """
-    formula = AWARENESS[checks.choice("degree", degree, AWARENESS)].inputs
+    formula = AWARENESS[checks.choice("degree", degree, AWARENESS)].dimensions
     sizes = (("own", own), ("delta", delta), ("sigma", sigma), ("team_size", team_size))
     return formula(*(checks.count(name, value) for name, value in sizes))
 

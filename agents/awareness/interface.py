@@ -52,8 +52,8 @@ class Scene(NamedTuple):
 class Awareness(ABC):
     """A degree of awareness of teammates.
 
-    A new degree is one file that defines a subclass, and a line in `teamsight.agents.awareness.registry`. A subclass that
-    is a dataclass has its fields as options.
+    A new degree is one file that defines a subclass, and a line in `teamsight.agents.awareness.registry`. The fields of
+    a subclass that is a dataclass are its options.
 
     Attributes
     ----------
@@ -79,8 +79,8 @@ class Awareness(ABC):
 
     name: ClassVar[str]
     order: ClassVar[str]
-    formula: ClassVar[str]
-    shows: ClassVar[str]
+    formula: ClassVar[str] = ""
+    shows: ClassVar[str] = ""
     shows_teammates: ClassVar[bool] = False
     perceive: ClassVar[Callable[..., int] | None] = None
     situate: ClassVar[Callable[..., None]]
@@ -96,9 +96,9 @@ class Awareness(ABC):
         """Return the inputs of a robot in a team of this size, as the situation vector really has them."""
 
     @staticmethod
-    @abstractmethod
-    def inputs(own: int, delta: int, sigma: int, team_size: int) -> int:
-        """Return d, the inputs of a robot by the paper's formula, which counts the robot itself as a teammate."""
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        """Return d, the inputs of a robot as `formula` has them; the paper counts the robot itself as a teammate."""
+        raise NotImplementedError("a degree that can be given by name defines dimensions()")
 
     @classmethod
     def adding(cls, added: int) -> Self:

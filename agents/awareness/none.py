@@ -40,5 +40,5 @@ class NoAwareness(Awareness):
         return Width(OWN_SECTORS, 0)
 
     @staticmethod
-    def inputs(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
         return own

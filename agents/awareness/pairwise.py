@@ -64,5 +64,5 @@ class PairwiseAwareness(Awareness):
         return Width(OWN_SECTORS, SIGMA * (checks.count("team_size", team_size) - 1))
 
     @staticmethod
-    def inputs(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + sigma * team_size

@@ -123,7 +123,7 @@ class RingAwareness(Awareness):
         return Width(OWN_SECTORS, self.delta)
 
     @staticmethod
-    def inputs(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + delta
 
     @classmethod

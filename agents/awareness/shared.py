@@ -108,5 +108,5 @@ class SharedAwareness(Awareness):
         return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))
 
     @staticmethod
-    def inputs(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + own * team_size

@@ -79,10 +79,10 @@ def _kept(curves: Curves, parts: Path) -> str:
 
 
 def _show_gains(gains: pd.DataFrame) -> None:
-    from teamsight.analysis.search_space import GROWTH
+    from teamsight.agents.awareness import AWARENESS
 
     for row in gains.to_dict("records"):
         say(
-            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), from {plural(row['pairs'], 'pair')}: "
+            f"{row['learner']}, {AWARENESS[str(row['degree'])].order} less Θ(0), from {plural(row['pairs'], 'pair')}: "
             f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
         )
