@@ -19,7 +19,7 @@ from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
-from teamsight.policies.handmade.idle import RULES
+from teamsight.policies.handmade.idle import BEHAVIOURS
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
@@ -168,8 +168,8 @@ class CMOMMT(World):
     seed = FixedSetting("begin anew with reset(rng)")
     delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
-    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(search='wander')", "policy")
-    search_when = FixedSetting("give the robots another, as model.policy = ACmommt(search_when='no-force')", "policy")
+    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(idle='wander')", "policy")
+    search_when = FixedSetting("give the robots another, as model.policy = ACmommt(idle_when='no-force')", "policy")
     weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')", "policy")
 
     @property
@@ -201,7 +201,7 @@ class CMOMMT(World):
 
 def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
     """Return the policies of robots and of targets."""
-    checks.choice("search", plan["search"], RULES)
+    checks.choice("search", plan["search"], BEHAVIOURS)
     checks.choice("search_when", plan["search_when"], OCCASIONS)
     checks.choice("weights", plan["weights"], WEIGHTS)
     return _robot_policy(plan), _target_policy(plan)
@@ -210,9 +210,9 @@ def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
 def _robot_policy(plan: dict[str, Any]) -> Any:
     policy = plan["policy"]
     if isinstance(policy, str) and policy == "a-cmommt":
-        policy = ACmommt(search=plan["search"], search_when=plan["search_when"], weights=plan["weights"])
+        policy = ACmommt(idle=plan["search"], idle_when=plan["search_when"], weights=plan["weights"])
     elif isinstance(policy, str) and policy == "centroid":
-        policy = Centroid(search=plan["search"])
+        policy = Centroid(idle=plan["search"])
     return policy_of(policy)
 
 

@@ -74,7 +74,7 @@ class Constants:
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11 on a memory."""
         reward = GainReward(self.scope, self.both)
-        return treatments_on(memory, reward=reward, k=int(self.k), gamma=float(self.gamma), sweeps=int(self.sweeps))
+        return treatments_on(memory, reward=reward, k=int(self.k), discount=float(self.gamma), sweeps=int(self.sweeps))
 
 
 #: What the search chose (docs/lazy-search.md): nothing is clearly nearer to the paper than what was given. The defaults

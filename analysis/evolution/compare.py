@@ -16,7 +16,7 @@ from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
-from teamsight.policies.handmade.idle import RULES
+from teamsight.policies.handmade.idle import BEHAVIOURS
 
 RULES_OF_A_CMOMMT = ("search", "search_when", "weights")
 #: No cell's interval may lie wholly below this [percentage points].
@@ -44,7 +44,7 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     DataFrame
         Columns search, search_when, weights, observed [%].
     """
-    settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(RULES, OCCASIONS, WEIGHTS)]
+    settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
         pool,

@@ -120,7 +120,7 @@ def _conditions(curves: Curves) -> str:
     return (
         f"{interval} over {_count(curves.memories, 'exploration')}, {_count(curves.worlds, 'world')} each; "
         f"N = {curves.robots}, R = {curves.radius:g}, {curves.targets} targets, {curves.steps} steps, "
-        f"reward {curves.reward}, γ = {curves.gamma:g}, seed {curves.seed}"
+        f"reward {curves.reward}, γ = {curves.discount:g}, seed {curves.seed}"
     )
 
 

@@ -50,8 +50,8 @@ class Curves:
         Of everything.
     reward : str
         "own", "team" or "alone".
-    gamma : float
-        What a step later is worth now.
+    discount : float
+        Discount factor γ, in [0, 1].
     k : int, optional
         How many pairs match a situation; by default what each learner has.
 
@@ -72,7 +72,7 @@ class Curves:
     steps: int = 600
     seed: int = 0
     reward: str = "own"
-    gamma: float = 0.7
+    discount: float = 0.7
     k: int | None = None
 
     def __post_init__(self) -> None:
@@ -88,7 +88,7 @@ class Curves:
     @property
     def lesson(self) -> Lesson:
         """What is to be learned."""
-        return Lesson(REWARDS[self.reward], self.k, self.gamma)
+        return Lesson(REWARDS[self.reward], self.k, self.discount)
 
     @property
     def stage(self) -> Stage:
@@ -245,7 +245,7 @@ def _designed(lecture: Lecture) -> list[dict[str, Any]]:
     rows = []
     for name, policy, degree in (
         (RANDOM, RandomWalk(), NoAwareness()),
-        (DESIGNED, ACmommt(search="wander"), PairwiseAwareness()),
+        (DESIGNED, ACmommt(idle="wander"), PairwiseAwareness()),
     ):
         inputs = sum(degree.width(lecture.curves.robots))
         about = {

@@ -109,7 +109,7 @@ def contenders(
         found[COOPERATIVE if width > memory.own else COLLECTIVE] = policy, awareness_for(memory, width)
         before += width
         progress(before / work, 1.0)
-    found[DESIGNED] = ACmommt(search="wander"), PairwiseAwareness()
+    found[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
     found[EVOLVED] = Evolved(), RingAwareness()
     found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
     return found

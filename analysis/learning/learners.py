@@ -43,13 +43,13 @@ class Lesson(NamedTuple):
         See `teamsight.policies.rewards`.
     k : int or None
         How many pairs match a situation, for lazy learners; None for the learner's own default.
-    gamma : float
-        What a step later is worth now.
+    discount : float
+        Discount factor γ, in [0, 1].
     """
 
     reward: Reward = own_reward
     k: int | None = None
-    gamma: float = 0.7
+    discount: float = 0.7
 
 
 #: Called with the work done and the work in all.
@@ -63,24 +63,24 @@ def _silent(done: float, total: float) -> None:
 def _lazy(kind: type[Any]) -> Callable[[LazyMemory, int, Lesson, Progress], Any]:
     def learn(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
         k = kind.k if lesson.k is None else lesson.k
-        check_constants(memory, k, lesson.gamma, kind.sweeps)
-        if lesson.gamma > 0:
+        check_constants(memory, k, lesson.discount, kind.sweeps)
+        if lesson.discount > 0:
             # The learner would search them when it is made, and tell nothing meanwhile.
             next_matches(memory, k, inputs, progress)
-        return kind(memory, lesson.reward, inputs=inputs, gamma=lesson.gamma, k=k)
+        return kind(memory, lesson.reward, inputs=inputs, discount=lesson.discount, k=k)
 
     return learn
 
 
 def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Lesson, Progress], Any]:
     def learn(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-        return kind(memory, lesson.reward, inputs=inputs, gamma=lesson.gamma)
+        return kind(memory, lesson.reward, inputs=inputs, discount=lesson.discount)
 
     return learn
 
 
 def _sheppard(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-    return SheppardLazyQ(inputs, lesson.reward, gamma=lesson.gamma, capacity=max(len(memory), 600), memory=memory)
+    return SheppardLazyQ(inputs, lesson.reward, discount=lesson.discount, capacity=max(len(memory), 600), memory=memory)
 
 
 #: Every learner by name.
@@ -141,7 +141,7 @@ def check_lesson(learners: Sequence[str], reward: str, k: int | None, pairs: int
 
 def search_seconds(name: str, memory: LazyMemory, lesson: Lesson) -> float:
     """Return about how long a learner searches before it can act, with all inputs and with the robot's own [s]."""
-    if name not in MATCHING or lesson.gamma == 0:
+    if name not in MATCHING or lesson.discount == 0:
         return 0.0
     inputs = memory.own + (memory.inputs if memory.added else 0)
     return float(len(memory)) ** 2 * inputs / _COMPARED_A_SECOND

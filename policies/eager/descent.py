@@ -13,30 +13,30 @@ from teamsight.policies.interface import Floats, Integers
 
 _LESSON = np.dtype(
     [(name, np.int64) for name in ("situation", "next_situation", "reward", "action", "order", "weights")]
-    + [(name, np.int64) for name in ("pairs", "inputs", "tents", "actions")]
-    + [(name, np.float64) for name in ("gamma", "rate", "last_rate")]
+    + [(name, np.int64) for name in ("pairs", "inputs", "features", "actions")]
+    + [(name, np.float64) for name in ("discount", "learning_rate", "last_learning_rate")]
 )
 
 
 def _descend(address: int) -> int:
-    """Go through all pairs once, in the order given; the rate falls evenly from `rate` to `last_rate`."""
+    """Go through all pairs once, in the order given; the learning rate falls evenly."""
     lesson = array_at(address, 1, _LESSON)[0]
-    pairs, inputs, tents, actions = lesson.pairs, lesson.inputs, lesson.tents, lesson.actions
+    pairs, inputs, features, actions = lesson.pairs, lesson.inputs, lesson.features, lesson.actions
     situation = array_at(lesson.situation, (pairs, inputs), np.float32)
     following = array_at(lesson.next_situation, (pairs, inputs), np.float32)
     reward = array_at(lesson.reward, pairs, np.float64)
     action = array_at(lesson.action, pairs, np.int64)
     order = array_at(lesson.order, pairs, np.int64)
-    weights = array_at(lesson.weights, (actions, 1 + inputs * tents), np.float64)
+    weights = array_at(lesson.weights, (actions, 1 + inputs * features), np.float64)
     for step in range(pairs):
         pair = order[step]
-        best = weigh(weights, 0, following[pair], inputs, tents)
+        best = weigh(weights, 0, following[pair], inputs, features)
         for number in range(1, actions):
-            best = max(best, weigh(weights, number, following[pair], inputs, tents))
+            best = max(best, weigh(weights, number, following[pair], inputs, features))
         row = action[pair]
-        error = reward[pair] + lesson.gamma * best - weigh(weights, row, situation[pair], inputs, tents)
-        rate = lesson.rate + (lesson.last_rate - lesson.rate) * step / pairs
-        correct(weights, row, situation[pair], inputs, tents, rate * error)
+        error = reward[pair] + lesson.discount * best - weigh(weights, row, situation[pair], inputs, features)
+        learning_rate = lesson.learning_rate + (lesson.last_learning_rate - lesson.learning_rate) * step / pairs
+        correct(weights, row, situation[pair], inputs, features, learning_rate * error)
     return 0
 
 
@@ -48,9 +48,9 @@ def descend(
     after: tuple[npt.NDArray[np.float32], Floats],
     weights: Floats,
     *,
-    tents: int,
-    gamma: float,
-    rate: float,
+    features: int,
+    discount: float,
+    learning_rate: float,
     sweeps: int,
     seed: int,
 ) -> None:
@@ -62,13 +62,13 @@ def descend(
         The situations, shape (pairs, inputs), float32, and the numbers of the actions taken, shape (pairs,), int64.
     after : tuple of two ndarray
         The situations that followed, and the rewards, shape (pairs,), float64.
-    weights : ndarray, shape (actions, 1 + inputs × tents), float64
+    weights : ndarray, shape (actions, 1 + inputs × features), float64
         Changed in place.
-    tents : int
+    features : int
         See `teamsight.policies.eager.features`.
-    gamma : float
-        What a step later is worth now.
-    rate : float
+    discount : float
+        Discount factor γ, in [0, 1].
+    learning_rate : float
         By which share of its error a Q is corrected at first; it falls evenly to 0.
     sweeps : int
         How often the pairs are gone through, each time in another order.
@@ -87,10 +87,10 @@ def descend(
     for name, array in arrays.items():
         lesson[0][name] = array.ctypes.data
     lesson[0]["pairs"], lesson[0]["inputs"] = arrays["situation"].shape
-    lesson[0]["tents"], lesson[0]["actions"], lesson[0]["gamma"] = tents, len(weights), gamma
+    lesson[0]["features"], lesson[0]["actions"], lesson[0]["discount"] = features, len(weights), discount
     for sweep in range(sweeps):
         order = rng.permutation(len(arrays["action"])).astype(np.int64)
         lesson[0]["order"] = order.ctypes.data
-        lesson[0]["rate"] = rate * (1 - sweep / sweeps)
-        lesson[0]["last_rate"] = rate * (1 - (sweep + 1) / sweeps)
+        lesson[0]["learning_rate"] = learning_rate * (1 - sweep / sweeps)
+        lesson[0]["last_learning_rate"] = learning_rate * (1 - (sweep + 1) / sweeps)
         _DESCEND(lesson.ctypes.data)

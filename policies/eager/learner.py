@@ -27,8 +27,8 @@ class EagerLearner(CompiledPolicy):
         What is wanted; see `teamsight.policies.rewards`.
     inputs : int, optional
         How many components of a situation are used: the robot's own, or all of them, which is the default.
-    gamma : float, default 0.7
-        What a step later is worth now, 0..1.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1].
     actions : ActionGrid
         Among what it chooses.
 
@@ -42,14 +42,14 @@ class EagerLearner(CompiledPolicy):
     memory: LazyMemory
     reward: Reward = own_reward
     inputs: int | None = None
-    gamma: float = 0.7
+    discount: float = 0.7
     actions: ActionGrid = field(default_factory=ActionGrid)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", components(self.memory, self.inputs))
         if not len(self.memory):
             raise ValueError("memory: holds no pair; explore first")
-        checks.number("gamma", self.gamma, least=0, most=1)
+        checks.number("discount", self.discount, least=0, most=1)
         if not isinstance(self.actions, ActionGrid):
             raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(turns, paces)")
 

@@ -55,7 +55,7 @@ class TabularQ(EagerLearner):
 
     Parameters
     ----------
-    memory, reward, inputs, gamma, actions
+    memory, reward, inputs, discount, actions
         As for `EagerLearner`.
     sectors, levels : int
         How a situation becomes a state; see `StateGrid`.
@@ -96,7 +96,7 @@ class TabularQ(EagerLearner):
         added = self.width - self.memory.own
         states = StateGrid(self.memory.own, added, self.degree, self.sectors, self.levels)
         object.__setattr__(self, "states", states)
-        table = learn_table(self.memory, self.rewards(), states, self.actions, self.gamma, self.sweeps)
+        table = learn_table(self.memory, self.rewards(), states, self.actions, self.discount, self.sweeps)
         object.__setattr__(self, "values", table)
 
     @property
@@ -120,7 +120,7 @@ class TabularQ(EagerLearner):
 
 
 def learn_table(
-    memory: LazyMemory, rewards: Floats, states: StateGrid, actions: ActionGrid, gamma: float, sweeps: int
+    memory: LazyMemory, rewards: Floats, states: StateGrid, actions: ActionGrid, discount: float, sweeps: int
 ) -> npt.NDArray[np.float32]:
     """Return the Q of every state and action, −∞ for what was never tried; see `TabularQ`.
 
@@ -141,11 +141,11 @@ def learn_table(
     values = np.zeros(len(tried))
     for _ in range(sweeps):
         best = np.maximum.reduceat(values, first)
-        worth = rewards + gamma * np.where(known, best[place], 0.0)
+        worth = rewards + discount * np.where(known, best[place], 0.0)
         values = np.bincount(cell, worth) / count
     # −∞ is what was never tried, so that nothing else may be.
     if not (np.abs(values) < np.finfo(np.float32).max).all():
-        raise ValueError(f"gamma={gamma}: what is learned is beyond float32; give smaller rewards")
+        raise ValueError(f"discount={discount}: what is learned is beyond float32; give smaller rewards")
     table = np.full(len(states) * len(actions), -np.inf, np.float32)
     table[tried] = values
     return table.reshape(len(states), len(actions))

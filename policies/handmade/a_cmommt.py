@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
-from teamsight.policies.handmade.idle import rule_draws, rule_number, search_step
+from teamsight.policies.handmade.idle import idle_draws, idle_number, idle_step
 from teamsight.policies.handmade.target_tracks import AGE, IDENTITY, REPORTED, X, Y, no_tracks, update_tracks
 from teamsight.policies.interface import PolicyState
 
@@ -20,7 +20,7 @@ WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
 SCALES = {"sensing": 0.0, "awareness": 1.0}
 OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
 
-_SEARCH, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _REPORTED = range(8)
+_IDLE, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _REPORTED = range(8)
 _REPULSION = 8
 _ATTRACTION = 11
 _PREDICTIVE = _ATTRACTION + 3
@@ -141,7 +141,7 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         elif parameters[_WHEN] == 0.0 or (
             first == last and lost == 0 and percept.teammates.start[i] == percept.teammates.start[i + 1]
         ):
-            search_step(parameters[_SEARCH], i, percept, noise, action)
+            idle_step(parameters[_IDLE], i, percept, noise, action)
         else:
             action.heading[i, 0] = 0.0
             action.heading[i, 1] = 0.0
@@ -157,9 +157,9 @@ class ACmommt(CompiledPolicy):
 
     Parameters
     ----------
-    search : {"redraw", "wander", "stay"}
+    idle : {"redraw", "wander", "stay"}
         What a robot does that has nothing to follow.
-    search_when : {"no-force", "nothing-sensed"}
+    idle_when : {"no-force", "nothing-sensed"}
         When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
     weights : {"nearest", "shared", "per-teammate", "none"}
         The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
@@ -192,8 +192,8 @@ class ACmommt(CompiledPolicy):
     every weight is 1.
     """
 
-    search: str = "redraw"
-    search_when: str = "no-force"
+    idle: str = "redraw"
+    idle_when: str = "no-force"
     weights: str = "nearest"
     shared_weight: float = 0.25
     teammate_loss: float = 0.2
@@ -211,8 +211,8 @@ class ACmommt(CompiledPolicy):
     kernel = _decide
 
     def __post_init__(self) -> None:
-        rule_number(self.search)
-        checks.choice("search_when", self.search_when, OCCASIONS)
+        idle_number(self.idle)
+        checks.choice("idle_when", self.idle_when, OCCASIONS)
         checks.choice("weights", self.weights, WEIGHTS)
         checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
         checks.number("shared_weight", self.shared_weight, least=0, most=1)
@@ -225,12 +225,12 @@ class ACmommt(CompiledPolicy):
 
     @property
     def draws(self) -> int:
-        return rule_draws(self.search)
+        return idle_draws(self.idle)
 
     @property
     def parameters(self) -> tuple[float, ...]:
         return (
-            rule_number(self.search), OCCASIONS[self.search_when], WEIGHTS[self.weights], self.shared_weight,
+            idle_number(self.idle), OCCASIONS[self.idle_when], WEIGHTS[self.weights], self.shared_weight,
             self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.reported_decay,
             *repulsion_corners(self.dr1, self.dr2),
             *attraction_corners(self.do1, self.do2, self.do3, self.predictive),

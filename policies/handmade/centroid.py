@@ -8,7 +8,7 @@ from typing import Any
 
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.idle import rule_draws, rule_number, search_step
+from teamsight.policies.handmade.idle import idle_draws, idle_number, idle_step
 
 
 @inlined
@@ -18,7 +18,7 @@ def _to_centroid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         first = targets.start[i]
         last = targets.start[i + 1]
         if first == last:
-            search_step(arrays.parameters[0], i, percept, noise, action)
+            idle_step(arrays.parameters[0], i, percept, noise, action)
             continue
         x = 0.0
         y = 0.0
@@ -43,7 +43,7 @@ class Centroid(CompiledPolicy):
 
     Parameters
     ----------
-    search : {"redraw", "wander", "stay"}
+    idle : {"redraw", "wander", "stay"}
         What a robot does that senses no target.
 
     Raises
@@ -57,17 +57,17 @@ class Centroid(CompiledPolicy):
     account the other robot positions". *Departs:* the paper does not say how a robot searches.
     """
 
-    search: str = "redraw"
+    idle: str = "redraw"
 
     kernel = _to_centroid
 
     def __post_init__(self) -> None:
-        rule_number(self.search)
+        idle_number(self.idle)
 
     @property
     def draws(self) -> int:
-        return rule_draws(self.search)
+        return idle_draws(self.idle)
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        return (rule_number(self.search),)
+        return (idle_number(self.idle),)

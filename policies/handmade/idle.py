@@ -12,13 +12,13 @@ from teamsight.core import checks
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 
-RULES = {"redraw": 0.0, "wander": 1.0, "stay": 2.0}
+BEHAVIOURS = {"redraw": 0.0, "wander": 1.0, "stay": 2.0}
 
 _DRAWS = {"redraw": 1, "wander": 2, "stay": 0}
 _WANDER_TURN = 0.05
 
 
-def rule_number(rule: str) -> float:
+def idle_number(rule: str) -> float:
     """Return the number by which a kernel knows the rule.
 
     Raises
@@ -26,22 +26,22 @@ def rule_number(rule: str) -> float:
     ValueError
         If there is no such rule.
     """
-    return RULES[checks.choice("search", rule, RULES)]
+    return BEHAVIOURS[checks.choice("idle", rule, BEHAVIOURS)]
 
 
-def rule_draws(rule: str) -> int:
+def idle_draws(rule: str) -> int:
     """Return how many random numbers a robot needs for a step under this rule."""
-    return _DRAWS[checks.choice("search", rule, RULES)]
+    return _DRAWS[checks.choice("idle", rule, BEHAVIOURS)]
 
 
 @inlined
-def search_step(rule: float, i: int, percept: Any, noise: Any, action: Any) -> None:
+def idle_step(rule: float, i: int, percept: Any, noise: Any, action: Any) -> None:
     """Write the action of robot `i` that has nothing to follow.
 
     Parameters
     ----------
     rule : float
-        From `rule_number`.
+        From `idle_number`.
     i : int
         Which robot.
     percept : Percept

@@ -26,7 +26,7 @@ def utility(
     *,
     inputs: int | None = None,
     k: int = 10,
-    gamma: float = 0.7,
+    discount: float = 0.7,
     sweeps: int = 10,
 ) -> Floats:
     """Return Q of every pair: its reward, and what the best of the pairs is worth that match where it leads.
@@ -44,8 +44,8 @@ def utility(
         How many components of the situations are compared: all, or the robot's own alone.
     k : int
         How many pairs match a situation: 1 to 128, and no more than there are.
-    gamma : float
-        What a step later is worth now, 0..1.
+    discount : float
+        Discount factor γ, in [0, 1].
     sweeps : int
         How many steps ahead are looked.
 
@@ -65,14 +65,14 @@ def utility(
     known, are the same numbers. The search is the cost: pairs² × inputs subtractions; see `next_matches`.
     """
     width = components(memory, inputs)
-    check_constants(memory, k, gamma, sweeps)
+    check_constants(memory, k, discount, sweeps)
     own = rewards_of(memory, reward)
-    if gamma == 0 or sweeps == 0:
+    if discount == 0 or sweeps == 0:
         return own
     follow = next_matches(memory, k, width)
     values = own.copy()
     for _ in range(sweeps):
-        values = own + gamma * values[follow].max(axis=1)
+        values = own + discount * values[follow].max(axis=1)
     return values
 
 
@@ -145,7 +145,7 @@ def degree_of(memory: LazyMemory, inputs: int | None) -> str | None:
     return found
 
 
-def check_constants(memory: LazyMemory, k: int, gamma: float, sweeps: int) -> None:
+def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) -> None:
     """Refuse constants outside their limits, and a memory that is smaller than `k`.
 
     Raises
@@ -159,7 +159,7 @@ def check_constants(memory: LazyMemory, k: int, gamma: float, sweeps: int) -> No
             f"k={k}: must be at most {MOST_MATCHES}, for which a robot that decides has room, and at most the "
             f"{len(memory)} pairs of the memory; use a smaller k"
         )
-    checks.number("gamma", gamma, least=0, most=1)
+    checks.number("discount", discount, least=0, most=1)
     checks.count("sweeps", sweeps, least=0)
     if len(memory) < k:
         cure = "explore first" if len(memory) == 0 else "use a smaller k, or explore longer"

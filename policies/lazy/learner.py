@@ -69,8 +69,8 @@ class LazyLearner(CompiledPolicy):
         them (cooperative, under the degree of awareness of the exploration), which is the default.
     k : int
         How many pairs match a situation: 1 to 128, and no more than there are.
-    gamma : float
-        What a step later is worth now, 0..1.
+    discount : float
+        Discount factor γ, in [0, 1].
     sweeps : int
         How many steps ahead a utility looks; see `teamsight.policies.lazy.action_values.utility`.
 
@@ -90,13 +90,15 @@ class LazyLearner(CompiledPolicy):
     reward: Reward = own_reward
     inputs: int | None = None
     k: int = 10
-    gamma: float = 0.7
+    discount: float = 0.7
     sweeps: int = 10
     values: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", components(self.memory, self.inputs))
-        values = utility(self.memory, self.reward, inputs=self.inputs, k=self.k, gamma=self.gamma, sweeps=self.sweeps)
+        values = utility(
+            self.memory, self.reward, inputs=self.inputs, k=self.k, discount=self.discount, sweeps=self.sweeps
+        )
         object.__setattr__(self, "values", values)
 
     def __repr__(self) -> str:
@@ -106,7 +108,7 @@ class LazyLearner(CompiledPolicy):
         return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {told}, utility={utilities})"
 
     def _constants(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in ("inputs", "k", "gamma", "sweeps")}
+        return {name: getattr(self, name) for name in ("inputs", "k", "discount", "sweeps")}
 
     @property
     def degree(self) -> str | None:

@@ -22,7 +22,7 @@ MOST_CHANGE = 8
 #: Of so many targets in sight a robot keeps the identities.
 MOST_SEEN = 64
 
-_INPUTS, _THRESHOLD, _SIMILAR, _EXPLORE, _ALPHA, _GAMMA = range(6)
+_INPUTS, _THRESHOLD, _SIMILAR, _EXPLORE, _LEARNING_RATE, _DISCOUNT = range(6)
 _REWARDS = 6
 # In the first row of `ints`: how many pairs were stored, which awaits its outcome, how many targets were in sight.
 _STORED, _PENDING, _SEEN = range(3)
@@ -67,7 +67,7 @@ def _learn(store: Any, count: int, pending: int, goal: float, parameters: Any) -
         if unlike <= parameters[_SIMILAR] and (
             _apart(store, j, store[pending], inputs, parameters[_THRESHOLD]) <= parameters[_THRESHOLD]
         ):
-            store[j, inputs + 2] += parameters[_ALPHA] * (goal - store[j, inputs + 2])
+            store[j, inputs + 2] += parameters[_LEARNING_RATE] * (goal - store[j, inputs + 2])
 
 
 @inlined
@@ -110,7 +110,7 @@ def _learn_and_act(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         if pending >= 0:
             best = _best_match(store, count, situation, parameters)
             ahead = store[best, inputs + 2] if best >= 0 else 0.0
-            _learn(store, count, pending, reward + parameters[_GAMMA] * ahead, parameters)
+            _learn(store, count, pending, reward + parameters[_DISCOUNT] * ahead, parameters)
         best = -1
         if noise[0, i] >= parameters[_EXPLORE]:
             best = _best_match(store, count, situation, parameters)
@@ -146,7 +146,7 @@ class SheppardLazyQ(CompiledPolicy):
         shares of the speed, differ in all by at most this.
     explore : float
         The probability of a random action whatever is known; without a similar situation it is certain.
-    alpha, gamma : float
+    learning_rate, discount : float
         Q ← Q + α [r + γ max Q′ − Q], 0..1 both; Q′ of a situation like which none is stored is 0.
     capacity : int
         How many pairs a robot stores.
@@ -179,8 +179,8 @@ class SheppardLazyQ(CompiledPolicy):
     threshold: float = 1.0
     similar_action: float = 0.25
     explore: float = 0.3
-    alpha: float = 0.5
-    gamma: float = 0.7
+    learning_rate: float = 0.5
+    discount: float = 0.7
     capacity: int = 600
     memory: LazyMemory | None = None
     rewards: Floats = field(init=False)
@@ -193,7 +193,7 @@ class SheppardLazyQ(CompiledPolicy):
         if isinstance(self.inputs, LazyMemory):
             raise TypeError(f"inputs={self.inputs!r}: is a memory; give it as memory=, SheppardLazyQ(memory=...)")
         checks.count("inputs", self.inputs)
-        for name in ("explore", "alpha", "gamma"):
+        for name in ("explore", "learning_rate", "discount"):
             checks.number(name, getattr(self, name), least=0, most=1)
         for name in ("threshold", "similar_action"):
             checks.number(name, getattr(self, name), least=0)
@@ -207,15 +207,13 @@ class SheppardLazyQ(CompiledPolicy):
                 )
             # Once, and not for every world that a robot begins in.
             k = min(LazyLearner.k, len(self.memory))
-            values = utility(self.memory, self.reward, inputs=self.inputs, k=k, gamma=self.gamma)
+            values = utility(self.memory, self.reward, inputs=self.inputs, k=k, discount=self.discount)
             object.__setattr__(self, "values", values)
         object.__setattr__(self, "rewards", tabulate(self.reward, MOST_CHANGE).ravel())
 
     def __repr__(self) -> str:
-        told = ", ".join(
-            f"{name}={getattr(self, name)!r}"
-            for name in ("inputs", "threshold", "similar_action", "explore", "alpha", "gamma", "capacity", "memory")
-        )
+        names = ("inputs", "threshold", "similar_action", "explore", "learning_rate", "discount", "capacity", "memory")
+        told = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
         return f"SheppardLazyQ({name_of(self.reward)}, {told}, rewards={digest_of(self.rewards)})"
 
     @property
@@ -225,7 +223,7 @@ class SheppardLazyQ(CompiledPolicy):
 
     @property
     def parameters(self) -> Floats:
-        constants = [self.inputs, self.threshold, self.similar_action, self.explore, self.alpha, self.gamma]
+        constants = [self.inputs, self.threshold, self.similar_action, self.explore, self.learning_rate, self.discount]
         return np.concatenate([constants, self.rewards])
 
     def start(self, size: int) -> PolicyState:

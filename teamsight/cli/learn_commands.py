@@ -61,7 +61,7 @@ def explore(**given: Any) -> None:
 @text("--learner", default="lazy", metavar="NAME", help="lazy, pessimistic, sheppard, tabular or linear.")
 @text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
 @text("--k", metavar="INTEGER", help="Pairs that match a situation.  [default: the learner's]")
-@text("--gamma", default=0.7, metavar="NUMBER", help="What a step later is worth now, 0 to 1.")
+@text("--discount", default=0.7, metavar="NUMBER", help="Discount factor γ, in [0, 1].")
 @text("--robots", metavar="INTEGER", help="Robots of the team.  [default: as many as explored]")
 @text("--targets", default=15, metavar="INTEGER", help="Targets to observe.")
 @text("--radius", default=3.0, metavar="NUMBER", help="Radius of the arena, in sensing ranges.")
@@ -84,7 +84,7 @@ def evaluate(**given: Any) -> None:
       teamsight learn evaluate pairs.safetensors
       teamsight learn evaluate pairs.safetensors --learner tabular --reward team --robots 10 --radius 4
       teamsight learn evaluate many.safetensors --sample 30000
-      teamsight learn evaluate pairs.safetensors --k 20 --gamma 0.9 --runs 100 --save runs.parquet
+      teamsight learn evaluate pairs.safetensors --k 20 --discount 0.9 --runs 100 --save runs.parquet
     """
     from teamsight.cli import learn_evaluate as command
 
@@ -99,7 +99,7 @@ def evaluate(**given: Any) -> None:
 @text("--worlds", metavar="INTEGER", help="Worlds on which each is put to the test.  [default: 4]")
 @text("--reward", default="own", metavar="NAME", help="Whose targets count: own, team, alone (nobody else's); or keep.")
 @text("--k", metavar="INTEGER", help="Pairs that match a situation.  [default: the learner's]")
-@text("--gamma", default=0.7, metavar="NUMBER", help="What a step later is worth now, 0 to 1.")
+@text("--discount", default=0.7, metavar="NUMBER", help="Discount factor γ, in [0, 1].")
 @text("--robots", default=5, metavar="INTEGER", help="Robots, exploring and put to the test.")
 @text("--targets", default=15, metavar="INTEGER", help="Targets to observe.")
 @text("--radius", default=3.0, metavar="NUMBER", help="Radius of the arena, in sensing ranges.")

@@ -55,8 +55,9 @@ def execute(**given: Any) -> None:
             f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
         )
     say(
-        f"{settings.learner} on {plural(len(memory), 'pair')}, reward {settings.reward}, gamma {settings.gamma:g}: "
-        f"{plural(stage.robots, 'robot')}, {plural(stage.targets, 'target')}, R = {stage.radius:g}, "
+        f"{settings.learner} on {plural(len(memory), 'pair')}, reward {settings.reward}, "
+        f"discount {settings.discount:g}: {plural(stage.robots, 'robot')}, "
+        f"{plural(stage.targets, 'target')}, R = {stage.radius:g}, "
         f"{plural(stage.runs, 'world')} of {plural(stage.steps, 'step')}, seed {stage.seed}{_unusual(stage)}"
     )
     wide_console().print(_shown(evaluation.summary(table)), highlight=False)
@@ -103,12 +104,12 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
     from teamsight.analysis.learning.learners import REWARDS, Lesson, search_seconds
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
-    lesson = Lesson(REWARDS[settings.reward], settings.k, settings.gamma)
+    lesson = Lesson(REWARDS[settings.reward], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, lesson)
     if expected > _LONG:
         watch.tell(
             f"learning from {len(memory)} pairs takes about {expected / 60:.0f} min, since each is compared with all "
-            "others; --sample 30000 takes seconds, and --gamma 0 none"
+            "others; --sample 30000 takes seconds, and --discount 0 none"
         )
     watch("learning", 0, 1)
     try:

@@ -108,7 +108,7 @@ class EvaluateSettings(Settings):
     learner: str
     reward: str
     k: int | None
-    gamma: float
+    discount: float
     robots: int | None
     targets: int
     radius: float
@@ -126,7 +126,7 @@ class EvaluateSettings(Settings):
     _runs = whole("runs", most=limits.MOST_RUNS)
     _workers = processes("workers")
     _lengths = lengths("radius")
-    _gamma = _share("gamma")
+    _discount = _share("discount")
     _seed = seeds("seed")
     _learner = _among("learner", "LEARNERS")
     _reward = _among("reward", "REWARDS")
@@ -149,7 +149,7 @@ class FigureSettings(Settings):
     worlds: int | None
     reward: str
     k: int | None
-    gamma: float
+    discount: float
     robots: int
     targets: int
     radius: float
@@ -165,7 +165,7 @@ class FigureSettings(Settings):
     _runs = whole("memories", "worlds", most=limits.MOST_RUNS)
     _workers = processes("workers")
     _lengths = lengths("radius")
-    _gamma = _share("gamma")
+    _discount = _share("discount")
     _seed = seeds("seed")
     _learners = _among("learners", "LEARNERS")
     _reward = _among("reward", "REWARDS")

@@ -138,7 +138,7 @@ def test_settings_of_the_model_take_effect() -> None:
     [
         ("radius", 3.0, r"radius=3\.0: is fixed when the model is built; build another"),
         ("delta", 8, r"delta=8: is fixed .*RingAwareness\(8\)"),
-        ("search", "stay", r"search='stay': is fixed .*model\.policy = ACmommt\(search='wander'\)"),
+        ("search", "stay", r"search='stay': is fixed .*model\.policy = ACmommt\(idle='wander'\)"),
         ("robots", 20, "robots|setter"), ("targets", 20, "targets|setter"), ("arena", Disc(3.0), "arena|setter"),
         ("seed_used", 3, "seed_used|setter"), ("policy", "centriod", "did you mean 'centroid'"),
     ],
@@ -171,7 +171,7 @@ def test_names_that_are_set_stand_for_what_they_stand_for_in_the_constructor() -
     assert model.delta == 8
     model.policy = "centroid"
     model.policy = "a-cmommt"
-    assert model.search == model.robots.policy.search == "stay"
+    assert model.search == model.robots.policy.idle == "stay"
     model.awareness = RingAwareness(5)
     assert model.delta == 5
     for name in ("preset", "seed"):

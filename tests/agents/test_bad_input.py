@@ -144,7 +144,7 @@ def test_a_group_that_cannot_be(settings: dict[str, Any], message: str) -> None:
 
 
 POLICIES: list[tuple[Any, dict[str, Any], str]] = [
-    (ACmommt, {"search": "redrawn"}, r"search='redrawn': unknown; did you mean 'redraw'"),
+    (ACmommt, {"idle": "redrawn"}, r"idle='redrawn': unknown; did you mean 'redraw'"),
     (ACmommt, {"weights": 1}, r"weights=1: unknown"),
     (ACmommt, {"shared_weight": 1.1}, r"shared_weight=1\.1: must be a finite number, at least 0 and at most 1"),
     (ACmommt, {"teammate_loss": nan}, r"teammate_loss=nan"),
@@ -156,7 +156,7 @@ POLICIES: list[tuple[Any, dict[str, Any], str]] = [
     (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
     (ACmommt, {"tracks": -1}, r"tracks=-1: must be at least 0"),
     (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),
-    (Centroid, {"search": None}, r"search=None: unknown"),
+    (Centroid, {"idle": None}, r"idle=None: unknown"),
     (RandomWalk, {"turn_probability": 1.01}, r"turn_probability=1\.01: must be a finite number, at least 0 and at most 1"),
     (RandomWalk, {"turn_probability": "often"}, r"turn_probability='often': must be a number"),
     (RandomWalk, {"turn_range": 4}, r"turn_range=4\.0: must be a finite number"),

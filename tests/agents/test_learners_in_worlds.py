@@ -38,7 +38,7 @@ def memory(degree: Any = RingAwareness(), robots: int = 5, seed: int = 1) -> Laz
 LEARNERS = [
     (LazyQ(memory()), RingAwareness()),
     (LazyQ(memory(), inputs=16), NoAwareness()),
-    (LazyQ(memory(), team_reward, k=3, gamma=0.9, sweeps=30), RingAwareness()),
+    (LazyQ(memory(), team_reward, k=3, discount=0.9, sweeps=30), RingAwareness()),
     (LazyQ(memory(RingAwareness(5))), RingAwareness(5)),
     (LazyQ(memory(PairwiseAwareness())), PairwiseAwareness()),
     (LazyQ(memory(SharedAwareness())), SharedAwareness()),

@@ -77,12 +77,12 @@ OPTIONS = {
         "--seed": SEED, "--workers": WORKERS, "--merge": (MEMORIES, ODD_MEMORIES),
     },
     ("learn", "evaluate"): {
-        "--learner": LEARNERS, "--reward": REWARD, "--k": COUNT, "--gamma": SHARE, "--robots": COUNT, "--targets": COUNT,
+        "--learner": LEARNERS, "--reward": REWARD, "--k": COUNT, "--discount": SHARE, "--robots": COUNT, "--targets": COUNT,
         "--radius": LENGTH, "--runs": COUNT, "--steps": STEPS, "--seed": SEED, "--workers": WORKERS, "--sample": COUNT, "--save": PATH,
     },
     ("learn", "figure"): {
         "--out": PATH, "--learners": SEVERAL, "--samples": (("4", "4,5", "6, 4"), ("10000000000000", "1e9"), ("0", "-1,4", ","), ODD),
-        "--memories": COUNT, "--worlds": COUNT, "--reward": REWARD, "--k": COUNT, "--gamma": SHARE, "--robots": COUNT,
+        "--memories": COUNT, "--worlds": COUNT, "--reward": REWARD, "--k": COUNT, "--discount": SHARE, "--robots": COUNT,
         "--targets": COUNT, "--radius": LENGTH, "--steps": STEPS, "--seed": SEED, "--workers": WORKERS,
     },
 }  # fmt: skip

@@ -37,7 +37,7 @@ def action_number(rotation: float, distance: float, turns: int, paces: int) -> i
     return gaps.index(min(gaps)) * paces + pace
 
 
-def table(pairs: list[tuple[Any, int, Any, float]], gamma: float, sweeps: int) -> dict[Any, dict[int, float]]:
+def table(pairs: list[tuple[Any, int, Any, float]], discount: float, sweeps: int) -> dict[Any, dict[int, float]]:
     """Q by state and action: each sweep, the mean over the pairs of what they were worth by the Q of the last sweep."""
     values: dict[Any, dict[int, float]] = {}
     for before, action, _, _ in pairs:
@@ -46,17 +46,17 @@ def table(pairs: list[tuple[Any, int, Any, float]], gamma: float, sweeps: int) -
         worth: dict[Any, dict[int, list[float]]] = {}
         for before, action, after, reward in pairs:
             best = max(values[after].values()) if after in values else 0.0
-            worth.setdefault(before, {}).setdefault(action, []).append(reward + gamma * best)
+            worth.setdefault(before, {}).setdefault(action, []).append(reward + discount * best)
         values = {s: {a: sum(w) / len(w) for a, w in actions.items()} for s, actions in worth.items()}
     return values
 
 
-def features(situation: Any, tents: int) -> Any:
+def features(situation: Any, count: int) -> Any:
     """A constant, and for each component how far its reading lies under each tent; nothing for a reading of 1."""
     found = [1.0]
     for reading in map(float, situation):
-        centres = [k / (tents - 1) for k in range(tents)] if tents > 1 else [reading]
-        wide = 1 / (tents - 1) if tents > 1 else 1.0
+        centres = [k / (count - 1) for k in range(count)] if count > 1 else [reading]
+        wide = 1 / (count - 1) if count > 1 else 1.0
         found += [max(0.0, 1 - abs(reading - centre) / wide) if reading < 1 else 0.0 for centre in centres]
     return np.array(found)
 
@@ -64,21 +64,21 @@ def features(situation: Any, tents: int) -> Any:
 def weights(
     pairs: list[tuple[Any, int, Any, float]],
     actions: int,
-    tents: int,
-    gamma: float,
+    count: int,
+    discount: float,
     rate: float,
     sweeps: int,
     seed: int,
 ) -> Any:
     """Semi-gradient Q-learning with normalised steps; the rate falls evenly to 0 over all sweeps."""
-    found = np.zeros((actions, len(features(pairs[0][0], tents))))
+    found = np.zeros((actions, len(features(pairs[0][0], count))))
     rng = np.random.default_rng(seed)
     total = sweeps * len(pairs)
     for sweep in range(sweeps):
         for step, pair in enumerate(rng.permutation(len(pairs))):
             before, action, after, reward = pairs[pair]
-            seen = features(before, tents)
-            error = reward + gamma * (found @ features(after, tents)).max() - found[action] @ seen
+            seen = features(before, count)
+            error = reward + discount * (found @ features(after, count)).max() - found[action] @ seen
             now = rate * (1 - (sweep * len(pairs) + step) / total)
             found[action] += now * error * seen / (seen @ seen)
     return found

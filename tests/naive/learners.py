@@ -23,13 +23,13 @@ def gain_reward(gained: float, lost: float, both: str) -> float:
     return 1.0 if gained else -1.0 if lost else 0.0
 
 
-def utility(memory: Any, rewards: Numbers, inputs: int, k: int, gamma: float, sweeps: int) -> list[float]:
+def utility(memory: Any, rewards: Numbers, inputs: int, k: int, discount: float, sweeps: int) -> list[float]:
     """Q_i ← r_i + γ max Q_j over the k pairs whose situations are nearest to where i leads."""
     known = memory.situation[:, :inputs]
     values = list(rewards)
     follow = [matches(known, leads, k) for leads in memory.next_situation[:, :inputs]]
     for _ in range(sweeps):
-        values = [r + gamma * max(values[j] for j in near) for r, near in zip(rewards, follow, strict=True)]
+        values = [r + discount * max(values[j] for j in near) for r, near in zip(rewards, follow, strict=True)]
     return values
 
 
@@ -102,13 +102,13 @@ class SheppardRobot:
         self.seen = targets
         if self.pending is not None:
             ahead = self.best(situation)
-            goal = self.rewards[gained][lost] + policy.gamma * (ahead["q"] if ahead else 0.0)
+            goal = self.rewards[gained][lost] + policy.discount * (ahead["q"] if ahead else 0.0)
             tried = dict(self.pending)
             for _, j in self.similar(tried["situation"]):
                 pair = self.pairs[j]
                 turn = abs(pair["rotation"] - tried["rotation"]) / math.pi
                 if min(turn, 2 - turn) + abs(pair["share"] - tried["share"]) <= policy.similar_action:
-                    pair["q"] += policy.alpha * (goal - pair["q"])
+                    pair["q"] += policy.learning_rate * (goal - pair["q"])
         known = None if noise[0] < policy.explore else self.best(situation)
         rotation = known["rotation"] if known else 2 * math.pi * (noise[1] - 0.5)
         share = known["share"] if known else noise[2]

@@ -131,7 +131,7 @@ def centroid(policy: Any, one: Any, noise: list[float]) -> tuple[Vector, float]:
     """Go to the centre of the sensed targets."""
     seen = one.targets.offset.tolist()
     if not seen:
-        return search(policy.search, tuple(one.heading), noise, one.speed)
+        return search(policy.idle, tuple(one.heading), noise, one.speed)
     x, y = (sum(axis) / len(seen) for axis in zip(*seen, strict=True))
     length = math.hypot(x, y)
     return (x / length, y / length), length
@@ -247,6 +247,6 @@ class ACmommtRobot:
             force += exists * self._pull((place.real, place.imag), teammates, reach)
         if abs(force) > 1e-9:
             return (force.real / abs(force), force.imag / abs(force)), min(abs(force), 1.0) * one.speed
-        if p.search_when == "no-force" or not (teammates or lost or len(one.targets.identity)):
-            return search(p.search, tuple(one.heading), noise, one.speed)
+        if p.idle_when == "no-force" or not (teammates or lost or len(one.targets.identity)):
+            return search(p.idle, tuple(one.heading), noise, one.speed)
         return (0.0, 0.0), 0.0

@@ -22,7 +22,7 @@ WALKS = [
 ]  # fmt: skip
 SIMPLE: list[tuple[Any, Callable[..., Any]]] = [
     *((policy, naive.walk) for policy in WALKS),
-    *((Centroid(search=rule), naive.centroid) for rule in ("redraw", "wander", "stay")),
+    *((Centroid(idle=rule), naive.centroid) for rule in ("redraw", "wander", "stay")),
     (Evasive(), naive.evade), (Evasive(turn_probability=1.0), naive.evade),
     (Stationary(), lambda policy, one, noise: ((0.0, 0.0), 0.0)),
 ]  # fmt: skip
@@ -69,8 +69,8 @@ VARIANTS = [
     (ACmommt(), "pairwise"), (ACmommt(), "none"), (ACmommt(), "ring"), (ACmommt(), "shared"),
     (ACmommt(weights="shared"), "pairwise"), (ACmommt(weights="per-teammate"), "shared"), (ACmommt(weights="none"), "shared"),
     (ACmommt(weights="per-teammate", teammate_loss=0.7), "ring"), (ACmommt(weights="shared", shared_weight=0.6), "shared"),
-    (ACmommt(search="wander"), "none"), (ACmommt(search="stay", search_when="nothing-sensed"), "pairwise"),
-    (ACmommt(search_when="nothing-sensed"), "shared"), (ACmommt(repulsion_scale="awareness"), "pairwise"),
+    (ACmommt(idle="wander"), "none"), (ACmommt(idle="stay", idle_when="nothing-sensed"), "pairwise"),
+    (ACmommt(idle_when="nothing-sensed"), "shared"), (ACmommt(repulsion_scale="awareness"), "pairwise"),
     (ACmommt(tracks=2), "shared"), (ACmommt(tracks=0), "shared"), (ACmommt(predictive=2.5, decay=2.0), "none"),
     (ACmommt(do1=0.0, do2=0.0, dr1=0.5, dr2=0.5), "pairwise"), (ACmommt(do1=0.3, do2=0.9, do3=0.95, decay=30.0), "shared"),
 ]  # fmt: skip

@@ -79,8 +79,8 @@ def seeds() -> int:
 
 
 POLICIES = [
-    ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", search="wander"), ACmommt(weights="none", search="stay"),
-    ACmommt(search_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
+    ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", idle="wander"), ACmommt(weights="none", idle="stay"),
+    ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
     Evolved(),
 ]  # fmt: skip

@@ -97,10 +97,10 @@ def test_what_was_made_before_an_interruption_is_kept(
     assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
     # Other curves do not take them for theirs, and do not touch them.
     with WorkerPool(1) as pool:
-        other = make_curves(replace(SMALL, gamma=0.1), pool, folder=tmp_path)
+        other = make_curves(replace(SMALL, discount=0.1), pool, folder=tmp_path)
     assert not other["observed_fraction"].equals(table["observed_fraction"])
     (tmp_path / "notes.txt").write_text("my own")
-    module.forget_lectures(replace(SMALL, gamma=0.1), tmp_path)
+    module.forget_lectures(replace(SMALL, discount=0.1), tmp_path)
     assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
     module.forget_lectures(SMALL, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]

@@ -47,8 +47,8 @@ def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
         with pytest.raises(ValueError, match="knows only what it itself gained and lost"):
             learn(name, pairs, Lesson(REWARDS[reward]))
         return
-    policy = learn(name, pairs, Lesson(REWARDS[reward], gamma=0.5))
-    assert (policy.inputs, policy.gamma) == (32, 0.5)
+    policy = learn(name, pairs, Lesson(REWARDS[reward], discount=0.5))
+    assert (policy.inputs, policy.discount) == (32, 0.5)
     assert learn(name, pairs, Lesson(REWARDS[reward]), inputs=16).inputs == 16
     check_policy(policy)
 

@@ -46,14 +46,14 @@ def value(learner: TabularQ | LinearQ, reading: float, action: int) -> float:
     situation = np.array([[reading, 1, 1, 1]], np.float32)
     if isinstance(learner, TabularQ):
         return float(learner.table[learner.states.index(situation)[0], action])
-    return float(learner.weights[action] @ naive.features(situation[0], learner.tents))
+    return float(learner.weights[action] @ naive.features(situation[0], learner.features))
 
 
 @pytest.mark.parametrize("copies", [1, 3])
 def test_on_a_chain_both_learn_the_q_that_is_known(copies: int) -> None:
     memory = chain(copies)
-    tabular = TabularQ(memory, goal, gamma=0.5, actions=TWO)
-    linear = LinearQ(memory, goal, gamma=0.5, actions=TWO, rate=1.0, sweeps=2000)
+    tabular = TabularQ(memory, goal, discount=0.5, actions=TWO)
+    linear = LinearQ(memory, goal, discount=0.5, actions=TWO, learning_rate=1.0, sweeps=2000)
     for (reading, action), known in KNOWN.items():
         assert value(tabular, reading, action) == pytest.approx(known, abs=1e-6)
         assert value(linear, reading, action) == pytest.approx(known, abs=2e-3)
@@ -98,7 +98,7 @@ def test_the_table_is_that_of_the_twin(degree: str, inputs: int | None, shape: t
         (naive.state(before, merged, shape[1]), action, naive.state(after, merged, shape[1]), reward)
         for before, action, after, reward in pairs_of(memory, learner, gain)
     ]
-    expected = naive.table(pairs, learner.gamma, 7)
+    expected = naive.table(pairs, learner.discount, 7)
     for levels, actions in expected.items():
         number = sum(level * shape[1] ** place for place, level in enumerate(reversed(levels)))
         row = learner.table[number]
@@ -108,12 +108,12 @@ def test_the_table_is_that_of_the_twin(degree: str, inputs: int | None, shape: t
 
 
 @pytest.mark.parametrize(
-    ("degree", "inputs", "tents"), [("none", None, 3), ("ring", None, 1), ("pairwise", None, 2), ("shared", 16, 4)]
+    ("degree", "inputs", "features"), [("none", None, 3), ("ring", None, 1), ("pairwise", None, 2), ("shared", 16, 4)]
 )
-def test_the_weights_are_those_of_the_twin(degree: str, inputs: int | None, tents: int) -> None:
+def test_the_weights_are_those_of_the_twin(degree: str, inputs: int | None, features: int) -> None:
     memory = explored(degree, steps=30)
-    learner = LinearQ(memory, gain, inputs=inputs, tents=tents, sweeps=3, seed=9, rate=0.3)
-    expected = naive.weights(pairs_of(memory, learner, gain), 16, tents, learner.gamma, 0.3, 3, 9)
+    learner = LinearQ(memory, gain, inputs=inputs, features=features, sweeps=3, seed=9, learning_rate=0.3)
+    expected = naive.weights(pairs_of(memory, learner, gain), 16, features, learner.discount, 0.3, 3, 9)
     assert np.abs(learner.weights - expected).max() < 1e-5
     assert np.abs(learner.weights).max() > 0.01
 
@@ -138,7 +138,7 @@ def test_robots_do_what_the_twin_finds_best(kind: Any, degree: str) -> None:
             levels = naive.state(seen, merged, states.levels)
             assert states.index(seen[None])[0] == sum(level * 3**place for place, level in enumerate(reversed(levels)))
         else:
-            values = learner.weights.astype(float) @ naive.features(seen, learner.tents)
+            values = learner.weights.astype(float) @ naive.features(seen, learner.features)
         if values.max() == -np.inf:
             random += 1
             rotation, distance = 2 * math.pi * (noise[0, i] - 0.5), noise[1, i]
@@ -224,10 +224,10 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
     [
         (TabularQ, {"levels": 1}, "levels=1: must be at least 2; something there, or nothing"),
         (TabularQ, {"sweeps": 0}, "sweeps=0"),
-        (LinearQ, {"tents": 0}, "tents=0"),
-        (LinearQ, {"rate": 1.5}, "rate=1.5"),
-        (LinearQ, {"gamma": 1.0, "rate": 1.0, "reward": lambda memory: np.full(len(memory), 1e37), "sweeps": 400}, "learning diverges; lower one"),
-        (TabularQ, {"gamma": 1.1}, "gamma=1.1"),
+        (LinearQ, {"features": 0}, "features=0"),
+        (LinearQ, {"learning_rate": 1.5}, "learning_rate=1.5"),
+        (LinearQ, {"discount": 1.0, "learning_rate": 1.0, "reward": lambda memory: np.full(len(memory), 1e37), "sweeps": 400}, "learning diverges; lower one"),
+        (TabularQ, {"discount": 1.1}, "discount=1.1"),
         (TabularQ, {"actions": 8}, "actions=8: must be an ActionGrid"),
         (TabularQ, {"inputs": 20}, "inputs=20"),
         (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "beyond float32; give smaller rewards"),

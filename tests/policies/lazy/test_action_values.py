@@ -39,7 +39,7 @@ def made_up(seed: int, pairs: int, own: int = 3, added: int = 2, levels: int = 3
 
 @pytest.mark.parametrize("sweeps", range(7))
 def test_a_reward_reaches_back_one_pair_a_sweep(sweeps: int) -> None:
-    found = utility(chain(5), won, k=1, gamma=0.5, sweeps=sweeps)
+    found = utility(chain(5), won, k=1, discount=0.5, sweeps=sweeps)
     # The last leads to itself: 1 + 1/2 + 1/4 + … after so many sweeps; those before have it halved for each step.
     for steps_before, value in enumerate(found[::-1]):
         later = sweeps - steps_before
@@ -47,14 +47,14 @@ def test_a_reward_reaches_back_one_pair_a_sweep(sweeps: int) -> None:
 
 
 @given(
-    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 40), k=st.integers(1, 8), gamma=st.floats(0, 1),
+    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 40), k=st.integers(1, 8), discount=st.floats(0, 1),
     sweeps=st.integers(0, 4), cooperative=st.booleans(),
 )  # fmt: skip
-def test_as_the_slow_twin(seed: int, pairs: int, k: int, gamma: float, sweeps: int, cooperative: bool) -> None:
+def test_as_the_slow_twin(seed: int, pairs: int, k: int, discount: float, sweeps: int, cooperative: bool) -> None:
     memory, k = made_up(seed, pairs), min(k, pairs)
     inputs = memory.inputs if cooperative else memory.own
-    found = utility(memory, won, inputs=inputs, k=k, gamma=gamma, sweeps=sweeps)
-    expected = naive_learners.utility(memory, won(memory).tolist(), inputs, k, gamma, sweeps)
+    found = utility(memory, won, inputs=inputs, k=k, discount=discount, sweeps=sweeps)
+    expected = naive_learners.utility(memory, won(memory).tolist(), inputs, k, discount, sweeps)
     assert found.tolist() == expected
 
 
@@ -86,7 +86,7 @@ def test_the_search_tells_how_far_it_is() -> None:
 def test_without_a_future_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     memory = made_up(3, 9)
     monkeypatch.setattr(LazyMemory, "nearest", None)
-    assert np.array_equal(utility(memory, won, gamma=0, k=9), won(memory))
+    assert np.array_equal(utility(memory, won, discount=0, k=9), won(memory))
     assert np.array_equal(utility(memory, won, sweeps=0, k=9), won(memory))
 
 
@@ -102,8 +102,8 @@ def empty() -> LazyMemory:
         (made_up(4, 9), {"k": 0}, r"k=0: must be at least 1"),
         (made_up(4, 9), {"k": 129}, r"k=129: must be at most 128"),
         (made_up(4, 9), {"k": 2.5}, r"k=2.5: must be a whole number"),
-        (made_up(4, 9), {"gamma": 1.1}, r"gamma=1.1: .*at most 1"),
-        (made_up(4, 9), {"gamma": np.nan}, r"gamma=nan"),
+        (made_up(4, 9), {"discount": 1.1}, r"discount=1.1: .*at most 1"),
+        (made_up(4, 9), {"discount": np.nan}, r"discount=nan"),
         (made_up(4, 9), {"sweeps": -1}, r"sweeps=-1: must be at least 0"),
         (made_up(4, 9), {"inputs": 4}, r"inputs=4: .*compare 3 \(collective\) or all 5 \(cooperative\)"),
         ("memory.safetensors", {}, r"must be a LazyMemory; load one with LazyMemory.load\(path\)"),

@@ -51,7 +51,7 @@ def test_as_the_slow_twins(seed: int, pairs: int, k: int, cooperative: bool, rot
     memory, k = made_up(seed, pairs), min(k, pairs)
     inputs = 7 if cooperative else 4
     percept = percept_of(seed + 1, 5, inputs)
-    constants = {"inputs": inputs, "k": k, "gamma": 0.5, "sweeps": 2}
+    constants = {"inputs": inputs, "k": k, "discount": 0.5, "sweeps": 2}
     rewards = own_reward(memory).tolist()
     values = naive_learners.utility(memory, rewards, inputs, k, 0.5, 2)
     optimist = LazyQ(memory, **constants)
@@ -77,7 +77,7 @@ def test_the_best_of_the_nearest_on_a_memory_where_the_answer_is_known() -> None
     percept = percept_of(1, 1, 1)._replace(situation=np.zeros((1, 1), np.float32))
 
     def answer(**constants: Any) -> tuple[float, float]:
-        policy = LazyQ(memory, GainReward(both="net"), gamma=0, **constants)
+        policy = LazyQ(memory, GainReward(both="net"), discount=0, **constants)
         found, _ = policy.decide(percept, policy.start(1), np.zeros((0, 1)))
         turn = rotation_of(percept, found, 0)
         return round(math.atan2(turn.imag, turn.real), 6), round(found.distance[0] / percept.speed[0], 6)
@@ -95,8 +95,8 @@ def test_the_worst_that_is_known_of_an_action_counts() -> None:
     memory = LazyMemory.of([[0.0]] * 3, action, [[0.5]] * 3, {"gained": [1, 0, 0], "lost": [0, 1, 0]}, own=1)
     percept = percept_of(1, 1, 1)
     for policy, expected in (
-        (LazyQ(memory, gamma=0, k=3), 0.1),
-        (PessimisticLazyQ(memory, gamma=0, k=3, distances=1), math.pi),
+        (LazyQ(memory, discount=0, k=3), 0.1),
+        (PessimisticLazyQ(memory, discount=0, k=3, distances=1), math.pi),
     ):
         found, _ = policy.decide(percept, policy.start(1), np.zeros((0, 1)))
         turn = rotation_of(percept, found, 0)
@@ -155,7 +155,7 @@ def test_the_memory_is_not_copied() -> None:
 def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
     memory = made_up(1, 100)
     policies = [
-        LazyQ(memory), LazyQ(memory, inputs=4), LazyQ(memory, k=3), LazyQ(memory, gamma=0.1), LazyQ(memory, sweeps=1),
+        LazyQ(memory), LazyQ(memory, inputs=4), LazyQ(memory, k=3), LazyQ(memory, discount=0.1), LazyQ(memory, sweeps=1),
         LazyQ(memory, lambda memory: memory.fact("gained")), LazyQ(memory, lambda memory: memory.fact("lost")),
         LazyQ(made_up(2, 100)), PessimisticLazyQ(memory), PessimisticLazyQ(memory, rotations=4),
     ]  # fmt: skip

@@ -99,7 +99,7 @@ def test_of_a_crowd_so_many_are_followed_and_told_apart_as_there_is_room_for() -
 
 def test_what_pays_is_done_again() -> None:
     # The first random action wins a target; from then on, without exploring, it is repeated.
-    policy = SheppardLazyQ(1, threshold=0.5, explore=0.0, alpha=1.0, gamma=0.0)
+    policy = SheppardLazyQ(1, threshold=0.5, explore=0.0, learning_rate=1.0, discount=0.0)
     percept = sample_percept(1, np.random.default_rng(1))._replace(situation=np.zeros((1, 1), np.float32))
     nobody, somebody = (
         percept.targets._replace(
@@ -132,7 +132,7 @@ def test_the_contract() -> None:
 def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
     policies = [
         SheppardLazyQ(), SheppardLazyQ(16), SheppardLazyQ(threshold=2), SheppardLazyQ(3, memory=made_up(1, 5)),
-        SheppardLazyQ(3, memory=made_up(2, 5)), SheppardLazyQ(3), SheppardLazyQ(alpha=0.1), SheppardLazyQ(capacity=7),
+        SheppardLazyQ(3, memory=made_up(2, 5)), SheppardLazyQ(3), SheppardLazyQ(learning_rate=0.1), SheppardLazyQ(capacity=7),
         SheppardLazyQ(reward=lambda memory: memory.fact("lost")), SheppardLazyQ(reward=lambda memory: memory.fact("gained")),
     ]  # fmt: skip
     assert len({repr(policy) for policy in policies}) == len(policies)
@@ -147,8 +147,8 @@ def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
         ({"memory": made_up(1, 30), "inputs": 32}, r"inputs=32: the memory has 2 components for targets and 1 for"),
         ({"memory": own_reward}, r"must be a LazyMemory"),
         ({"explore": 1.5}, r"explore=1.5"),
-        ({"alpha": -0.1}, r"alpha=-0.1"),
-        ({"gamma": math.nan}, r"gamma=nan"),
+        ({"learning_rate": -0.1}, r"learning_rate=-0.1"),
+        ({"discount": math.nan}, r"discount=nan"),
         ({"threshold": -1}, r"threshold=-1"),
         ({"similar_action": -1}, r"similar_action=-1"),
         ({"capacity": 0}, r"capacity=0: must be at least 1"),

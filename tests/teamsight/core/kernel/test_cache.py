@@ -160,7 +160,7 @@ def test_entries_survive_pickling(tmp_path: Path) -> None:
         from teamsight.world.proximity.search import search
         from teamsight.policies import ACmommt
         from teamsight.agents.awareness import RingAwareness
-        for part in (ACmommt(search="stay"), RingAwareness(4)):
+        for part in (ACmommt(idle="stay"), RingAwareness(4)):
             assert pickle.loads(pickle.dumps(part)) == part
         print("kept")
     """
