@@ -1,4 +1,4 @@
-"""The whole of the paper: its figures, and the ledger of its claims for several settings side by side."""
+"""Reproduce the paper: simulate the experiments, draw the figures and judge the claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.paper.claims import CLAIMS, Ledger, Verdict, judge, needed
+from teamsight.analysis.paper.claims import Ledger, Verdict, judge, needed
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import files
@@ -19,7 +19,7 @@ from teamsight.analysis.runs.experiment import PAPER, Grid
 from teamsight.analysis.runs.simulate import Request, make_tables
 from teamsight.analysis.runs.workers import WorkerPool
 
-#: The setting in which nothing is set: every parameter of CMOMMT at its default.
+#: Name of the setting that leaves every parameter of CMOMMT at its default.
 DEFAULTS = "defaults"
 
 
@@ -198,7 +198,7 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
         found.assign(setting=name, experiment=experiment)
         for name in plan.settings
         for experiment, found in tables[name].items()
-        if experiment in needed(CLAIMS)
+        if experiment in needed()
     ]
     files.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
     files.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)

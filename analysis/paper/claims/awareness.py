@@ -1,4 +1,4 @@
-"""Claims on what awareness of teammates is worth (sections 6 to 8, Figs. 8 and 10)."""
+"""Claims about the gain by awareness of teammates (sections 6 to 8, Figs. 8 and 10)."""
 
 from __future__ import annotations
 
@@ -50,17 +50,21 @@ def awareness_gain(tables: Tables) -> Verdict:
     needs=("a-cmommt", "centroid"),
 )
 def awareness_where(tables: Tables) -> Verdict:
-    told, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
-    return verdict(told, *distances)
+    measured, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
+    return verdict(measured, *distances)
 
 
 def where(grid: pd.DataFrame) -> tuple[str, float, float]:
-    """Return where a gain [pp] peaks and what is left of it in very large arenas, in words and as distances."""
+    """Return where a gain [pp] peaks, and its values in very large arenas, in words and as two distances."""
     most = peak(grid)
     large = part(grid, _TEAM, (8, 9)).mean()
-    told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
+    measured = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
-    return (f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
+    return (
+        f"peak at R = {most.radius:g}; {measured}",
+        at_least(float(inside), 1),
+        within(float(large.abs().max()), 0, 5),
+    )
 
 
 @claim(
@@ -71,21 +75,21 @@ def where(grid: pd.DataFrame) -> tuple[str, float, float]:
     needs=("a-cmommt", "centroid"),
 )
 def awareness_robots(tables: Tables) -> Verdict:
-    told, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
-    return verdict(told, *distances)
+    measured, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
+    return verdict(measured, *distances)
 
 
 def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
-    """Return whether a gain [pp] grows with the team and lasts longer, in words and as distances."""
+    """Return whether a gain [pp] grows with the team and extends to larger radii, in words and as two distances."""
     few, many = (part(grid, robots, (1, 9)).mean() for robots in ((2, 6), (20, 30)))
     gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
     ends = [_fades(profile, faded) for profile in (few, many)]
-    told = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
-    # No more digits than the gains beside it: 10, 4.1.
+    radii = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
+    # As many digits as the gains beside it.
     level = f"{round(faded, 1):g}"
     longer = ends[1] > ends[0]
     return (
-        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {told[1]} against {told[0]}",
+        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {radii[1]} against {radii[0]}",
         above(gains[1], gains[0]),
         at_least(float(longer), 1),
     )
@@ -101,7 +105,9 @@ def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
 def range_gain(tables: Tables) -> Verdict:
     cells = cell_means(paired(tables["a-cmommt"], tables["half-range"]), "difference")
     overall, worst = average(grid_of(cells)) * 100, _worst(cells)
-    return verdict(f"{overall:+.2f} pp on average; {_told(worst)}", at_most(worst.value, CHANCE), above(overall, 0))
+    return verdict(
+        f"{overall:+.2f} pp on average; {_worst_in_words(worst)}", at_most(worst.value, CHANCE), above(overall, 0)
+    )
 
 
 @claim(
@@ -119,7 +125,7 @@ def range_neighbours(tables: Tables) -> Verdict:
     overall, worst = average(grid_of(cells)), _worst(cells)
     fewer = maxima(tables["a-cmommt"]) < maxima(tables["half-range"])
     return verdict(
-        f"{overall:+.1f} on average; {_told(worst)}; maxima of all runs lower in {int(fewer.to_numpy().sum())} of "
+        f"{overall:+.1f} on average; {_worst_in_words(worst)}; maxima of all runs lower in {int(fewer.to_numpy().sum())} of "
         f"{fewer.size} cells",
         at_most(worst.value, CHANCE),
         above(overall, 0),
@@ -139,20 +145,20 @@ def delta_sufficient(tables: Tables) -> Verdict:
 
 
 def _worst(cells: pd.DataFrame) -> Peak:
-    """Return by how many pooled se the worst cell lies below 0, and where; 0 when none does."""
+    """Return how far the worst cell lies below 0 [pooled standard errors], and which it is; 0 if none does."""
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
     with np.errstate(divide="ignore", invalid="ignore"):
         return peak(pd.DataFrame(np.where(mean < 0, -mean / se, 0.0), index=mean.index, columns=mean.columns))
 
 
-def _told(worst: Peak) -> str:
+def _worst_in_words(worst: Peak) -> str:
     if not worst.value:
         return "no cell below 0"
     return f"at worst {worst.value:.1f} se below 0, at N = {worst.robots}, R = {worst.radius:g}"
 
 
 def _fades(profile: pd.Series[float], faded: float) -> float:
-    """Return the radius, from the peak on, where the gain falls under `faded` [pp]."""
+    """Return the first radius beyond the peak at which the gain is below `faded` [pp]."""
     after = profile.loc[profile.idxmax() :]
     below = after[after < faded]
     return float(below.index[0]) if len(below) else float("inf")

@@ -77,8 +77,8 @@ class Ledger:
         ]
         total = len(self.claims())
         counts = "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings)
-        told = "\n".join(f"- {name}: {value}" for name, value in self.conditions.items())
-        return f"# The paper's claims\n\n{counts}.\n\n{_table(head, rows)}\n\n## Conditions\n\n{told}\n"
+        conditions = "\n".join(f"- {name}: {value}" for name, value in self.conditions.items())
+        return f"# The paper's claims\n\n{counts}.\n\n{_table(head, rows)}\n\n## Conditions\n\n{conditions}\n"
 
 
 def _words(found: Verdict) -> str:

@@ -1,4 +1,4 @@
-"""Claims on how many teammates a robot has within its awareness range (sections 3 to 5, Figs. 2, 4, 5)."""
+"""Claims about the number of teammates within a robot's awareness range (sections 3 to 5, Figs. 2, 4, 5)."""
 
 from __future__ import annotations
 
@@ -93,8 +93,8 @@ def neighbours_targets(tables: Tables) -> Verdict:
     grids = [maxima(tables[f"targets-{targets}"]) for targets in (5, 15, 30)]
     found = {radius: [int(grid[radius].iloc[0]) for grid in grids] for radius in grids[0].columns}
     spread = max(max(values) - min(values) for values in found.values())
-    told = "; ".join(f"{', '.join(map(str, values))} at R = {radius:g}" for radius, values in found.items())
-    return verdict(told, at_most(spread, 2))
+    measured = "; ".join(f"{', '.join(map(str, values))} at R = {radius:g}" for radius, values in found.items())
+    return verdict(measured, at_most(spread, 2))
 
 
 @claim(

@@ -1,4 +1,4 @@
-"""Claims on the share of targets that a team observes, policy by policy (section 6, Figs. 6 and 7)."""
+"""Claims about the percentage of targets that a team observes under each policy (section 6, Figs. 6 and 7)."""
 
 from __future__ import annotations
 
@@ -149,10 +149,10 @@ def stationary_r10(tables: Tables) -> Verdict:
 
 
 def pooled(se: pd.DataFrame) -> pd.DataFrame:
-    """Return each cell's se, pooled with that of the cells around it.
+    """Return the standard error of each cell, pooled with those of the cells around it.
 
-    The se of five runs is itself so uncertain that among 270 cells some come out far too small; over 3 × 3 cells it
-    rests on 36 degrees of freedom. With a single run the spread is unknown, and every se infinite.
+    The standard error of five runs is uncertain: in some of 270 cells it is far too small. Pooled over 3 × 3 cells it
+    has 36 degrees of freedom. With a single run the spread is unknown, and the standard error infinite.
     """
     variance = se.to_numpy() ** 2
     padded = np.pad(variance, 1, constant_values=np.nan)
@@ -166,7 +166,7 @@ def pooled(se: pd.DataFrame) -> pd.DataFrame:
 
 
 def _against(mean: pd.DataFrame, se: pd.DataFrame, axis: int, sign: float) -> float:
-    """Return by how many se the worst neighbouring pair along `axis` moves against `sign`."""
+    """Return how far the worst pair of neighbouring cells along `axis` moves against `sign` [standard errors]."""
     step = -sign * np.diff(mean.to_numpy(), axis=axis)
     variance = se.to_numpy() ** 2
     ahead, behind = (np.delete(variance, end, axis=axis) for end in (0, -1))

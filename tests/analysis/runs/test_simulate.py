@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.analysis.paper.experiments import catalogue
+from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.runs import simulate as runner
 from teamsight.analysis.runs.experiment import Experiment, Grid, Run
 from teamsight.analysis.runs.simulate import Outcome, Request, make_tables
@@ -18,7 +18,7 @@ SETTING = {"robot_speed": 0.2, "search": "wander"}
 
 
 def requests(*names: str) -> list[Request]:
-    return [Request(SETTING, [catalogue(GRID, SETTING)[name] for name in names])]
+    return [Request(SETTING, chosen(names, GRID, SETTING))]
 
 
 def made(workers: int, *names: str) -> dict[str, pd.DataFrame]:
