@@ -193,7 +193,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
             return []
         graph = relation.graph
         found = []
-        for index in graph.index[graph.start[self.row] : graph.start[self.row + 1]]:
+        for index in graph.identity[graph.start[self.row] : graph.start[self.row + 1]]:
             for group in reversed(relation.observed):
                 if index >= relation.first[group.number]:
                     found.append(group.agents[index - relation.first[group.number]])

@@ -54,7 +54,7 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
     size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
-    policy, awareness = policy_of(plan.policy), awareness_of(plan.awareness)
+    policy, awareness = plan.policy, awareness_of(plan.awareness)
     bodies, ranges = make_bodies(world, number, size, plan)
     name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
     if name in [group.name for group in world.groups]:
@@ -200,7 +200,11 @@ def adjust(world: World, group: Group, **changes: Any) -> None:
     if "awareness" in given:
         awareness = awareness_of(given["awareness"])
     if "policy" in given:
-        policy = policy_of(given["policy"])
+        policy = policy_of(given["policy"], given.get("policy_options"))
+    elif "policy_options" in given:
+        raise ValueError(
+            f"policy_options={checks.shown(given['policy_options'])}: needs a policy by name; give policy too"
+        )
     try:
         group.rules = policy, awareness
         check_fit(group, team_of(world.groups, group))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,11 @@ from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
-from teamsight.agents.resolve import awareness_of, policy_of
+from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.robot import Robot
 from teamsight.agents.target import Target
 from teamsight.core import checks
-from teamsight.policies import POLICIES, ACmommt, Centroid, Evasive, RandomWalk, Stationary
-from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
-from teamsight.policies.handmade.idle import BEHAVIOURS
+from teamsight.policies import Evasive, Stationary
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
@@ -37,15 +36,15 @@ DEFAULTS: dict[str, Any] = {
     "target_speed": 0.075,
     "uniform_target_speed": False,
     "target_policy": "random-walk",
-    "search": "redraw",
-    "search_when": "no-force",
-    "weights": "nearest",
+    "policy_options": {},
+    "target_policy_options": {},
 }
 
 # Not None: a user who writes ``awareness=None`` means something, and is told what to write instead.
 NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
 
-_TARGET_TURN_PROBABILITY = 0.05
+# Options of targets' policies by name whose defaults are meant for robots.
+_TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
 
 
 class CMOMMT(World):
@@ -72,14 +71,12 @@ class CMOMMT(World):
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
     target_policy : str or Policy
         "random-walk", which turns with a probability of 5 % a step, "evasive", or an object.
-    search : {"redraw", "wander", "stay"}
-        What a robot does that has nothing to follow, under "a-cmommt" and "centroid".
-    search_when : {"no-force", "nothing-sensed"}
-        When an "a-cmommt" robot has nothing to follow.
-    weights : {"nearest", "shared", "per-teammate", "none"}
-        How "a-cmommt" weighs targets that teammates may monitor; see `ACmommt`.
+    policy_options, target_policy_options : mapping of str to object, optional
+        Options of a policy given by name, such as ``policy="a-cmommt", policy_options={"weights": "shared"}``; they are
+        the parameters of its class.
     preset : str, optional
-        "touzet2000" sets what calibration found and the caller did not give.
+        "touzet2000" sets what calibration found and the caller did not give. Its policy options are set for policies
+        that have them.
     rng, seed : int, optional
         The seed; two names for one thing.
 
@@ -112,18 +109,24 @@ class CMOMMT(World):
         target_speed: float = NOT_GIVEN,
         uniform_target_speed: bool = NOT_GIVEN,
         target_policy: Any = NOT_GIVEN,
-        search: str = NOT_GIVEN,
-        search_when: str = NOT_GIVEN,
-        weights: str = NOT_GIVEN,
+        policy_options: Mapping[str, Any] = NOT_GIVEN,
+        target_policy_options: Mapping[str, Any] = NOT_GIVEN,
         preset: str | None = None,
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
         given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not NOT_GIVEN}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
+        options = checked_options(given.pop("policy_options", None))
+        target_options = checked_options(given.pop("target_policy_options", None), "target_policy")
         self.settings: dict[str, Any] = {**DEFAULTS, **chosen, **given}
         plan = self.settings
-        rules = _policies(plan)
+        preset_options = plan["policy_options"]
+        plan["policy_options"], plan["target_policy_options"] = {**preset_options, **options}, target_options
+        rules = (
+            policy_of(plan["policy"], shared_options(plan["policy"], preset_options) | options),
+            _target_policy(plan["target_policy"], target_options),
+        )
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
@@ -155,7 +158,7 @@ class CMOMMT(World):
         """The targets."""
         return self._targets
 
-    policy = LiveSetting("robots", "policy", lambda model, value: _robot_policy(model.settings | {"policy": value}))
+    policy = LiveSetting("robots", "policy", lambda model, value: model._robot_policy(value))
     awareness = LiveSetting(
         "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
     )
@@ -168,9 +171,8 @@ class CMOMMT(World):
     seed = FixedSetting("begin anew with reset(rng)")
     delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
-    search = FixedSetting("give the robots another policy, as in model.policy = ACmommt(idle='wander')", "policy")
-    search_when = FixedSetting("give the robots another, as model.policy = ACmommt(idle_when='no-force')", "policy")
-    weights = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')", "policy")
+    policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
+    target_policy_options = FixedSetting("give the targets another policy, as in model.target_policy = RandomWalk(0.1)")
 
     @property
     def target_policy(self) -> Any:
@@ -179,8 +181,13 @@ class CMOMMT(World):
 
     @target_policy.setter
     def target_policy(self, value: Any) -> None:
-        self.targets.policy = _target_policy(self.settings | {"target_policy": value})
+        options = self.settings["target_policy_options"]
+        self.targets.policy = _target_policy(value, shared_options(value, options))
         self._let_targets_sense()
+
+    def _robot_policy(self, value: Any) -> Any:
+        """Return the policy that is set; one by name takes those of the model's options that it has."""
+        return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
         if isinstance(self.targets.policy, Evasive):
@@ -199,30 +206,9 @@ class CMOMMT(World):
         return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
 
 
-def _policies(plan: dict[str, Any]) -> tuple[Any, Any]:
-    """Return the policies of robots and of targets."""
-    checks.choice("search", plan["search"], BEHAVIOURS)
-    checks.choice("search_when", plan["search_when"], OCCASIONS)
-    checks.choice("weights", plan["weights"], WEIGHTS)
-    return _robot_policy(plan), _target_policy(plan)
-
-
-def _robot_policy(plan: dict[str, Any]) -> Any:
-    policy = plan["policy"]
-    if isinstance(policy, str) and policy == "a-cmommt":
-        policy = ACmommt(idle=plan["search"], idle_when=plan["search_when"], weights=plan["weights"])
-    elif isinstance(policy, str) and policy == "centroid":
-        policy = Centroid(idle=plan["search"])
-    return policy_of(policy)
-
-
-def _target_policy(plan: dict[str, Any]) -> Any:
-    policy = plan["target_policy"]
-    if isinstance(policy, str):
-        checks.choice("target_policy", policy, POLICIES)
-        if policy == "random-walk":
-            policy = RandomWalk(turn_probability=_TARGET_TURN_PROBABILITY)
-    return policy_of(policy, "target_policy")
+def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:
+    defaults = _TARGET_OPTIONS.get(value, {}) if isinstance(value, str) else {}
+    return policy_of(value, {**defaults, **options}, "target_policy")
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:

@@ -10,13 +10,14 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.binding import perceive_entry, situate_entry
-from teamsight.agents.awareness.perception import Perception, filled
+from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.columns.attribute import install, is_free
 from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import GROUP
+from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, NeighbourList, Percept
+from teamsight.policies.interface import Action, Percept
 from teamsight.policies.sound import SOUND
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn, motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mesa
@@ -20,6 +20,7 @@ from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.readings import Readings
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
+from teamsight.agents.resolve import policy_of
 from teamsight.agents.state import Stateful
 from teamsight.agents.stepping import Stepping
 from teamsight.core import checks
@@ -116,6 +117,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         count: int,
         *,
         policy: Any,
+        policy_options: Mapping[str, Any] | None = None,
         awareness: Awareness | str = "none",
         sensing_range: npt.ArrayLike = 1.0,
         awareness_range: npt.ArrayLike = 1.0,
@@ -135,6 +137,8 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         policy : Policy, callable or str
             What decides for them: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or the
             name of a policy.
+        policy_options : mapping of str to object, optional
+            The options of a policy given by name: the parameters of its class.
         awareness : Awareness or str
             What they perceive of teammates; an object or a name.
         sensing_range, awareness_range : float or array_like, shape (count,)
@@ -159,7 +163,10 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         """
         group = building.make_group(
             self, agent_class, count,
-            building.Plan(policy, awareness, sensing_range, awareness_range, speed, turn_limit, placement, name),
+            building.Plan(
+                policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit,
+                placement, name,
+            ),
         )  # fmt: skip
         building.populate(self, group, agent_class)
         return group
@@ -184,6 +191,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         group: Group,
         *,
         policy: Any = None,
+        policy_options: Mapping[str, Any] | None = None,
         awareness: Awareness | str | None = None,
         sensing_range: npt.ArrayLike | None = None,
         awareness_range: npt.ArrayLike | None = None,
@@ -196,7 +204,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         ----------
         group : Group
             Of this world.
-        policy, awareness, sensing_range, awareness_range, speed, turn_limit
+        policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
             As for `add`.
 
         Raises
@@ -208,7 +216,7 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         if group not in self.groups:
             raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
         building.adjust(
-            self, group, policy=policy, awareness=awareness, sensing_range=sensing_range,
+            self, group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
 

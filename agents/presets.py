@@ -1,4 +1,7 @@
-"""Presets: settings of what the paper leaves open, found by calibration (docs/calibration.md)."""
+"""Presets: values for what the paper leaves open, found by calibration (docs/calibration.md).
+
+The policy options of a preset reach each policy by name that has them.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,6 @@ PRESETS: dict[str, dict[str, Any]] = {
         "robot_speed": 0.2,
         "target_speed": 0.1,
         "uniform_target_speed": False,
-        "search": "stay",
-        "search_when": "no-force",
-        "weights": "nearest",
+        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest"},
     }
 }

@@ -13,7 +13,7 @@ from teamsight.agents.recording.trajectory import neighbour_graph, trajectory_fr
 from teamsight.agents.recording.transitions import Experience, joined
 from teamsight.agents.teammates import Teammates, proximity, teammates
 from teamsight.core import checks
-from teamsight.world.proximity.search import ProximityGraph
+from teamsight.core.neighbour_list import NeighbourList
 
 
 class Readings:
@@ -70,7 +70,7 @@ class Readings:
         return self._history.frame()
 
     @property
-    def proximity(self) -> ProximityGraph:
+    def proximity(self) -> NeighbourList:
         """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
         self.look()
         return proximity(self.groups)

@@ -3,27 +3,44 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
-from teamsight.policies import POLICIES
+from teamsight.policies.registry import POLICIES, options_of
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
 
 
-def policy_of(value: Any, name: str = "policy") -> Any:
+def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = "policy") -> Any:
     """Return the policy that a user names or gives for the parameter `name`.
+
+    Parameters
+    ----------
+    value : str, Policy or callable
+        A policy, or the name of one.
+    options : mapping of str to object, optional
+        Options of a policy given by name.
+    name : str
+        The parameter, for error messages.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no policy, or its name is unknown.
+        If `value` is not a policy, its name is unknown, it does not have one of the options, or an option has a wrong
+        value.
     """
+    given = checked_options(options, name)
     if isinstance(value, str):
-        return POLICIES[checks.choice(name, value, POLICIES)]()
+        return _by_name(checks.choice(name, value, POLICIES), given, name)
+    if given:
+        raise ValueError(
+            f"{name}_options={checks.shown(given)}: is for a policy by name, and {name}={checks.shown(value)} is an "
+            "object; set its options where it is made"
+        )
     if isinstance(value, type):
         raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
     if not hasattr(value, "decide") and not callable(value):
@@ -49,6 +66,38 @@ def policy_of(value: Any, name: str = "policy") -> Any:
             raise TypeError(f"{name}={shown}: has decide but no {' and no '.join(missing)}; see check_policy()")
         checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
     return value
+
+
+def _by_name(policy: str, options: Mapping[str, Any], name: str) -> Any:
+    known = options_of(policy)
+    for option in options:
+        if option not in known:
+            known_are = f"its options are {', '.join(known)}" if known else "it has no options"
+            shown, hint = checks.shown(option), checks.suggestion(option, known)
+            raise ValueError(f"{name}_options: {policy!r} has no option {shown}; {hint}{known_are}")
+    return POLICIES[policy](**options)
+
+
+def checked_options(options: Mapping[str, Any] | None, name: str = "policy") -> dict[str, Any]:
+    """Return the options given for the policy parameter `name`; empty for None.
+
+    Raises
+    ------
+    TypeError
+        If they are not a mapping.
+    """
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping):
+        raise TypeError(f"{name}_options={checks.shown(options)}: must be a mapping, such as {{'weights': 'shared'}}")
+    return dict(options)
+
+
+def shared_options(policy: Any, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of the options that a policy by this name has; none for a policy that is an object."""
+    if not isinstance(policy, str) or policy not in POLICIES:
+        return {}
+    return {name: value for name, value in options.items() if name in options_of(policy)}
 
 
 def awareness_of(value: Awareness | str) -> Awareness:

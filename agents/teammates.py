@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.group import Group
-from teamsight.world.proximity.search import ProximityGraph
+from teamsight.core.neighbour_list import NeighbourList
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,12 +71,12 @@ def teammates(groups: list[Group]) -> Teammates:
     )
 
 
-def proximity(groups: list[Group]) -> ProximityGraph:
+def proximity(groups: list[Group]) -> NeighbourList:
     """Return who of `teammates` is within whose awareness range; edges join agents of one team only."""
     teams = on_teams(groups)
     if len(teams) == 1:
         graph = teams[0].relations["teammates"].graph
-        return ProximityGraph(graph.start.copy(), graph.index.copy(), graph.offset.copy(), graph.distance.copy())
+        return graph.copy()
     first, row = {}, 0
     for group in teams:
         first[group.number] = row
@@ -89,10 +89,10 @@ def proximity(groups: list[Group]) -> ProximityGraph:
         # The relation counts through the groups of this team only.
         rows = [first[other.number] + np.arange(len(other)) for other in relation.observed]
         start.append(edges + graph.start[1:])
-        index.append(np.concatenate(rows)[graph.index])
+        index.append(np.concatenate(rows)[graph.identity])
         offset.append(graph.offset)
         distance.append(graph.distance)
-        edges += len(graph.index)
-    return ProximityGraph(
+        edges += len(graph.identity)
+    return NeighbourList(
         np.concatenate(start), np.concatenate(index), np.concatenate(offset), np.concatenate(distance)
     )

@@ -1,6 +1,6 @@
 """Who is a neighbour of whom: degrees, components and cliques of the proximity graph, at one time and over time.
 
-Everything works on the flat arrays of a `ProximityGraph`; networkx is used for cliques and handed out on request.
+Everything works on the flat arrays of a `NeighbourList`; networkx is used for cliques and handed out on request.
 With unequal ranges the graph is directed: degrees count what a robot senses, while edges, components and cliques are
 those of its mutual edges, where both robots sense each other.
 """
@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csgraph
 
 from teamsight.core import checks
-from teamsight.world.proximity.search import ProximityGraph, proximity_graph
+from teamsight.core.neighbour_list import NeighbourList
+from teamsight.world.proximity.search import proximity_graph
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -43,11 +44,11 @@ class Frame(NamedTuple):
     largest_clique: int | None  # None: not asked for, or too costly
 
 
-def mutual_edges(graph: ProximityGraph) -> Ints:
+def mutual_edges(graph: NeighbourList) -> Ints:
     """Return each pair that senses each other once, int64 of shape (m, 2), the smaller index first, sorted."""
     size = len(graph.start) - 1
     observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
-    low, high = np.minimum(observer, graph.index), np.maximum(observer, graph.index)
+    low, high = np.minimum(observer, graph.identity), np.maximum(observer, graph.identity)
     pair, seen = np.unique(low * size + high, return_counts=True)
     pair = pair[seen == 2]
     return np.column_stack([pair // size, pair % size]) if size else np.empty((0, 2), np.int64)
@@ -116,12 +117,12 @@ def _greedy_clique(network: nx.Graph, core: dict[int, int]) -> list[int]:
     return best
 
 
-def frame(graph: ProximityGraph, *, cliques: bool = True) -> Frame:
+def frame(graph: NeighbourList, *, cliques: bool = True) -> Frame:
     """Return the neighbour graph in numbers.
 
     Parameters
     ----------
-    graph : ProximityGraph
+    graph : NeighbourList
         Robots among themselves.
     cliques : bool
         Whether to look for the largest clique, by far the most costly.
@@ -142,13 +143,13 @@ def frame(graph: ProximityGraph, *, cliques: bool = True) -> Frame:
 
 
 def to_networkx(
-    graph: ProximityGraph, position: Floats | None = None, identity: ArrayLike | None = None, *, directed: bool = False
+    graph: NeighbourList, position: Floats | None = None, identity: ArrayLike | None = None, *, directed: bool = False
 ) -> Any:
     """Return the graph as networkx knows it.
 
     Parameters
     ----------
-    graph : ProximityGraph
+    graph : NeighbourList
         Robots among themselves.
     position : ndarray of float64, shape (n, 2), optional
         Becomes each node's attribute ``position``, a pair of floats [length].
@@ -170,7 +171,7 @@ def to_networkx(
         nx.set_node_attributes(network, dict(zip(names, map(tuple, position.tolist()), strict=True)), "position")
     observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
     mutual = set(map(tuple, mutual_edges(graph).tolist()))
-    for one, other, distance in zip(observer.tolist(), graph.index.tolist(), graph.distance.tolist(), strict=True):
+    for one, other, distance in zip(observer.tolist(), graph.identity.tolist(), graph.distance.tolist(), strict=True):
         if directed or (one, other) in mutual:
             network.add_edge(names[one], names[other], distance=distance)
     return network
@@ -212,7 +213,7 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
             "Robot, or of an agent class with a team"
         )
 
-    def graphs() -> Iterator[tuple[float, ProximityGraph]]:
+    def graphs() -> Iterator[tuple[float, NeighbourList]]:
         yield model.tick, model.proximity
         seen, end = model.tick, model.tick + steps
         while seen < end:
@@ -298,7 +299,7 @@ def over_trajectory(
     return found
 
 
-def table(graphs: Iterable[tuple[Any, ProximityGraph]], *, cliques: bool = True) -> pd.DataFrame:
+def table(graphs: Iterable[tuple[Any, NeighbourList]], *, cliques: bool = True) -> pd.DataFrame:
     """Return one row for each pair of a time and a graph: the time, and the fields of `Frame`."""
     rows = [(time, *frame(graph, cliques=cliques)) for time, graph in graphs]
     return pd.DataFrame(rows, columns=["time", *Frame._fields]).astype({"largest_clique": "Int64"})

@@ -12,6 +12,7 @@ if __name__ != "teamsight.policies":
     )
 
 if TYPE_CHECKING:
+    from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.check import check_policy
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.evasive import Evasive
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.stationary import Stationary
-    from teamsight.policies.interface import Action, NeighbourList, Percept, PerceptOfOne, Policy, PolicyState, turned
+    from teamsight.policies.interface import Action, Percept, PerceptOfOne, Policy, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
@@ -45,7 +46,7 @@ _HOMES = {
     "Policy": "teamsight.policies.interface",
     "RandomWalk": "teamsight.policies.handmade.random_walk",
     "SheppardLazyQ": "teamsight.policies.lazy.sheppard_lazy_q",
-    "NeighbourList": "teamsight.policies.interface",
+    "NeighbourList": "teamsight.core.neighbour_list",
     "Stationary": "teamsight.policies.handmade.stationary",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import compiled
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
-from teamsight.policies.interface import Action, NeighbourList, Percept, Policy, Rule, percept_of_one
+from teamsight.policies.interface import Action, Percept, Policy, Rule, percept_of_one
 
 # A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.
 _MANY_STEPS = 64

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, array_at, inlined, specialise
-from teamsight.policies.interface import Action, Floats, NeighbourList, Percept, PolicyArrays, PolicyState
+from teamsight.core.neighbour_list import NeighbourList
+from teamsight.policies.interface import Action, Floats, Percept, PolicyArrays, PolicyState
 
 _SEEN = ("start", "identity", "offset", "distance")
 

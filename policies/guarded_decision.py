@@ -12,8 +12,9 @@ from teamsight.core.kernel.fences import Fences
 from teamsight.core.kernel.guard import LIMIT, READ_ONLY, guarded_at
 from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
 from teamsight.core.kernel.guarded_copy import guarded
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, Floats, NeighbourList, Percept, PolicyArrays, PolicyState
+from teamsight.policies.interface import Action, Floats, Percept, PolicyArrays, PolicyState
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
 _XY = Axis("components", "they are 0, x, and 1, y")

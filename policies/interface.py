@@ -9,30 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-class NeighbourList(NamedTuple):
-    """Who is seen, grouped by the robot that sees.
-
-    Attributes
-    ----------
-    start : ndarray, shape (n + 1,), int64
-        Robot i sees the entries from ``start[i]`` up to, not including, ``start[i + 1]``.
-    identity : ndarray, shape (k,), int64
-        Who is seen; −1 where the degree of awareness hides it. Ascending for each robot where it is shown.
-    offset : ndarray, shape (k, 2), float64
-        From the robot to what it sees, along the arena's axes [length].
-    distance : ndarray, shape (k,), float64
-        The length of `offset` [length].
-    """
-
-    start: Integers
-    identity: Integers
-    offset: Floats
-    distance: Floats
 
 
 class Percept(NamedTuple):
@@ -246,11 +226,6 @@ def _sightings_of_group_of_one(name: str, seen: NeighboursOfOne) -> NeighbourLis
         shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
         raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
     return NeighbourList(np.array([0, k]), identity, offset, distance)
-
-
-def no_neighbours(size: int) -> NeighbourList:
-    """Return the sightings of `size` robots that see nothing."""
-    return NeighbourList(np.zeros(size + 1, np.int64), np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros(0))
 
 
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:

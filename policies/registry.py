@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -24,3 +25,8 @@ POLICIES: dict[str, Callable[[], Any]] = {
     "random-walk": RandomWalk,
     "stationary": Stationary,
 }
+
+
+def options_of(name: str) -> tuple[str, ...]:
+    """Return the options of a policy by name: the parameters of what makes it."""
+    return tuple(inspect.signature(POLICIES[name]).parameters)

@@ -87,7 +87,7 @@ def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> P
     reach = min([apart, *limits])
     for _ in range(_SWEEPS):
         graph = proximity_graph(points, None, reach, arena)
-        if not len(graph.index):
+        if not len(graph.identity):
             break
         way = graph.offset / np.maximum(graph.distance, 1e-9)[:, None]
         push = np.zeros_like(points)

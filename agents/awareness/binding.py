@@ -9,8 +9,8 @@ import numpy as np
 
 from teamsight.agents.awareness.interface import Awareness, Scene
 from teamsight.core.kernel import Entry, array_at, kernel, specialise
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import neighbour_list_at
-from teamsight.policies.interface import NeighbourList
 
 _SEEN = ("start", "identity", "offset", "distance")
 

@@ -9,7 +9,7 @@ import numpy as np
 from teamsight.agents.awareness.guarded_scene import GuardedScene
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
-from teamsight.policies.interface import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList
 
 _FIELDS = ("targets", "teammates", "relayed")
 _NO_IDENTITY = -7_777_777

@@ -16,7 +16,7 @@ from teamsight.core.kernel.fences import Fences
 from teamsight.core.kernel.guard import READ_ONLY, guarded_at
 from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
 from teamsight.core.kernel.guarded_copy import guarded
-from teamsight.policies.interface import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is scene.heading.shape[0]")
 _XY = Axis("components", "they are 0, x, and 1, y")

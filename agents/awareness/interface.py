@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList
 
 
 class Width(NamedTuple):

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.binding import SCENE, perceive_entry, situate_entry
-from teamsight.policies.interface import NeighbourList, no_neighbours
+from teamsight.core.neighbour_list import neighbour_room, no_neighbours
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -75,7 +75,7 @@ class Perception:
         self._make_buffers(group, team)
         teammates = group.relations.get("teammates")
         self._parameters = np.ascontiguousarray(group.awareness.parameters, float)
-        self._place = teammates.search.index if teammates else np.zeros(0, np.int64)
+        self._place = teammates.search.identity if teammates else np.zeros(0, np.int64)
         rows = [_teammates_row(other, teammates.first[other.number]) for other in team] if teammates else []
         self._team = np.array(rows, np.int64).reshape(-1, 8)
         self._seen = {
@@ -103,8 +103,8 @@ class Perception:
         if type(awareness).perceive is not None and "teammates" in group.relations:
             self.room = max(self.room, len(group.relations["teammates"].identity))
             if not awareness.shows_teammates:
-                self.shown = _room_for(size, self.room)
-            self.relayed = _room_for(size, self.room)
+                self.shown = neighbour_room(size, self.room)
+            self.relayed = neighbour_room(size, self.room)
         self._width = sum(awareness.width(max(sum(map(len, team)), 1)))
         self.is_situated = bool(getattr(group.policy, "inputs", 0))
         # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
@@ -116,13 +116,3 @@ def _teammates_row(group: Group, first: int) -> list[int]:
     """Return a group's row of `Scene.team`."""
     arrays = (*group.buffers("targets"), group.bodies.heading, group.ranges[0])
     return [first, len(group), *(array.ctypes.data for array in arrays)]
-
-
-def _room_for(size: int, room: int) -> NeighbourList:
-    return NeighbourList(np.zeros(size + 1, np.int64), np.zeros(room, np.int64), np.zeros((room, 2)), np.zeros(room))
-
-
-def filled(buffers: NeighbourList) -> NeighbourList:
-    """Return the part of some buffers that holds sightings."""
-    edges = buffers.start[-1]
-    return NeighbourList(buffers.start, buffers.identity[:edges], buffers.offset[:edges], buffers.distance[:edges])

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import Floats, Integers, NeighbourList, no_neighbours
+from teamsight.core.neighbour_list import NeighbourList, no_neighbours
+from teamsight.policies.interface import Floats, Integers
 
 
 class Sample(NamedTuple):

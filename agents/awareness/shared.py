@@ -14,7 +14,7 @@ from teamsight.agents.awareness.pairwise import slot_of
 from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring
 from teamsight.core import checks
 from teamsight.core.kernel import array_at, kernel
-from teamsight.policies.interface import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList
 
 # The columns of Scene.team: where a group begins in the team, its size, and its arrays' addresses.
 FIRST, SIZE, START, IDENTITY, OFFSET, DISTANCE, HEADING, REACH = range(8)

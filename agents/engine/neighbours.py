@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.engine.records import RELATION
-from teamsight.policies.interface import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
-from teamsight.world.proximity.search import ProximityGraph, Search
+from teamsight.world.proximity.search import Search
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -43,13 +43,13 @@ class Relation:
         self.everyone = np.concatenate([group.bodies.identity for group in observed])
         own = self.first.get(observers.number, -1)
         self.search = Search(observers.bodies.position, reach, len(self.everyone), own, arena)
-        self.identity = np.zeros(len(self.search.index), np.int64)
+        self.identity = np.zeros(len(self.search.identity), np.int64)
         self._parts = np.zeros((len(observed), 2), np.int64)
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and some more; records must be bound again."""
         self.search.grow(edges)
-        self.identity = np.zeros(len(self.search.index), np.int64)
+        self.identity = np.zeros(len(self.search.identity), np.int64)
 
     def bind(self, record: Any, met: npt.NDArray[np.int64], first_row: dict[int, int]) -> None:
         """Write where everything is into a record of kind `RELATION`.
@@ -69,25 +69,25 @@ class Relation:
         self._parts[:] = [(group.bodies.position.ctypes.data, len(group)) for group in self.observed]
         arrays = {
             "search": search.record, "parts": self._parts, "x": search.x, "y": search.y, "everyone": self.everyone,
-            "start": search.start, "index": search.index, "identity": self.identity, "met": met,
+            "start": search.start, "index": search.identity, "identity": self.identity, "met": met,
             "rows": self._rows,
         }  # fmt: skip
         assert set(arrays) <= set(RELATION.names or ())
         for name, array in arrays.items():
             record[name] = array.ctypes.data
         record["observers"], record["observed"] = len(self.observers), len(self.everyone)
-        record["part_count"], record["room"] = len(self.observed), len(search.index)
+        record["part_count"], record["room"] = len(self.observed), len(search.identity)
 
     @property
-    def graph(self) -> ProximityGraph:
-        """The edges; `index` counts through the observed groups in order."""
+    def graph(self) -> NeighbourList:
+        """The edges; `identity` counts through the observed groups in order."""
         return self.search.graph
 
     @property
     def sightings(self) -> NeighbourList:
         """The edges as a policy sees them, with identities."""
         graph = self.search.graph
-        return NeighbourList(graph.start, self.identity[: len(graph.index)], graph.offset, graph.distance)
+        return NeighbourList(graph.start, self.identity[: len(graph.identity)], graph.offset, graph.distance)
 
     @property
     def buffers(self) -> NeighbourList:

@@ -19,7 +19,7 @@ def observed_share(relations: list[Relation]) -> float:
     for relation in relations:
         if relation.kind == "targets" and relation.observers.team is not None:
             met = np.zeros(len(relation.everyone), bool)
-            met[relation.graph.index] = True
+            met[relation.graph.identity] = True
             for group in relation.observed:
                 first = relation.first[group.number]
                 part = met[first : first + len(group)]
@@ -32,7 +32,7 @@ def mean_neighbours(relations: list[Relation]) -> float:
     """Return the mean number of robots within a robot's awareness range; NaN without robots."""
     teams = [relation for relation in relations if relation.kind == "teammates"]
     robots = sum(len(relation.observers) for relation in teams)
-    return sum(len(relation.graph.index) for relation in teams) / robots if robots else float("nan")
+    return sum(len(relation.graph.identity) for relation in teams) / robots if robots else float("nan")
 
 
 def observers_of(relations: list[Relation], agent: Body) -> list[Any]:
@@ -41,7 +41,7 @@ def observers_of(relations: list[Relation], agent: Body) -> list[Any]:
     for relation in relations:
         if relation.kind == "targets" and agent.group.number in relation.first:
             index = relation.first[agent.group.number] + agent.row
-            edges = np.flatnonzero(relation.graph.index == index)
+            edges = np.flatnonzero(relation.graph.identity == index)
             rows = np.searchsorted(relation.graph.start, edges, side="right") - 1
             found += [relation.observers.agents[row] for row in rows]
     return found

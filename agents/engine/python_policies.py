@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, readonly
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.check import check_action, check_answer
 from teamsight.policies.interface import (
     Action,
-    NeighbourList,
     Percept,
     PerceptOfOne,
     percept_of_group_of_one,

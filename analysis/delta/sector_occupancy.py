@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from teamsight.core import checks
-from teamsight.world.proximity.search import ProximityGraph
+from teamsight.core.neighbour_list import NeighbourList
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -56,12 +56,12 @@ def sector_distribution(neighbours: int, sectors: int) -> Floats:
     return probability
 
 
-def bearings(graph: ProximityGraph, heading: Floats) -> Bearings:
+def bearings(graph: NeighbourList, heading: Floats) -> Bearings:
     """Return where each robot has its neighbours, relative to its heading.
 
     Parameters
     ----------
-    graph : ProximityGraph
+    graph : NeighbourList
         Robots among themselves.
     heading : ndarray of float64, shape (n, 2)
         Directions, of any length; a robot whose heading is zero or NaN is left out.

@@ -49,10 +49,11 @@ def _delta_cells(grid: Grid) -> Cells:
 
 def _scaled(setting: Parameters) -> Parameters:
     """Return A-CMOMMT with a repulsion that scales with the awareness range."""
+    from teamsight.agents.resolve import shared_options
     from teamsight.policies import ACmommt
 
-    rules = {name: setting[name] for name in ("search", "search_when", "weights") if name in setting}
-    return {"policy": ACmommt(repulsion_scale="awareness", **rules), "awareness": "pairwise", **_HALF}
+    options = shared_options("a-cmommt", setting.get("policy_options", {}))
+    return {"policy": ACmommt(repulsion_scale="awareness", **options), "awareness": "pairwise", **_HALF}
 
 
 class Design(NamedTuple):

@@ -7,24 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from numbers import Integral, Real
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
-# What each policy listens to among the settings that calibration varies; passing on only these lets equal runs be
-# recognised as equal, so that they are made once.
-_POLICY_SETTINGS: Mapping[str, frozenset[str]] = MappingProxyType(
-    {
-        "a-cmommt": frozenset({"search", "search_when", "weights"}),
-        "centroid": frozenset({"search"}),
-        "random-walk": frozenset(),
-        "stationary": frozenset(),
-    }
-)
 # What it costs a learner to compare two numbers of its memory, in steps of a middling world.
 _COMPARISON = 9e-5
 # Longest text of a setting where a run is described, in characters.
 _LONGEST_SETTING = 48
-_POLICY_ONLY = frozenset({"search", "search_when", "weights"})
 
 
 class Grid(NamedTuple):
@@ -48,9 +36,11 @@ QUICK = Grid((1, 2, 5, 8, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0))
 def canonical(value: Any) -> str:
     """Return one text for equal values, whatever their type: 2, 2.0 and NumPy's 2 alike.
 
-    Numbers that are whole become integers, other numbers are written exactly in hexadecimal; everything else is
-    written by ``repr``.
+    Numbers that are whole become integers, other numbers are written exactly in hexadecimal, mappings in the order of
+    their keys; everything else is written by ``repr``.
     """
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
     if isinstance(value, bool):
         return repr(value)
     if isinstance(value, Integral):
@@ -148,11 +138,15 @@ class Experiment:
     replicates: int = 1
 
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the treatment under `setting`, without what its policy does not listen to."""
-        policy = self.treatment["policy"]
-        listens = _POLICY_SETTINGS.get(policy, _POLICY_ONLY) if isinstance(policy, str) else frozenset[str]()
-        kept = {name: value for name, value in setting.items() if name not in _POLICY_ONLY or name in listens}
-        return kept | dict(self.treatment)
+        """Return the treatment under `setting`, without the policy options that its policy does not have.
+
+        Runs that differ in such options only are then equal, and are made once.
+        """
+        from teamsight.agents.resolve import shared_options
+
+        found = {**setting, **self.treatment}
+        options = shared_options(self.treatment["policy"], found.pop("policy_options", {}))
+        return found | ({"policy_options": options} if options else {})
 
     def rows(
         self, setting: Mapping[str, Any], root: int, runs: int, steps: int

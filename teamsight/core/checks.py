@@ -167,10 +167,22 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     names = sorted(allowed)
     if isinstance(value, str) and value in names:
         return str(value)
-    # What is much longer than a name resembles none, and would take long to compare.
-    near = difflib.get_close_matches(shown(value).strip("'\"").lower(), names, n=1, cutoff=0.4)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    raise ValueError(f"{name}={shown(value)}: unknown; {hint}known are {', '.join(names)}")
+    raise ValueError(f"{name}={shown(value)}: unknown; {suggestion(value, names)}known are {', '.join(names)}")
+
+
+def suggestion(value: Any, names: Iterable[str]) -> str:
+    """Return ``"did you mean …? "`` with the name nearest to `value`; empty if none is near.
+
+    Parameters
+    ----------
+    value : Any
+        What was given.
+    names : iterable of str
+        What may be given.
+    """
+    # `shown` cuts long values: they resemble no name, and would take long to compare.
+    near = difflib.get_close_matches(shown(value).strip("'\"").lower(), list(names), n=1, cutoff=0.4)
+    return f"did you mean {near[0]!r}? " if near else ""
 
 
 def seed(rng: Any, seed: Any) -> int:

@@ -10,7 +10,7 @@ import pytest
 
 from teamsight import CMOMMT, Disc, Robot, World
 from teamsight.agents.awareness import RingAwareness
-from teamsight.policies import Stationary
+from teamsight.policies import ACmommt, Centroid, Stationary
 
 
 @pytest.mark.short
@@ -138,7 +138,8 @@ def test_settings_of_the_model_take_effect() -> None:
     [
         ("radius", 3.0, r"radius=3\.0: is fixed when the model is built; build another"),
         ("delta", 8, r"delta=8: is fixed .*RingAwareness\(8\)"),
-        ("search", "stay", r"search='stay': is fixed .*model\.policy = ACmommt\(idle='wander'\)"),
+        ("policy_options", {}, r"policy_options=\{\}: is fixed .*model\.policy = ACmommt\(weights='shared'\)"),
+        ("target_policy_options", {}, r"is fixed .*model\.target_policy = RandomWalk\(0\.1\)"),
         ("robots", 20, "robots|setter"), ("targets", 20, "targets|setter"), ("arena", Disc(3.0), "arena|setter"),
         ("seed_used", 3, "seed_used|setter"), ("policy", "centriod", "did you mean 'centroid'"),
     ],
@@ -164,14 +165,17 @@ def test_targets_that_come_to_evade_sense_the_robots() -> None:
 
 
 def test_names_that_are_set_stand_for_what_they_stand_for_in_the_constructor() -> None:
-    model = CMOMMT(awareness="ring", delta=8, search="stay", rng=1)
+    model = CMOMMT(awareness="ring", delta=8, policy_options={"idle": "stay"}, rng=1)
     model.awareness = "pairwise"
     model.awareness = "ring"
     assert model.robots.awareness == RingAwareness(8)
     assert model.delta == 8
     model.policy = "centroid"
+    assert model.robots.policy == Centroid(idle="stay")
+    model.policy = "random-walk"
     model.policy = "a-cmommt"
-    assert model.search == model.robots.policy.idle == "stay"
+    assert model.robots.policy == ACmommt(idle="stay")
+    assert model.policy_options == {"idle": "stay"}
     model.awareness = RingAwareness(5)
     assert model.delta == 5
     for name in ("preset", "seed"):

@@ -20,7 +20,7 @@ def targets_after(steps: int = 40, **settings: object) -> np.ndarray:
     "settings",
     [
         {"policy": "centroid"}, {"policy": "random-walk"}, {"policy": "stationary"}, {"awareness": "shared"}, {"delta": 3},
-        {"robots": 3}, {"robots": 30}, {"awareness_range": 0.4}, {"robot_speed": 0.5}, {"search": "wander"}, {"weights": "none"},
+        {"robots": 3}, {"robots": 30}, {"awareness_range": 0.4}, {"robot_speed": 0.5}, {"policy_options": {"idle": "wander"}}, {"policy_options": {"weights": "none"}},
     ],
     ids=str,
 )  # fmt: skip

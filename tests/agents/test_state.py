@@ -12,7 +12,7 @@ import pytest
 from teamsight import CMOMMT, Disc, Robot, World
 
 PARTS: list[dict[str, Any]] = [
-    {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "search": "wander"},
+    {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "policy_options": {"idle": "wander"}},
     {"policy": "stationary", "uniform_target_speed": True},
 ]  # fmt: skip
 

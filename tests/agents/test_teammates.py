@@ -51,7 +51,7 @@ def test_neighbours_are_those_counted_by_hand(_: int) -> None:
             way = world.arena.displacement(agent.position, mate.position)
             near = mate is not agent and mate.group.team == agent.group.team and np.hypot(*way) <= reach
             expected += [other] if near else []
-        assert graph.index[edges].tolist() == expected, seed
+        assert graph.identity[edges].tolist() == expected, seed
         assert graph.distance[edges] == pytest.approx(np.hypot(*graph.offset[edges].T)), seed
     same = [np.array([agent.group.team == other.group.team for other in agents]).sum() for agent in agents]
     assert members.largest_team == max(same, default=0), seed
@@ -64,12 +64,12 @@ def test_graphs_do_not_change_with_the_world() -> None:
     model.run(20)
     for array, old in zip((*graph, *members), before, strict=True):
         assert array.tolist() == old.tolist()
-    assert model.proximity.index.tolist() != graph.index.tolist()
+    assert model.proximity.identity.tolist() != graph.identity.tolist()
 
 
 def test_nobody_on_a_team() -> None:
     world = World(Disc(2.0), rng=1)
     for _ in range(2):
         assert world.proximity.start.tolist() == [0]
-        assert len(world.proximity.index) == len(world.teammates.identity) == world.teammates.largest_team == 0
+        assert len(world.proximity.identity) == len(world.teammates.identity) == world.teammates.largest_team == 0
         world.add(Target, 3, policy=Stationary())

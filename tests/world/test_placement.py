@@ -32,7 +32,7 @@ def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: 
     points = placement.spread(arena, np.random.default_rng().random((2, count)), 1.0)
     assert len(points) == count
     apart = proximity_graph(points, None, 2 - 1e-6, arena)
-    assert not len(apart.index)
+    assert not len(apart.identity)
     if isinstance(arena, Disc):
         assert np.all(np.hypot(*points.T) <= 4 + 1e-9)
     elif isinstance(arena, Box):

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from naive import paper as naive
 from scipy.spatial import cKDTree
 
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.proximity.edges import ProximityGraph
 from teamsight.world.proximity.search import MOST_PAIRS, Search, proximity_graph
 
 ARENAS: list[Arena | None] = [None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0)]
@@ -29,7 +29,7 @@ def places(arena: Arena | None, rng: np.random.Generator, size: int) -> np.ndarr
     return 0.01 * points if kind == 2 else points
 
 
-def assert_same(one: ProximityGraph, other: ProximityGraph) -> None:
+def assert_same(one: NeighbourList, other: NeighbourList) -> None:
     for a, b in zip(one, other, strict=True):
         assert a.tobytes() == b.tobytes()
 
@@ -47,9 +47,9 @@ def test_pairs_and_cells_and_the_slow_twin_agree(arena: Arena | None, seed: int,
         assert_same(pairs, proximity_graph(here, observed, reach, arena, pairs=False))
         assert_same(pairs, proximity_graph(here, observed, reach, arena))
         others = here if observed is None else observed
-        found = list(zip(np.repeat(np.arange(len(here)), pairs.degree).tolist(), pairs.index.tolist(), strict=True))
+        found = list(zip(np.repeat(np.arange(len(here)), pairs.degree).tolist(), pairs.identity.tolist(), strict=True))
         assert found == naive.edges(here.tolist(), others.tolist(), reach, period, observed is None)
-        ways = others[pairs.index] - np.repeat(here, pairs.degree, axis=0)
+        ways = others[pairs.identity] - np.repeat(here, pairs.degree, axis=0)
         assert np.array_equal(pairs.offset, arena.displacement(0 * ways, ways) if arena else ways)
         assert pairs.distance == pytest.approx(np.hypot(*pairs.offset.T), rel=1e-15)
 
@@ -62,9 +62,9 @@ def test_scipy_finds_the_same_edges(seed: int, n: int, torus: bool, reach: float
     graph = proximity_graph(here, None, reach, arena)
     tree = cKDTree((here + [5.0, 4.0]) % [10.0, 8.0], boxsize=[10.0, 8.0] if torus else None)
     observer = np.repeat(np.arange(n), graph.degree)
-    found = {(i, j) for i, j in zip(observer.tolist(), graph.index.tolist(), strict=True) if i < j}
+    found = {(i, j) for i, j in zip(observer.tolist(), graph.identity.tolist(), strict=True) if i < j}
     assert found == tree.query_pairs(reach)
-    assert np.all(np.diff(graph.index)[np.diff(observer) == 0] > 0)
+    assert np.all(np.diff(graph.identity)[np.diff(observer) == 0] > 0)
 
 
 def test_cells_miss_nobody_across_the_rounding_of_a_cell() -> None:
@@ -72,7 +72,7 @@ def test_cells_miss_nobody_across_the_rounding_of_a_cell() -> None:
     crowd = [[4.0, y / 9] for y in range(-40, 41)]
     here = np.array([[-1 - 2**-51, 0.0], [-4e-16, 0.0], *crowd])
     pairs = proximity_graph(here, None, 1.0, Box(10.0, 10.0), pairs=True)
-    assert 1 in pairs.index[: pairs.start[1]]
+    assert 1 in pairs.identity[: pairs.start[1]]
     assert_same(pairs, proximity_graph(here, None, 1.0, Box(10.0, 10.0), pairs=False))
 
 
@@ -87,20 +87,20 @@ def test_cells_are_taken_for_many_and_give_the_same_bits(arena: Arena | None) ->
 
 def test_the_wall_of_the_range_is_inside_it() -> None:
     graph = proximity_graph([[0.0, 0.0]], [[3.0, 4.0], [0.0, np.nextafter(5.0, 6.0)]], 5.0)
-    assert graph.index.tolist() == [0]
+    assert graph.identity.tolist() == [0]
     assert graph.distance.tolist() == [5.0]
 
 
 def test_two_in_one_place_see_each_other_but_nobody_sees_itself() -> None:
     graph = proximity_graph(np.zeros((3, 2)), None, 0.0)
-    assert graph.index.tolist() == [1, 2, 0, 2, 0, 1]
+    assert graph.identity.tolist() == [1, 2, 0, 2, 0, 1]
 
 
 @pytest.mark.parametrize("pairs", [True, False])
 @pytest.mark.parametrize("reach", [1e12, 1e149, 1e155, 1e300])
 def test_no_range_reaches_bodies_that_do_not_exist(reach: float, pairs: bool) -> None:
     graph = proximity_graph([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]], None, reach, pairs=pairs)
-    assert graph.index.tolist() == [1, 2, 0, 2, 0, 1]
+    assert graph.identity.tolist() == [1, 2, 0, 2, 0, 1]
 
 
 def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
@@ -108,11 +108,11 @@ def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
     here = rng.uniform(-1, 1, (300, 2))
     search = Search(here, np.full(300, 9.0), 300, 0, Box(40.0, 40.0))
     search.x[:], search.y[:] = here.T
-    assert len(search.index) < 300 * 299
+    assert len(search.identity) < 300 * 299
     assert search.run() == 300 * 299
     search.x[:] += 30.0
     assert search.run() == 0
-    assert len(search.graph.index) == 0
+    assert len(search.graph.identity) == 0
 
 
 @pytest.mark.parametrize(

@@ -58,19 +58,19 @@ def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
 @kernel
 def _settle(graph: Any, first: int, edge: int) -> None:
     """Move the newest edge of an observer to its place in the order of numbers."""
-    j = graph.index[edge]
-    if edge == first or graph.index[edge - 1] < j:
+    j = graph.identity[edge]
+    if edge == first or graph.identity[edge - 1] < j:
         return
     way_x = graph.offset[edge, 0]
     way_y = graph.offset[edge, 1]
     distance = graph.distance[edge]
-    while edge > first and graph.index[edge - 1] > j:
-        graph.index[edge] = graph.index[edge - 1]
+    while edge > first and graph.identity[edge - 1] > j:
+        graph.identity[edge] = graph.identity[edge - 1]
         graph.offset[edge, 0] = graph.offset[edge - 1, 0]
         graph.offset[edge, 1] = graph.offset[edge - 1, 1]
         graph.distance[edge] = graph.distance[edge - 1]
         edge -= 1
-    graph.index[edge] = j
+    graph.identity[edge] = j
     graph.offset[edge, 0] = way_x
     graph.offset[edge, 1] = way_y
     graph.distance[edge] = distance
@@ -99,7 +99,7 @@ def _search_span(
         if square <= limit:
             j = cells.order[at]
             if j != myself:
-                if edge < graph.index.shape[0]:
+                if edge < graph.identity.shape[0]:
                     append(graph, edge, j, way_x, way_y, square)
                     _settle(graph, first, edge)
                 edge += 1

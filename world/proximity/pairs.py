@@ -51,10 +51,10 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
         How far each observes.
     observed : Observed
         The others. Observer i itself is number i + `own` of them, if `own` ≥ 0.
-    graph : ProximityGraph
+    graph : NeighbourList
         Written as far as its arrays go; when the number returned is larger, they must grow.
     """
-    room = np.uint64(graph.index.shape[0])
+    room = np.uint64(graph.identity.shape[0])
     edge: Any = np.uint64(0)
     wraps = observed.period_x > 0.0
     size = observed.size if wraps else observed.x.shape[0]

@@ -14,12 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, array_at, kernel, plain
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
-from teamsight.world.proximity.edges import Observed, ProximityGraph
+from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
 
-__all__ = ["ProximityGraph", "Search", "proximity_graph", "search"]
+__all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
 
 # More pairs than this, and cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
@@ -51,7 +52,7 @@ def search(address: int) -> int:
         ask.period_x,
         ask.period_y,
     )
-    graph = ProximityGraph(
+    graph = NeighbourList(
         array_at(ask.start, n + 1, np.int64),
         array_at(ask.index, ask.room, np.int64),
         array_at(ask.offset, (ask.room, 2), np.float64),
@@ -144,13 +145,13 @@ class Search:
 
     def _room(self, room: int) -> None:
         room = max(room, 1)
-        self.index, self.distance = np.zeros(room, np.int64), np.zeros(room)
+        self.identity, self.distance = np.zeros(room, np.int64), np.zeros(room)
         self.offset = np.zeros((room, 2))
         ask = self.record[0]
         ask["room"] = room
         named = {
             "position": self.position, "reach": self.reach, "x": self.x, "y": self.y, "start": self.start,
-            "index": self.index, "offset": self.offset, "distance": self.distance,
+            "index": self.identity, "offset": self.offset, "distance": self.distance,
         }  # fmt: skip
         if self._cells is not None:
             named |= {f"cell_{name}": array for name, array in self._cells._asdict().items()}
@@ -164,16 +165,16 @@ class Search:
     def run(self) -> int:
         """Find the edges; return their number."""
         edges = _ENTRY(self.record.ctypes.data)
-        if edges > len(self.index):
+        if edges > len(self.identity):
             self.grow(edges)
             edges = _ENTRY(self.record.ctypes.data)
         return edges
 
     @property
-    def graph(self) -> ProximityGraph:
+    def graph(self) -> NeighbourList:
         """The edges found last, as views that the next search overwrites."""
         edges = self.start[-1]
-        return ProximityGraph(self.start, self.index[:edges], self.offset[:edges], self.distance[:edges])
+        return NeighbourList(self.start, self.identity[:edges], self.offset[:edges], self.distance[:edges])
 
 
 def proximity_graph(
@@ -183,7 +184,7 @@ def proximity_graph(
     arena: Arena | None = None,
     *,
     pairs: bool | None = None,
-) -> ProximityGraph:
+) -> NeighbourList:
     """Find who is within whose range.
 
     Parameters
@@ -201,7 +202,7 @@ def proximity_graph(
 
     Returns
     -------
-    ProximityGraph
+    NeighbourList
 
     Raises
     ------

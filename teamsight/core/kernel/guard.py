@@ -47,7 +47,7 @@ class Access(NamedTuple):
     Attributes
     ----------
     array : int
-        The array's number, as given to `guarded_at`; 0 for one that the kernel made itself.
+        The array's number, as given to `numbered`; 0 for one that the kernel made itself.
     dimensions, axis : int
         How many axes the array, or the view of it, had, and which of them was left; −1 for a write to an array that may
         only be read.
@@ -206,12 +206,13 @@ def _reading(generate: Callable[..., Any]) -> Callable[..., Any]:
         value = generate(context, builder, signature, arguments)
         if not isinstance(signature.return_type, Guarded):
             return value
-        return _numbered(context, builder, signature.return_type, value, number)
+        return numbered(context, builder, signature.return_type, value, number)
 
     return read
 
 
-def _numbered(context: Any, builder: Any, kind: Any, value: Any, number: Any) -> Any:
+def numbered(context: Any, builder: Any, kind: Any, value: Any, number: Any) -> Any:
+    """Write code that gives a guarded array its number, 1 to 255, plus `READ_ONLY` and `LIMIT` times a size."""
     array = arrayobj.make_array(kind)(context, builder, value)
     array.parent = builder.inttoptr(number, array.parent.type)
     return array._getvalue()
@@ -248,7 +249,7 @@ def guarded_at(typing_context: Any, address: Any, shape: Any, dtype: Any, number
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         value = generate_plain(context, builder, signature, arguments[:3])
-        return _numbered(context, builder, kind, value, arguments[3])
+        return numbered(context, builder, kind, value, arguments[3])
 
     return kind(address, shape, dtype, numba.types.int64), generate
 

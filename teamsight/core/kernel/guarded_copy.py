@@ -12,6 +12,8 @@ import numba
 from numba.core.dispatcher import Dispatcher
 
 from teamsight.core.kernel.guard import REPLACED, VERSION
+from teamsight.core.kernel.guarded_record import guarded_at
+from teamsight.core.kernel.record import Node
 
 # Modules whose functions cannot reach a kernel's arrays but through numba's own code.
 _OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
@@ -63,6 +65,8 @@ def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
         parts = ((name, getattr(value, name)) for name in used if hasattr(value, name))
         vars(module).update({name: _replaced(part, used, copies) for name, part in parts})
         return module
+    if isinstance(node := getattr(value, "node", None), Node):
+        return guarded_at(node)
     return next((new for old, new in REPLACED.items() if value is old), value)
 
 

@@ -24,6 +24,26 @@ def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
     return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
 
 
+def array_value(context: Any, builder: Any, array: Any, address: Any, lengths: list[Any]) -> Any:
+    """Write code that makes an array of numba's type `array`, in C order, at an address."""
+    element = context.get_data_type(array.dtype)
+    itemsize = cgutils.intp_t(context.get_abi_sizeof(element))
+    strides, step = [], itemsize
+    for length in reversed(lengths):
+        strides.append(step)
+        step = builder.mul(step, length)
+    result = make_array(array)(context, builder)
+    populate_array(
+        result,
+        data=builder.inttoptr(address, element.as_pointer()),
+        shape=lengths,
+        strides=strides[::-1],
+        itemsize=itemsize,
+        meminfo=None,
+    )
+    return result._getvalue()
+
+
 @_generated
 def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     """Return the array of this shape and dtype, in C order, that lies at an address.
@@ -38,21 +58,7 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
         lengths = cgutils.unpack_tuple(builder, arguments[1]) if dimensions > 1 else [arguments[1]]
         kinds = list(shape) if dimensions > 1 else [shape]
         lengths = [context.cast(builder, n, kind, numba.types.intp) for n, kind in zip(lengths, kinds, strict=True)]
-        itemsize = cgutils.intp_t(context.get_abi_sizeof(context.get_data_type(element)))
-        strides, step = [], itemsize
-        for length in reversed(lengths):
-            strides.append(step)
-            step = builder.mul(step, length)
-        result = make_array(array)(context, builder)
-        populate_array(
-            result,
-            data=builder.inttoptr(arguments[0], context.get_data_type(element).as_pointer()),
-            shape=lengths,
-            strides=strides[::-1],
-            itemsize=itemsize,
-            meminfo=None,
-        )
-        return result._getvalue()
+        return array_value(context, builder, array, arguments[0], lengths)
 
     return array(address, shape, dtype), generate
 

@@ -223,7 +223,7 @@ def _misspelt(scene: Any, parameters: Any, situation: Any) -> None:
 
 
 WRONG = [
-    ({"perceive": _no_room}, r".*test_check_awareness\.py:\d+: perceive uses index 0 of teammates\.identity, whose number of entries is 0; write no more than there is room for"),
+    ({"perceive": _no_room}, r".*test_check\.py:\d+: perceive uses index 0 of teammates\.identity, whose number of entries is 0; write no more than there is room for"),
     ({"perceive": _returns_nothing_needed}, r"perceive returns 0, and writes \d+ teammates; return how many entries"),
     ({"perceive": _never_enough}, r"perceive asks for more room each time, at last for \d+; return what is needed"),
     ({"perceive": _for_nobody}, r"perceive returns 3 for robots without a team; it must be 0"),
@@ -268,7 +268,7 @@ def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str
 
 def test_a_kernel_that_cannot_be_compiled_is_named_with_its_line() -> None:
     degree = type("Changed", (Nearest,), {"situate": _misspelt})()
-    with pytest.raises(TypeError, match=r"test_check_awareness\.py:\d+: Scene has no field 'headings'; it has heading, "):
+    with pytest.raises(TypeError, match=r"test_check\.py:\d+: Scene has no field 'headings'; it has heading, "):
         check_awareness(degree)
 
 
@@ -279,7 +279,7 @@ def _returns_nothing(scene: Any, parameters: Any, teammates: Any, relayed: Any) 
 
 def test_a_perceive_that_returns_no_number_is_named() -> None:
     degree = type("Changed", (Nearest,), {"perceive": _returns_nothing})()
-    with pytest.raises(TypeError, match=r"test_check_awareness\.py:\d+: .*returns none; it must return a whole number"):
+    with pytest.raises(TypeError, match=r"test_check\.py:\d+: .*returns none; it must return a whole number"):
         check_awareness(degree)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from teamsight.agents.cmommt import DEFAULTS
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS
 from teamsight.analysis.calibration import calibration
 from teamsight.analysis.calibration.calibrate import page
 from teamsight.analysis.calibration.calibration import OPEN_CLAIMS, PARAMETERS
@@ -105,7 +105,9 @@ def test_the_search_judges_the_best_again_and_the_defaults() -> None:
 
 
 def test_the_defaults_are_those_of_the_model() -> None:
-    assert tuple(DEFAULTS[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
+    policy = CMOMMT(rng=1).policy
+    defaults = DEFAULTS | {name: getattr(policy, name) for name in calibration.OPTIONS}
+    assert tuple(defaults[name] for name in PARAMETERS) == calibration.DEFAULT_VALUES
 
 
 def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
@@ -117,5 +119,5 @@ def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
 def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
     holds = {(0.1, "stay", -2): {"acmommt-full", "range-gain"}, (0.2, "wander", -2): {"acmommt-r10"}}
     text = page(pd.concat([assessed(holds, "screen"), assessed(holds)], ignore_index=True))
-    assert "`robot_speed=0.1`, `target_speed=0.05`, `uniform_target_speed=False`, `search='stay'`" in text
+    assert "`robot_speed=0.1`, `target_speed=0.05`, `uniform_target_speed=False`, `idle='stay'`" in text
     assert "- acmommt-full and acmommt-r10" in text

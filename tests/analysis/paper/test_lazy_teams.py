@@ -18,13 +18,13 @@ SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}
 @pytest.mark.short
 def test_where_nothing_is_set_robots_know_the_shipped_exploration() -> None:
     assert memory_for({}) is shipped()
-    assert memory_for({"robot_speed": 0.1, "search": "stay", "weights": "shared"}) is shipped()
+    assert memory_for({"robot_speed": 0.1, "policy_options": {"idle": "stay", "weights": "shared"}}) is shipped()
     assert shipped() == explore(Exploration(seed=shipped().settings["seed"]))
 
 
 def test_in_another_world_they_explore_that_as_they_did_the_first() -> None:
     for world, seed in (({"robot_speed": 0.3}, shipped().settings["seed"]), (SPEEDS, SEEDS[tuple(SPEEDS.items())])):
-        memory = memory_for(world | {"search": "stay"})
+        memory = memory_for(world | {"policy_options": {"idle": "stay"}})
         assert memory != shipped()
         assert memory is memory_for(world)
         assert memory == explore(Exploration(seed=seed, world=world))

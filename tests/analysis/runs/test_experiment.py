@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Run, canonical, model_seed
+from teamsight.policies import ACmommt
 
 STAGE = st.tuples(st.integers(0, 2**70), st.integers(0, 50), st.integers(1, 60), st.integers(1, 60), st.floats(0.5, 20))
 
@@ -57,14 +58,16 @@ def test_the_treatment_leaves_seeds_alone_and_a_new_setting_changes_no_other() -
 
 
 def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
-    setting = {"robot_speed": 0.2, "search": "stay", "weights": "none"}
+    setting = {"robot_speed": 0.2, "policy_options": {"idle": "stay", "weights": "none"}}
     given_to = {
-        name: set(Experiment("x", {"policy": name}, ((1, 1.0),)).parameters(setting))
+        name: Experiment("x", {"policy": name}, ((1, 1.0),)).parameters(setting)
         for name in ("a-cmommt", "centroid", "random-walk")
     }
-    assert given_to["a-cmommt"] == {"policy", "robot_speed", "search", "weights"}
-    assert given_to["centroid"] == {"policy", "robot_speed", "search"}
-    assert given_to["random-walk"] == {"policy", "robot_speed"}
+    assert given_to["a-cmommt"]["policy_options"] == {"idle": "stay", "weights": "none"}
+    assert given_to["centroid"]["policy_options"] == {"idle": "stay"}
+    assert given_to["random-walk"] == {"policy": "random-walk", "robot_speed": 0.2}
+    of_an_object = Experiment("x", {"policy": ACmommt()}, ((1, 1.0),)).parameters(setting)
+    assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
 
 
 def test_a_sweep_runs_every_combination_on_the_same_stage() -> None:
@@ -85,6 +88,8 @@ def test_a_sweep_runs_every_combination_on_the_same_stage() -> None:
 def test_runs_are_the_same_when_their_settings_are_equal() -> None:
     assert Run({"robots": 2, "radius": 2}, 0, 10, 1).key == Run({"radius": 2.0, "robots": 2}, 0, 10, 1).key
     assert Run({"robots": 2}, 0, 10, 1).key != Run({"robots": 2}, 0, 11, 1).key
+    one, other = ({"policy_options": options} for options in ({"a": 1, "b": 2}, {"b": 2.0, "a": 1.0}))
+    assert Run(one, 0, 10, 1).key == Run(other, 0, 10, 1).key
 
 
 def test_the_papers_grid_and_the_quick_one() -> None:

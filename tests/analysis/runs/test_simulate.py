@@ -14,7 +14,7 @@ from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.core.kernel import entry as kernel_entry
 
 GRID = Grid((2, 6), (1.0, 3.0))
-SETTING = {"robot_speed": 0.2, "search": "wander"}
+SETTING = {"robot_speed": 0.2, "policy_options": {"idle": "wander"}}
 
 
 def requests(*names: str) -> list[Request]:
@@ -36,7 +36,7 @@ def test_tables_do_not_depend_on_the_number_of_workers() -> None:
 
 def test_a_run_is_what_the_model_gives_by_hand() -> None:
     row = made(1, "a-cmommt")["a-cmommt"].iloc[-1]
-    model = CMOMMT(robots=6, radius=3.0, robot_speed=0.2, search="wander", rng=int(row["seed"]))
+    model = CMOMMT(robots=6, radius=3.0, robot_speed=0.2, policy_options={"idle": "wander"}, rng=int(row["seed"]))
     model.run(30)
     assert (row["robots"], row["radius"], row["replicate"]) == (6, 3.0, 2)
     assert (row["observed_fraction"], row["max_neighbours"]) == (model.observed_fraction, model.max_neighbours)
@@ -60,7 +60,7 @@ def test_a_run_that_several_need_is_made_once(monkeypatch: pytest.MonkeyPatch) -
     other = Experiment("other", {"policy": "random-walk"}, GRID.cells[:2])
     with WorkerPool(1) as pool:
         # The rule for sharing targets is nothing to a random walk: the same runs under both settings.
-        asked = [Request({"weights": "none"}, [one, other]), Request({"weights": "shared"}, [one])]
+        asked = [Request({"policy_options": {"weights": rule}}, made) for rule, made in (("none", [one, other]), ("shared", [one]))]
         tables = make_tables(pool, asked, root=1, runs=2, steps=10)
     assert len([run for run in made_runs if run.steps == 10]) == len(GRID.cells) * 2
     assert [len(table) for found in tables for table in found.values()] == [8, 4, 8]

@@ -1,0 +1,98 @@
+"""Records whose arrays are guarded, for the checks of policies, degrees of awareness and arenas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from llvmlite import ir
+
+from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.guard import LIMIT, READ_ONLY, VERSION, guarded_type, numbered
+from teamsight.core.kernel.guarded_arrays import Axis, Named
+from teamsight.core.kernel.record import Leaf, Node, Plain, Record, load_word, unpacking
+
+_WORD = ir.IntType(64)
+
+# Arrays of a record that a kernel reads by itself.
+_OWN = 0, True, -1
+
+
+class GuardedRecord:
+    """The code that reads a record, and what its arrays are called in errors.
+
+    Parameters
+    ----------
+    record : Record
+        The record.
+    writable : tuple of str
+        The beginnings of the paths of those arrays that a kernel may write; all others may only be read.
+    axes : mapping of str to Axis
+        For each name of a length, or path and name as in ``"noise lanes"``, what stands along the axis and the cure;
+        the key ``"2"`` is for axes of that fixed length.
+    limits : mapping of str to str, optional
+        For a path, the name of the length beyond which the last axis must not be used, though it is longer.
+
+    Attributes
+    ----------
+    at : kernel
+        Return the NamedTuple for the address of a record; its arrays are guarded.
+    arrays : list of Named
+        The arrays by number, for `run_guarded`.
+    """
+
+    def __init__(
+        self,
+        record: Record[Any],
+        writable: tuple[str, ...],
+        axes: Mapping[str, Axis],
+        limits: Mapping[str, str] | None = None,
+    ) -> None:
+        leaves = [leaf for leaf in record.leaves if leaf.lengths is not None]
+        self.arrays = [Named("", ())] + [_named(leaf, axes) for leaf in leaves]
+        slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
+        limiting = {path: slots[name] for path, name in (limits or {}).items()}
+        numbers = {
+            leaf.path: (number, leaf.path.startswith(writable), limiting.get(leaf.path, -1))
+            for number, leaf in enumerate(leaves, 1)
+        }
+        self.at = unpacking(record.node, _Guards(numbers))
+
+
+def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
+    """Return how errors speak of an array."""
+    found = []
+    for length in leaf.lengths or ():
+        key = f"{length.name} + {length.plus}" if length.name and length.plus else length.name or str(length.plus)
+        found.append(axes[f"{leaf.path} {key}"] if f"{leaf.path} {key}" in axes else axes[key])
+    return Named(leaf.path, tuple(found))
+
+
+def guarded_at(node: Node) -> Any:
+    """Return the kernel that reads a record in guarded copies of kernels which do so by themselves."""
+    return unpacking(node, _Guards({}))
+
+
+class _Guards(Plain):
+    """Makes the arrays of a record guarded.
+
+    Parameters
+    ----------
+    numbers : dict of str to tuple
+        For each array's path: its number, whether it may be written, and which word limits its last axis; −1 for none.
+    """
+
+    def __init__(self, numbers: dict[str, tuple[int, bool, int]]) -> None:
+        self._numbers = numbers
+        # The checks are part of the machine code.
+        self.code = f"{VERSION} {digest(_Guards.value)} {numbers}"
+
+    def kind(self, array: Any) -> Any:
+        return guarded_type(array)
+
+    def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
+        number, is_writable, limit = self._numbers.get(leaf.path, _OWN)
+        flags: Any = _WORD(number + (0 if is_writable else READ_ONLY))
+        if limit >= 0:
+            flags = builder.add(flags, builder.mul(load_word(builder, words, limit), _WORD(LIMIT)))
+        return numbered(context, builder, kind, array, flags)
