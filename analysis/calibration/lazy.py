@@ -111,9 +111,7 @@ def search(
 
     def make(name: str, trials: Sequence[Trial], roots: tuple[int, ...], steps: int) -> pd.DataFrame:
         phase = Phase(name, grid, roots, OPEN_CLAIMS, runs=1, steps=steps)
-        rows.extend(
-            assess(phase, trials, lambda one: candidate_of(one, grid), pool, measure=measures, watch=watch)
-        )
+        rows.extend(assess(phase, trials, lambda one: candidate_of(one, grid), pool, measure=measures, watch=watch))
         return pd.DataFrame(rows)
 
     constants = chosen_constants(make("draw", drawn(much.drawn), CHOOSE, much.steps // 2))

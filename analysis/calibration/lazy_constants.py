@@ -74,7 +74,9 @@ class Constants:
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11, learned from a memory."""
         reward = GainReward(self.scope, self.both)
-        return treatments_on(memory, reward=reward, k=int(self.k), discount=float(self.discount), sweeps=int(self.sweeps))
+        return treatments_on(
+            memory, reward=reward, k=int(self.k), discount=float(self.discount), sweeps=int(self.sweeps)
+        )
 
 
 #: What the search chose, and therefore the defaults of `LazyQ` and `Exploration`; see docs/lazy-search.md.

@@ -100,7 +100,8 @@ def _short(luck: pd.DataFrame) -> str:
         f"After 600 transitions cooperative robots observe {means[COOPERATIVE]:.1f} % of the targets and collective "
         f"ones {means[COLLECTIVE]:.1f} %, on average over {len(luck)} explorations. A random walk observes "
         f"{means['random-walk']:.1f} %, A-CMOMMT {means['a-cmommt']:.1f} %. The gain by awareness is "
-        f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}), and depends more on the exploration than on any constant. "
+        f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}), and depends more on the exploration than on any "
+        "constant. "
         f"The paper's largest gain, 25 ± 8 pp, is reached by {_percent(luck['learned-gain'])} of the explorations, in "
         "single runs."
     )
@@ -118,8 +119,8 @@ def _choice(phases: dict[str, pd.DataFrame], constants: Constants) -> list[str]:
         f"Then the exploration was chosen. Of the seeds 0 to {len(phases['memory']) - 1}, the "
         f"{phases['again']['memory'].nunique()} under which most claims hold (and among equals, those nearest to the "
         f"paper) were tried again in other worlds. The best there is **seed {lazy.chosen_memory(phases['again'])}**, "
-        "which ships as `policies/data/lazy-600.safetensors`. It is therefore better than a typical exploration, as the "
-        "paper's may be; the next two sections show by how much.",
+        "which ships as `policies/data/lazy-600.safetensors`. It is therefore better than a typical exploration, as "
+        "the paper's may be; the next two sections show by how much.",
     ]
 
 

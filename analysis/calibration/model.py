@@ -97,7 +97,9 @@ def search(
     tried = candidates() if values is None else list(values)
     rows = [assess(phases[0], tried, lambda one: candidate_of(one, phases[0]), pool, watch=watch)]
     best = ranked(pd.DataFrame(rows[0])).head(finalists)
-    again = best[list(PARAMETERS)].to_dict("records")
+    again: list[Mapping[str, Any]] = [
+        {str(name): value for name, value in row.items()} for row in best[list(PARAMETERS)].to_dict("records")
+    ]
     if defaults() not in again:
         again.append(defaults())
     rows.append(assess(phases[1], again, lambda one: candidate_of(one, phases[1]), pool, watch=watch))

@@ -28,8 +28,8 @@ def page(table: pd.DataFrame) -> str:
         f"sense. All {len(screened)} combinations of the values below were screened on a coarse grid. The best "
         f"{model.FINALISTS}, and the defaults, were judged again on the paper's grid with {len(model.FINAL.roots)} "
         "other root seeds. All root seeds are below 0 and so never those of a ledger. Settings rank by the number of "
-        f"simulated claims that hold ({len(model.SCREEN.claims)} are judged in the screening, {len(OPEN_CLAIMS)} in the "
-        "final), then by the mean distance of the claims from the paper's figures, in tolerances of their rules. Made "
+        f"simulated claims that hold ({len(model.SCREEN.claims)} are judged in the screening, {len(OPEN_CLAIMS)} in "
+        "the final), then by the mean distance of the claims from the paper's figures, in tolerances of their rules. Made "
         "by `teamsight calibrate model --out docs`.",
         "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Of equal settings "
         "the one searched first comes first.",
@@ -37,8 +37,8 @@ def page(table: pd.DataFrame) -> str:
         "## The best settings, on the paper's grid",
         _setting_table(ranked.head(_SHOWN)),
         "Columns: “hold” is the number of claims that hold, the mean over the root seeds and the range; “distance” is "
-        "the mean distance from the paper; “differ” lists the claims that differ under all root seeds, or, in brackets, "
-        "under some. Settings whose ranges overlap are not significantly different.",
+        "the mean distance from the paper; “differ” lists the claims that differ under all root seeds, or, in "
+        "brackets, under some. Settings whose ranges overlap are not significantly different.",
         "## Effect of each value",
         "Number of claims that hold on the screening grid: the largest over all values of the other parameters, and "
         "the mean.",
@@ -75,9 +75,7 @@ def _beside_the_defaults(ranked: pd.DataFrame) -> str:
 def _setting_table(ranked: pd.DataFrame) -> str:
     rows = []
     for row in ranked.to_dict("records"):
-        differ = ", ".join(
-            name if row[name] == 0 else f"({name})" for name in OPEN_CLAIMS if row.get(name, 1) < 1
-        )
+        differ = ", ".join(name if row[name] == 0 else f"({name})" for name in OPEN_CLAIMS if row.get(name, 1) < 1)
         rows.append(
             [
                 *(str(row[name]) for name in PARAMETERS),
@@ -103,8 +101,7 @@ def _effect_table(screened: pd.DataFrame) -> str:
 
 def _claim_table(screened: pd.DataFrame, final: pd.DataFrame) -> str:
     rows = (
-        [name, claim.rule, *(_share(table[name]) for table in (screened, final))]
-        for name, claim in OPEN_CLAIMS.items()
+        [name, claim.rule, *(_share(table[name]) for table in (screened, final))] for name, claim in OPEN_CLAIMS.items()
     )
     return markdown.table(["claim", "rule", "screened", "final"], rows)
 

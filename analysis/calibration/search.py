@@ -106,17 +106,13 @@ def assess(
     rows = []
     for first in range(0, len(candidates), _BATCH):
         batch = [prepare(one) for one in candidates[first : first + _BATCH]]
-        found = []
-        for number, root in enumerate(phase.roots):
 
-            def show(done: float, total: float, before: float = number / len(phase.roots)) -> None:
-                share = before + done / max(total, 1.0) / len(phase.roots)
-                watch(phase.name, first + len(batch) * share, len(candidates))
+        def show(share: float, first: int = first, size: int = len(batch)) -> None:
+            watch(phase.name, first + size * share, len(candidates))
 
-            requests = [candidate.request for candidate in batch]
-            found.append(make_tables(requests, pool, root=root, runs=phase.runs, steps=phase.steps, progress=show))
+        made = _tables(phase, [candidate.request for candidate in batch], pool, show)
         for number, candidate in enumerate(batch):
-            for root, tables in zip(phase.roots, found, strict=True):
+            for root, tables in zip(phase.roots, made, strict=True):
                 rows.append(_row(phase, candidate, root, tables[number], measure(tables[number])))
     return rows
 
@@ -146,6 +142,20 @@ def ranking(table: pd.DataFrame, by: Sequence[str], claims: Sequence[str] = ()) 
     return means.sort_values(
         ["holding", "distance_from_paper"], ascending=[False, True], kind="stable", ignore_index=True
     )
+
+
+def _tables(
+    phase: Phase, requests: Sequence[Request], pool: WorkerPool | None, show: Callable[[float], None]
+) -> list[list[dict[str, pd.DataFrame]]]:
+    """Return the tables of each request, for each root seed; `show` is called with the share that is done."""
+    made = []
+    for number, root in enumerate(phase.roots):
+
+        def progress(done: float, total: float, before: int = number) -> None:
+            show((before + done / max(total, 1.0)) / len(phase.roots))
+
+        made.append(make_tables(requests, pool, root=root, runs=phase.runs, steps=phase.steps, progress=progress))
+    return made
 
 
 def _row(

@@ -35,9 +35,7 @@ class Gain(NamedTuple):
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 
-def screen(
-    runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None
-) -> pd.DataFrame:
+def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:
     """Return what A-CMOMMT observes over the grid with each combination of its options, the best first.
 
     Parameters

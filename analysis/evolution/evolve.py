@@ -171,7 +171,7 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
 
 
 def _best_options(screened: pd.DataFrame) -> Mapping[str, Any]:
-    return {name: screened[name].iloc[0] for name in OPTIONS}
+    return {name: str(screened[name].iloc[0]) for name in OPTIONS}
 
 
 def _phase(watch: Watch, phase: str) -> Callable[[float, float], None]:

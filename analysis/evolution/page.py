@@ -34,11 +34,11 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     made = about["made"]
     return markdown.page(
         "# The evolved policy",
-        'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot remembers '
-        "targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives teammates "
+        'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot '
+        "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives teammates "
         "through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
-        f"Made by `teamsight evolve test --out docs`: {about['runs']} runs of {cma.STEPS} steps in each cell, paired on "
-        f"common noise. The root seed {cma.TEST} was used neither for training nor for choosing the options of "
+        f"Made by `teamsight evolve test --out docs`: {about['runs']} runs of {cma.STEPS} steps in each cell, paired "
+        f"on common noise. The root seed {cma.TEST} was used neither for training nor for choosing the options of "
         "A-CMOMMT.",
         "## Gain",
         _gain(parts, _cells_of(table)),
@@ -50,8 +50,8 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         f"{cma.TRAIN}). Cells with more than 2 R² robots are left out, because there nearly everything is observed "
         f"whatever the robots do. Gain on other worlds (root seed {cma.VALIDATE}), over the whole grid:",
         _training_table(parts["training"]),
-        "Generation 0 was written by hand: the forces of A-CMOMMT with soft ownership of targets, a memory of the area, "
-        "and straight motion while idle.",
+        "Generation 0 was written by hand: the forces of A-CMOMMT with soft ownership of targets, a memory of the "
+        "area, and straight motion while idle.",
         "## Ablations",
         f"Gain when the output of one part of the policy is set to 0, without further evolution (root seed "
         f"{cma.VALIDATE}):",

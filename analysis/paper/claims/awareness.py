@@ -125,8 +125,8 @@ def range_neighbours(tables: Tables) -> Verdict:
     overall, worst = average(grid_of(cells)), _worst(cells)
     fewer = maxima(tables["a-cmommt"]) < maxima(tables["half-range"])
     return verdict(
-        f"{overall:+.1f} on average; {_worst_in_words(worst)}; maxima of all runs lower in {int(fewer.to_numpy().sum())} of "
-        f"{fewer.size} cells",
+        f"{overall:+.1f} on average; {_worst_in_words(worst)}; maxima of all runs lower in "
+        f"{int(fewer.to_numpy().sum())} of {fewer.size} cells",
         at_most(worst.value, CHANCE),
         above(overall, 0),
     )

@@ -31,7 +31,9 @@ def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
     speeds = [0.1, 0.2, 0.3]
     seen: list[tuple[str, float, float]] = []
     rows = assess(PHASE, speeds, prepare, watch=lambda *done: seen.append(done))
-    assert [(row["robot_speed"], row["root"]) for row in rows] == [(speed, root) for speed in speeds for root in (-7, -8)]
+    assert [(row["robot_speed"], row["root"]) for row in rows] == [
+        (speed, root) for speed in speeds for root in (-7, -8)
+    ]
     assert {row["phase"] for row in rows} == {"try"}
     assert seen[-1] == ("try", 3, 3)
     assert [done for _, done, _ in seen] == sorted(done for _, done, _ in seen)
