@@ -158,6 +158,11 @@ class Search:
         for name, array in named.items():
             ask[name] = array.ctypes.data
 
+    @property
+    def has_cells(self) -> bool:
+        """Whether bodies are sorted into cells, whose size depends on the ranges and on the arena."""
+        return self._cells is not None
+
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
         self._room(edges + edges // 4)
