@@ -29,8 +29,8 @@ def page(table: pd.DataFrame) -> str:
         f"{model.FINALISTS}, and the defaults, were judged again on the paper's grid with {len(model.FINAL.roots)} "
         "other root seeds. All root seeds are below 0 and so never those of a ledger. Settings rank by the number of "
         f"simulated claims that hold ({len(model.SCREEN.claims)} are judged in the screening, {len(OPEN_CLAIMS)} in "
-        "the final), then by the mean distance of the claims from the paper's figures, in tolerances of their rules. Made "
-        "by `teamsight calibrate model --out docs`.",
+        "the final), then by the mean distance of the claims from the paper's figures, in tolerances of their rules. "
+        "Made by `teamsight calibrate model --out docs`.",
         "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Of equal settings "
         "the one searched first comes first.",
         _beside_the_defaults(ranked),

@@ -35,8 +35,8 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     return markdown.page(
         "# The evolved policy",
         'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot '
-        "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives teammates "
-        "through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
+        "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives "
+        "teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
         f"Made by `teamsight evolve test --out docs`: {about['runs']} runs of {cma.STEPS} steps in each cell, paired "
         f"on common noise. The root seed {cma.TEST} was used neither for training nor for choosing the options of "
         "A-CMOMMT.",
