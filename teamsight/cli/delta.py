@@ -50,17 +50,17 @@ def _from_simulation(settings: SimulatedDeltaSettings) -> None:
 
 
 def _from_tracks(settings: TracksDeltaSettings) -> None:
-    from teamsight.analysis.delta.from_trajectories import delta_from_tracks, read_tracks
+    from teamsight.analysis.delta.from_trajectories import delta_from_trajectories, read_trajectories
     from teamsight.analysis.delta.report import files_in
 
     for file in files_in(settings.out) if settings.out else ():
         check_apart("out", file, "tracks", settings.tracks)
     _prepare(settings)
     with watching() as watch:
-        tracks = read_tracks(
+        tracks = read_trajectories(
             settings.tracks, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
         )
-        report = delta_from_tracks(
+        report = delta_from_trajectories(
             tracks,
             settings.awareness_range,
             risk=settings.risk,
