@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from teamsight.analysis.paper.claims.interface import Claim, Verdict
 from teamsight.analysis.paper.claims.registry import CLAIMS
+from teamsight.analysis.plot import markdown
 
 
 @dataclass(frozen=True)
@@ -63,28 +64,21 @@ class Ledger:
 
     def to_markdown(self) -> str:
         """Return the ledger as a page of Markdown."""
-        head = ["claim", "where", "the paper says", "its figure", *self.settings, "rule"]
-        rows = [
-            [
-                name,
-                claim.where,
-                claim.statement,
-                claim.figure,
-                *(_words(found[name]) for found in self.verdicts.values()),
-                claim.rule,
-            ]
-            for name, claim in self.claims().items()
-        ]
         total = len(self.claims())
-        counts = "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings)
-        conditions = "\n".join(f"- {name}: {value}" for name, value in self.conditions.items())
-        return f"# The paper's claims\n\n{counts}.\n\n{_table(head, rows)}\n\n## Conditions\n\n{conditions}\n"
+        rows = (
+            [name, claim.where, claim.statement, claim.figure]
+            + [_in_words(verdicts[name]) for verdicts in self.verdicts.values()]
+            + [claim.rule]
+            for name, claim in self.claims().items()
+        )
+        return markdown.page(
+            "# The paper's claims",
+            "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings) + ".",
+            markdown.table(["claim", "where", "the paper says", "its figure", *self.settings, "rule"], rows),
+            "## Conditions",
+            "\n".join(f"- {name}: {value}" for name, value in self.conditions.items()),
+        )
 
 
-def _words(found: Verdict) -> str:
-    return f"{'holds' if found.holds else '**differs**'}: {found.measured}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+def _in_words(verdict: Verdict) -> str:
+    return f"{'holds' if verdict.holds else '**differs**'}: {verdict.measured}"

@@ -13,6 +13,8 @@ from teamsight.analysis.paper.experiments import EXPERIMENTS
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
 
 Share = Callable[[int, float], float]
+
+
 def table(
     share: Share = lambda n, r: 0.5, most: Share = lambda n, r: 0, grid: Grid = PAPER, noise: float = 0.0
 ) -> pd.DataFrame:
