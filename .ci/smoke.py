@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def try_models() -> None:
-    """Run the package's model by both roads, and a world of one's own."""
+    """Run the package's model on both paths, and a world composed of groups."""
     import teamsight
     from teamsight import CMOMMT, Robot, Target, Torus, World
 
@@ -23,7 +23,7 @@ def try_models() -> None:
     robots = world.add(Robot, 5, policy="a-cmommt", awareness="ring")
     world.senses(robots, world.add(Target, 5, policy="random-walk"))
     world.run(10)
-    assert len(world.history) == 10
+    assert len(world.recording.history) == 10
     print("the wheel works")
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from itertools import islice, takewhile
 from typing import Any
 
 import numpy as np
@@ -20,8 +22,6 @@ from teamsight.world.starts import Starts
 #: Parameters of `CMOMMT` that are written into the arrays of a built world.
 NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})
 
-# Attributes of a world that exist from their first change on.
-_SET_ON_THE_WAY = ("_jumps", "_inside")
 # Seeds whose starts are computed in one call: more would save nothing, and cost memory in large worlds.
 _STARTS_PER_CALL = 64
 
@@ -37,14 +37,19 @@ class ReusedWorlds:
     def __init__(self) -> None:
         self._world: World | None = None
         self._built: _Built | None = None
+        self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
 
-    def begin(
-        self,
-        model: Callable[..., World],
-        parameters: Mapping[str, Any],
-        seed: int,
-        following: Sequence[int] = (),
-    ) -> World:
+    def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
+        """Announce the runs that will be begun, so that the starts of many can be computed in one call.
+
+        Parameters
+        ----------
+        runs : iterable of (mapping, int)
+            Parameters and seed of each, in order. Other runs may be begun all the same.
+        """
+        self._expected = deque(runs)
+
+    def begin(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int) -> World:
         """Return a world before its first step; it is valid until the next one is begun.
 
         Parameters
@@ -54,21 +59,20 @@ class ReusedWorlds:
         parameters : mapping
             Its keyword parameters.
         seed : int
-            The seed of this run.
-        following : sequence of int
-            Seeds of the next runs with the same parameters, if they are known: their starts are computed in the same
-            call.
+            The seed of the run.
 
         Raises
         ------
         TypeError, ValueError
             As for the model.
         """
-        if self._built is not None and self._built.begin(model, parameters, seed, following):
+        if self._expected and self._expected[0][1] == seed and _are_same(self._expected[0][0], parameters):
+            self._expected.popleft()
+        if self._built is not None and self._built.begin(model, parameters, seed, self._expected):
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
-        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world):
+        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world._data):
             self._built = _Built(world, parameters)
         return world
 
@@ -86,12 +90,16 @@ class _Built:
         self.world = world
         self._kind = _without_numbers(parameters)
         self._numbers = _numbers(parameters)
-        self._trace, self._names = _trace(world), {*vars(world), *_SET_ON_THE_WAY}
+        self._trace, self._names = _trace(world), {*vars(world)}
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
 
     def begin(
-        self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, following: Sequence[int]
+        self,
+        model: Callable[..., World],
+        parameters: Mapping[str, Any],
+        seed: int,
+        expected: Iterable[tuple[Mapping[str, Any], int]],
     ) -> bool:
         """Begin a run if it can use this world; return whether it can."""
         world = self.world
@@ -104,20 +112,21 @@ class _Built:
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
             self._numbers, self._runs = numbers, {}
+        following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
-        world._begin(seed, self._start, run, first_states(world))
-        world._collector = HistoryCollector()
-        world._warned.clear()
+        world._begin(seed, self._start, run, first_states(world._data))
+        world.recording.collector = HistoryCollector()
+        world._stepper.warned.clear()
         world.rng = np.random.default_rng(seed)
-        world._begin_to_collect()
+        world._stepper.begin_to_collect()
         return True
 
-    def _run_of(self, seed: int, following: Sequence[int]) -> int:
+    def _run_of(self, seed: int, following: Iterable[int]) -> int:
         """Return which of the computed starts belongs to a seed."""
         if seed not in self._runs:
-            seeds = list(dict.fromkeys([seed, *following[: _STARTS_PER_CALL - 1]]))
-            self._start = start_of(self.world, np.array([key_of(each) for each in seeds]))
+            seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
+            self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
             self._runs = {each: run for run, each in enumerate(seeds)}
         return self._runs[seed]
 
@@ -138,10 +147,13 @@ def _numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
 def _trace(world: World) -> tuple[Any, ...]:
     """Return what changes when something is added to a world, taken away from it or exchanged."""
     groups = [(id(group), *map(id, group.rules), len(group), len(group.columns.arrays())) for group in world.groups]
-    return groups, len(world.recorders), type(world._collector), world._engine.extras, mesa_compat.has_events(world)
+    recording = world.recording
+    extras = world._engine.extras, mesa_compat.has_events(world)
+    return groups, len(recording.callbacks), type(recording.collector), *extras
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two mappings hold the same settings, as far as that can be known."""
     return one.keys() == other.keys() and all(_is_same(value, other[name]) for name, value in one.items())
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
+from teamsight.analysis.neighbour_graph import to_networkx
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Policy, PolicyState, RandomWalk, Stationary
 
@@ -26,7 +27,7 @@ def test_a_world_of_nobody() -> None:
     world = World(Disc(5.0), rng=1)
     world.run(3)
     world.step()
-    assert world.tick == len(world.history) == 4
+    assert world.tick == len(world.recording.history) == 4
     assert np.isnan(world.observed_fraction)
     assert world.max_neighbours == 0
 
@@ -34,10 +35,10 @@ def test_a_world_of_nobody() -> None:
 @pytest.mark.short
 def test_counts_are_those_of_the_positions() -> None:
     model = CMOMMT(radius=3.0, rng=int(np.random.default_rng().integers(2**31)))
-    model.record_positions()
+    model.recording.record_positions()
     model.run(30)
-    table = model.trajectory
-    for step, row in model.history.iterrows():
+    table = model.recording.trajectory
+    for step, row in model.recording.history.iterrows():
         now = table[table.time == step]
         robots, targets = (now[now.group == name][["x", "y"]].to_numpy() for name in ("robots", "targets"))
         near = np.hypot(*(robots[:, None] - robots[None]).transpose(2, 0, 1)) <= 1
@@ -48,7 +49,7 @@ def test_counts_are_those_of_the_positions() -> None:
             pytest.approx(degree.mean()),
             degree.max(),
         )
-    assert model.observed_fraction == pytest.approx(model.history.observed.mean(), rel=1e-12)
+    assert model.observed_fraction == pytest.approx(model.recording.history.observed.mean(), rel=1e-12)
 
 
 def test_two_groups_of_a_team_count_together() -> None:
@@ -57,8 +58,8 @@ def test_two_groups_of_a_team_count_together() -> None:
     for _ in range(2):
         world.senses(world.add(Robot, 2, policy=Stationary(), sensing_range=2.0, awareness_range=2.0), targets)
     world.run(2)
-    assert world.history.observed.tolist() == [1.0, 1.0]
-    assert world.history.mean_neighbours.tolist() == [3.0, 3.0]
+    assert world.recording.history.observed.tolist() == [1.0, 1.0]
+    assert world.recording.history.mean_neighbours.tolist() == [3.0, 3.0]
 
 
 def test_what_two_teams_observe_is_counted_once() -> None:
@@ -70,8 +71,8 @@ def test_what_two_teams_observe_is_counted_once() -> None:
     for kind in (Robot, Rival):
         world.senses(world.add(kind, 2, policy=Stationary(), sensing_range=2.0, awareness_range=2.0), targets)
     world.run(1)
-    assert world.history.mean_neighbours.tolist() == [1.0]
-    assert world.history.observed.tolist() == [1.0]
+    assert world.recording.history.mean_neighbours.tolist() == [1.0]
+    assert world.recording.history.observed.tolist() == [1.0]
 
 
 @pytest.mark.parametrize("equal", [True, False])
@@ -79,8 +80,8 @@ def test_the_graph_of_neighbours(equal: bool) -> None:
     world = World(Disc(2.0), rng=3)
     robots = world.add(Robot, 12, policy=RandomWalk(), awareness_range=1.0 if equal else np.linspace(0.3, 1.5, 12))
     world.run(4)
-    graph = world.neighbour_graph()
-    assert graph.is_directed() != equal
+    members = world.teammates
+    graph = to_networkx(world.neighbours, members.position, members.identity, directed=not equal)
     assert sorted(graph.nodes) == robots.identity.tolist()
     for robot in robots:
         assert sorted(graph.adj[robot.unique_id]) == [mate.unique_id for mate in robot.neighbours]
@@ -96,7 +97,7 @@ def test_positions_set_by_hand_are_seen_at_once() -> None:
     model.robots[0].position, model.robots[1].position, model.targets[0].position = (0, 0), (0, 0.5), (0, -0.9)
     assert model.observed == 1.0
     assert model.mean_neighbours == 1.0
-    assert model.proximity.distance.tolist() == [0.5, 0.5]
+    assert model.neighbours.distance.tolist() == [0.5, 0.5]
     assert model.robots[0].observed_targets == [model.targets[0]]
     model.targets[0].position = (3, 0)
     assert model.observed == 0.0
@@ -128,7 +129,7 @@ def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> Non
     with pytest.raises(ValueError, match=r"FailsLate: an action of robots at tick 20 is not finite.*check_policy\(\)"):
         for _ in range(30):
             model.run(30) if road == "run" else model.step()
-    assert (model.tick, len(model.history)) == (20, 20)
+    assert (model.tick, len(model.recording.history)) == (20, 20)
 
 
 @pytest.mark.parametrize("advance", [lambda model: model.run(30), lambda model: [model.step() for _ in range(30)]])
@@ -144,7 +145,7 @@ def test_a_kernel_that_answers_nonsense_is_refused_until_the_policy_is_another(a
         world.robots.policy = "a-cmommt"
         world.run(20)
     assert np.array_equal(model.robots.position, other.robots.position)
-    assert model.history.equals(other.history)
+    assert model.recording.history.equals(other.recording.history)
     assert model.observed_fraction == other.observed_fraction
 
 
@@ -202,13 +203,13 @@ def test_abilities_may_change_on_both_roads() -> None:
     ends: list[Any] = []
     for stepping in (False, True):
         model = CMOMMT(radius=2.0, rng=4)
-        model.at(5, lambda model=model: model.adjust(model.robots, speed=0.3, sensing_range=np.linspace(0.5, 1.5, 10)))
-        model.at(9, lambda model=model: model.adjust(model.robots, policy="centroid", awareness="shared"))
-        model.at(12, lambda model=model: model.adjust(model.robots, turn_limit=0.1, awareness_range=0.2))
+        model.clock.at(5, lambda model=model: model.adjust(model.robots, speed=0.3, sensing_range=np.linspace(0.5, 1.5, 10)))
+        model.clock.at(9, lambda model=model: model.adjust(model.robots, policy="centroid", awareness="shared"))
+        model.clock.at(12, lambda model=model: model.adjust(model.robots, turn_limit=0.1, awareness_range=0.2))
         for _ in range(20 if stepping else 0):
             model.step()
         model.run(0 if stepping else 20)
-        ends.append((model.robots.position.tobytes(), model.history))
+        ends.append((model.robots.position.tobytes(), model.recording.history))
         assert model.robots.awareness.name == "shared"
         assert model.robots.speed.tolist() == [0.3] * 10
         before, heading = model.robots.position.copy(), model.robots.heading.copy()

@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT, __version__
+from teamsight.analysis.paper.claims import CLAIMS
 from teamsight.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -49,18 +50,18 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     status, out, _ = call(capsys, "reproduce", "ledger", "--out", str(tmp_path), "--workers", "2", *SHORT)
     assert status == 0
     content = json.loads((tmp_path / "ledger.json").read_text(encoding="utf-8"))
-    assert len(content["claims"]) == 28
+    assert [record["claim"] for record in content["claims"]] == list(CLAIMS)
     for record in content["claims"]:
         assert record["claim"] in out
-    assert f"defaults: {content['holding']['defaults']} of 28 claims hold" in out
-    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + 28
+    assert f"defaults: {content['holding']['defaults']} of {len(CLAIMS)} claims hold" in out
+    assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + len(CLAIMS)
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
 
 
-def test_what_figure_11_comes_to_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_what_figure_11_comes_to_is_reported(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     short = ("--quick", "--runs", "2", "--steps", "3", "--preset", "defaults")
     _, out, _ = call(capsys, "reproduce", "11", "--out", str(tmp_path), "--workers", "1", *short)
-    assert re.search(r"^figure 11: awareness adds .* pp on the mean of 49 cells.*clearly less in \d+ \(by chance", out, re.M)
+    assert re.search(r"^figure 11: awareness changes .* pp on average over 49 cells.*by chance", out, re.M)
 
 
 def test_results_do_not_depend_on_workers_or_on_what_else_is_made(
@@ -73,7 +74,7 @@ def test_results_do_not_depend_on_workers_or_on_what_else_is_made(
         assert one == two
 
 
-def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_reported_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     began = time.perf_counter()
     status, _, err = call(capsys, "reproduce", "--out", str(tmp_path / "file" / "sub"), "--preset", "defaults")
@@ -114,8 +115,8 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
             raise
     assert process.returncode == 130
     assert out == ""
-    told = "teamsight: interrupted; nothing was kept"
-    assert err.split() == told.split()
+    message = "teamsight: interrupted; nothing was kept"
+    assert err.split() == message.split()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -132,27 +133,27 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
     assert f"{100 * model.observed_fraction:.1f} %" in out
     saved = pd.read_parquet(file)
     assert len(saved) == 130
-    assert saved["observed"].tolist() == model.history["observed"].tolist()
+    assert saved["observed"].tolist() == model.recording.history["observed"].tolist()
     assert saved.attrs["seed"] == 4
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--policy", "a-cmomt"], "did you mean 'a-cmommt'?"),
         (["--awareness", "pairwse"], "did you mean 'pairwise'?"),
         (["--preset", "touzet"], "preset='touzet'"),
         (["--delta", "0", "--awareness", "ring"], "delta=0"),
         (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 360"),
-        (["--delta", "8"], "delta=8: is for awareness 'ring', and this is 'pairwise'; leave it out, or give --awareness ring"),
+        (["--delta", "8"], "delta=8: needs awareness 'ring', and this is 'pairwise'; leave --delta out, or give --awareness ring"),
     ],
 )
-def test_run_tells_what_the_model_refuses_in_one_line(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+def test_run_reports_what_the_model_refuses_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     status, out, err = call(capsys, "run", *arguments)
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert told in err
+    assert message in err
 
 
 def test_delta_explores_the_world_that_is_described(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -6,26 +6,24 @@ import tempfile
 from pathlib import Path
 
 from teamsight import CMOMMT
-from teamsight.analysis.delta import from_trajectories
+from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
 
 
 def record(path: Path) -> None:
     """Write the positions of a team's robots: columns time, robot, x, y."""
     model = CMOMMT(robots=20, radius=3.0, rng=1)
-    model.record_positions(every=5)
+    model.recording.record_positions(every=5)
     model.run(3000)
-    seen = model.trajectory
+    seen = model.recording.trajectory
     robots = seen[seen["group"] == "robots"].rename(columns={"identity": "robot"})
     robots[["time", "robot", "x", "y"]].to_csv(path, index=False)
 
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "tracks.csv"
+        path = Path(folder) / "trajectories.csv"
         record(path)
-        report = from_trajectories.delta_from_tracks(
-            from_trajectories.read_tracks(path), awareness_range=1.0, risk=0.05, window=100
-        )
+        report = delta_from_trajectories(read_trajectories(path), awareness_range=1.0, risk=0.05, window=100)
     print(report)
     print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
 
