@@ -12,7 +12,7 @@ import numpy as np
 from naive import paper as naive
 from teamsight.policies.evolved.layout import BLOCKS
 
-TRACKING = SimpleNamespace(tracks=16, predictive=1.6, decay=6.0, reported_decay=6.0)
+TRACKING = SimpleNamespace(target_tracks=16, predictive=1.6, decay=6.0, relayed_decay=6.0)
 
 
 def few(count: float) -> float:
