@@ -15,8 +15,8 @@ from teamsight.agents.body import Body
 from teamsight.agents.building import Plan
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
+from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.membership import Membership
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import policy_of
 from teamsight.agents.state import State, StateKeeper
@@ -79,7 +79,7 @@ class World(mesa.Model):  # type: ignore[misc]
         self.clock = data.timeline.clock
         self._engine = Engine(data)
         self.recording = Recording(data, self._engine)
-        self._members = Membership(self, data, self._engine)
+        self._host = WorldHost(self, data, self._engine)
         self._stepper = Stepper(self, data, self._engine, self.recording, type(self).step is not World.step)
         self._states = StateKeeper(self, data, self._engine, self.recording)
 
@@ -163,7 +163,7 @@ class World(mesa.Model):  # type: ignore[misc]
             policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit, placement,
             name,
         )  # fmt: skip
-        return self._members.add(agent_class, count, plan)
+        return self._host.add(agent_class, count, plan)
 
     def senses(self, observers: Group, observed: Group) -> None:
         """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
@@ -206,7 +206,7 @@ class World(mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
-        self._members.adjust(
+        self._host.adjust(
             group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
