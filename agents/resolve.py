@@ -6,7 +6,8 @@ import inspect
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
+from teamsight.agents.awareness import AWARENESS, Awareness
+from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.policies.registry import POLICIES, options_of
@@ -109,7 +110,7 @@ def awareness_of(value: Awareness | str) -> Awareness:
         If it is none, or its name is unknown.
     """
     if isinstance(value, str):
-        return AWARENESS[checks.choice("awareness", value, AWARENESS)]()
+        return awareness_named(value)
     if not isinstance(value, Awareness):
         shown = f"{checks.shown(value)}: is no degree of awareness; give one"
         if isinstance(value, type):
@@ -173,9 +174,13 @@ def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = No
     for degree in AWARENESS.values():
         if name in (None, degree.name) and degree.name != awareness.name and sum(degree().width(size)) == inputs:
             return _use(degree.name)
-    if inputs > OWN_SECTORS and name in (None, RingAwareness.name):
-        delta = inputs - OWN_SECTORS
-        return f"; use {RingAwareness.__name__}(delta={delta}) (--awareness ring --delta {delta})"
+    for degree in AWARENESS.values():
+        if name in (None, degree.name) and degree.options() and inputs > OWN_SECTORS:
+            fitting = degree.adding(inputs - OWN_SECTORS)
+            options = {option: getattr(fitting, option) for option in degree.options()}
+            values = ", ".join(f"{option}={value}" for option, value in options.items())
+            flags = " ".join(f"--{option} {value}" for option, value in options.items())
+            return f"; use {degree.__name__}({values}) (--awareness {degree.name} {flags})"
     return "; explore with this degree and this team" if name else "; train it for this width"
 
 

@@ -209,8 +209,8 @@ MISFITS = [
     ),
     (
         "none",
-        {"needs": ("minds",)},
-        r"Reader\.needs='minds': unknown; did you mean 'teammates'\? known are teammates, relayed, targets",
+        {"needs": ("teammate",)},
+        r"Reader\.needs='teammate': unknown; did you mean 'teammates'\?",
     ),
     ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
