@@ -11,7 +11,7 @@ import pytest
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.analysis.neighbour_graph import to_networkx
 from teamsight.core.kernel import kernel
-from teamsight.policies import Action, CompiledPolicy, PolicyState, RandomWalk, Stationary
+from teamsight.policies import Action, CompiledPolicy, Policy, PolicyState, RandomWalk, Stationary
 
 
 def test_names_are_given_and_kept_apart() -> None:
@@ -160,7 +160,7 @@ def test_a_subclass_of_a_compiled_policy_may_decide_in_python() -> None:
     assert np.hypot(*model.robots.bodies.moved.T) == pytest.approx(np.full(10, 0.05))
 
 
-class Remembering:
+class Remembering(Policy):
     """Counts its decisions, robot by robot."""
 
     draws = 0
