@@ -61,7 +61,7 @@ def test_ones_own() -> None:
         ("own", r"reward='own': must be a callable"),
     ],
 )
-def test_what_is_no_reward_is_told(reward: Any, message: str) -> None:
+def test_what_is_no_reward_is_named(reward: Any, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         rewards_of(memory_of(gained=[0, 1, 0], lost=[0, 0, 1]), reward)
 

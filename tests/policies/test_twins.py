@@ -61,7 +61,7 @@ class Watched(Policy):
             assert action.distance[i] == pytest.approx(distance, abs=1e-8)
             if distance > 1e-7 or not self.policy.draws:
                 assert action.heading[i] == pytest.approx(heading, abs=1e-6)
-            self.lost += sum(track[2] < robot.tick for track in robot.tracks)
+            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
         return action, (own, robots)
 
 

@@ -153,14 +153,14 @@ def test_robots_do_what_the_twin_finds_best(kind: Any, degree: str) -> None:
 
 @pytest.mark.short
 @pytest.mark.parametrize("kind", LEARNERS)
-def test_a_learner_keeps_the_contract_and_both_roads(kind: Any) -> None:
+def test_a_learner_keeps_the_contract_and_both_paths(kind: Any) -> None:
     learner = kind(explored("ring"), gain)
     check_policy(learner)
     running, stepping = (CMOMMT(robots=4, awareness="ring", policy=learner, rng=2) for _ in range(2))
     running.run(40)
     for _ in range(40):
         stepping.step()
-    assert running.recording.history.equals(stepping.history)
+    assert running.recording.history.equals(stepping.recording.history)
     assert running.robots.position.tobytes() == stepping.robots.position.tobytes()
     with pytest.raises(ValueError, match="learned from situations|reads 32 inputs"):
         CMOMMT(robots=4, awareness="none", policy=learner, rng=2)
@@ -220,7 +220,7 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "settings", "told"),
+    ("kind", "settings", "message"),
     [
         (TabularQ, {"levels": 1}, "levels=1: must be at least 2; something sensed, or nothing"),
         (TabularQ, {"sweeps": 0}, "sweeps=0"),
@@ -236,6 +236,6 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
         (LinearQ, {"reward": lambda memory: np.zeros(3)}, "shape"),
     ],
 )  # fmt: skip
-def test_bad_constants_are_refused(kind: Any, settings: dict[str, Any], told: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=told):
+def test_bad_constants_are_refused(kind: Any, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
         kind(explored("ring"), **settings)

@@ -78,9 +78,9 @@ def test_a_search_for_fewer_does_not_answer_for_more() -> None:
 
 
 def test_the_search_tells_how_far_it_is() -> None:
-    told: list[tuple[int, int]] = []
-    next_matches(made_up(2, 5000), 2, progress=lambda done, total: told.append((done, total)))
-    assert told == [(4096, 5000), (5000, 5000)]
+    calls: list[tuple[int, int]] = []
+    next_matches(made_up(2, 5000), 2, progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(4096, 5000), (5000, 5000)]
 
 
 def test_without_a_future_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,6 +109,6 @@ def empty() -> LazyMemory:
         ("memory.safetensors", {}, r"must be a LazyMemory; load one with LazyMemory.load\(path\)"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told(memory: Any, wrong: dict[str, Any], message: str) -> None:
+def test_what_is_wrong_is_named(memory: Any, wrong: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         action_values(memory, won, **{"k": 3} | wrong)

@@ -156,7 +156,7 @@ def test_the_search_table_is_made_once_and_holds_what_is_compared() -> None:
         assert np.array_equal(policy.table[:-1], memory.table[:inputs, policy.search_table.kept])
 
 
-def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
+def test_policies_that_differ_have_different_reprs() -> None:
     memory = made_up(1, 100)
     policies = [
         LazyQ(memory), LazyQ(memory, inputs=4), LazyQ(memory, k=3), LazyQ(memory, discount=0.1), LazyQ(memory, sweeps=1),

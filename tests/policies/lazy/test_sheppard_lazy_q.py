@@ -75,12 +75,12 @@ def difference(memory: LazyMemory) -> Any:
     return np.asarray(memory.fact("gained"), float) - 2 * memory.fact("lost")
 
 
-def test_of_a_crowd_so_many_are_followed_and_told_apart_as_there_is_room_for() -> None:
+def test_targets_beyond_the_room_for_identities_are_not_followed() -> None:
     rng = np.random.default_rng(3)
     policy = SheppardLazyQ(None, difference, 3, capacity=40)
-    told = tabulate(difference, MOST_CHANGE)
+    rewards = tabulate(difference, MOST_CHANGE)
     room = np.minimum(np.arange(MOST_SEEN + 1), MOST_CHANGE)
-    twins = [naive_learners.SheppardRobot(policy, told[np.ix_(room, room)].tolist()) for _ in range(3)]
+    twins = [naive_learners.SheppardRobot(policy, rewards[np.ix_(room, room)].tolist()) for _ in range(3)]
     memory = policy.start(3)
     for crowd in (0, MOST_SEEN, 300, 70, 5, 3, 12, 200):
         situation = np.zeros((3, 3), np.float32)
@@ -129,7 +129,7 @@ def test_the_contract() -> None:
     check_policy(SheppardLazyQ(made_up(1, 50), threshold=2.0), steps=20)
 
 
-def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
+def test_policies_that_differ_have_different_reprs() -> None:
     policies = [
         SheppardLazyQ(), SheppardLazyQ(inputs=16), SheppardLazyQ(threshold=2), SheppardLazyQ(made_up(1, 5)),
         SheppardLazyQ(made_up(2, 5)), SheppardLazyQ(inputs=3), SheppardLazyQ(learning_rate=0.1), SheppardLazyQ(capacity=7),
@@ -155,7 +155,7 @@ def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
         ({"inputs": 0}, r"inputs=0: must be at least 1"),
     ],
 )
-def test_what_is_wrong_is_told(wrong: dict[str, Any], message: str) -> None:
+def test_what_is_wrong_is_named(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         SheppardLazyQ(**{"inputs": 3} | wrong)
 

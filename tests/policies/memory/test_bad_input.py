@@ -48,11 +48,11 @@ CASES: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.short
-@pytest.mark.parametrize(("changes", "told"), CASES, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_cannot_be_a_memory(changes: dict[str, Any], told: str) -> None:
+@pytest.mark.parametrize(("changes", "message"), CASES, ids=lambda value: value if isinstance(value, str) else "")
+def test_what_cannot_be_a_memory(changes: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError)) as caught:
         LazyMemory.of(**{**GOOD, **changes})
-    assert re.search(told, str(caught.value)), caught.value
+    assert re.search(message, str(caught.value)), caught.value
 
 
 def test_the_furthest_rotation_is_allowed() -> None:
@@ -61,7 +61,7 @@ def test_the_furthest_rotation_is_allowed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (([[1.0, 1.0, 1.0]], 3), "k=3: the memory has 2 transitions; ask for fewer, or explore for longer"),
         (([[1.0, 1.0, 1.0]], 0), "k=0: must be at least 1"),
@@ -75,8 +75,8 @@ def test_the_furthest_rotation_is_allowed() -> None:
         (([[1.0, 1.0, 1.0]], 1, 0), "inputs=0: must be at least 1"),
     ],
 )
-def test_queries(arguments: Any, told: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=told):
+def test_queries(arguments: Any, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
         LazyMemory.of(**GOOD).nearest(*arguments)
 
 
@@ -87,7 +87,7 @@ def test_components_that_are_not_compared_are_not_asked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         (
             {"own": 3},
@@ -102,9 +102,9 @@ def test_components_that_are_not_compared_are_not_asked() -> None:
         ({"situation": [[1.0, 1], [0, 1]], "next_situation": [[1.0, 1], [0, 1]]}, r"with 2 \+ 0 inputs"),
     ],
 )
-def test_memories_that_do_not_merge(changes: dict[str, Any], told: str) -> None:
+def test_memories_that_do_not_merge(changes: dict[str, Any], message: str) -> None:
     memory = LazyMemory.of(**GOOD)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         memory.merge(memory, LazyMemory.of(**{**GOOD, **changes}))
 
 
@@ -127,13 +127,13 @@ def test_tables_that_kernels_would_misread(table: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("other", "told"),
+    ("other", "message"),
     [
         ([LazyMemory.of(**GOOD)], "is no LazyMemory; give merge(*memories)"),
         ("x", "merge: 'x' is no LazyMemory; give merge(*memories)"),
         (None, "merge: None is no LazyMemory"),
     ],
 )
-def test_only_memories_merge(other: Any, told: str) -> None:
-    with pytest.raises(TypeError, match=re.escape(told)):
+def test_only_memories_merge(other: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=re.escape(message)):
         LazyMemory.of(**GOOD).merge(other)

@@ -156,9 +156,9 @@ def test_no_damaged_or_forged_file_loads(tmp_path: Path) -> None:
         path.write_bytes(content)
         with pytest.raises(MemoryFileError) as caught:
             pytest.fail(f"seed {case}, {forge.__name__}: loads as {LazyMemory.load(path)!r}")
-        told = str(caught.value).removeprefix(str(path))
-        assert len(told) < 300, f"seed {case}, {forge.__name__}: {told}"
-        assert "\n" not in told, f"seed {case}, {forge.__name__}: {told}"
+        message = str(caught.value).removeprefix(str(path))
+        assert len(message) < 300, f"seed {case}, {forge.__name__}: {message}"
+        assert "\n" not in message, f"seed {case}, {forge.__name__}: {message}"
         assert path.read_bytes() == content
 
 

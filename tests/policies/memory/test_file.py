@@ -119,7 +119,7 @@ def test_unverified_pairs_are_the_only_thing_believed(saved: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (b'"schema": "1"', b'"schema": "2"', "has the schema '2', this version of teamsight reads '1'; read it with"),
         (b'"F32"', b'"I32"', "its header is not that of a lazy memory"),
@@ -127,11 +127,11 @@ def test_unverified_pairs_are_the_only_thing_believed(saved: Path) -> None:
         (b"[14, 40]", b"[40, 14]", "its (metadata|content) is invalid"),
     ],
 )
-def test_other_files(saved: Path, old: bytes, new: bytes, told: str) -> None:
+def test_other_files(saved: Path, old: bytes, new: bytes, message: str) -> None:
     content = saved.read_bytes()
     assert old in content
     saved.write_bytes(content.replace(old, new))
-    with pytest.raises(MemoryFileError, match=told):
+    with pytest.raises(MemoryFileError, match=message):
         LazyMemory.load(saved)
 
 
