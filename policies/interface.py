@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import Filled, NeighbourList
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -38,15 +38,15 @@ class Percept(NamedTuple):
         The vector for learners; of width 0 unless the policy declares `inputs`.
     """
 
-    heading: Floats
-    moved: Floats
-    speed: Floats
-    sensing_range: Floats
-    awareness_range: Floats
-    targets: NeighbourList
-    teammates: NeighbourList
-    relayed: NeighbourList
-    situation: npt.NDArray[np.float32]
+    heading: Annotated[Floats, "n", 2]
+    moved: Annotated[Floats, "n", 2]
+    speed: Annotated[Floats, "n"]
+    sensing_range: Annotated[Floats, "n"]
+    awareness_range: Annotated[Floats, "n"]
+    targets: Filled
+    teammates: Filled
+    relayed: Filled
+    situation: Annotated[npt.NDArray[np.float32], "n", "width"]
 
 
 class Action(NamedTuple):
@@ -60,8 +60,8 @@ class Action(NamedTuple):
         [length]; the body's speed applies, and below 0 counts as 0.
     """
 
-    heading: Floats
-    distance: Floats
+    heading: Annotated[Floats, "n", 2]
+    distance: Annotated[Floats, "n"]
 
 
 class PolicyState(NamedTuple):
@@ -73,8 +73,8 @@ class PolicyState(NamedTuple):
     whole : ndarray, shape (n, slots, fields), int64
     """
 
-    floats: Floats
-    ints: Integers
+    floats: Annotated[Floats, "n", "slots", "fields"]
+    ints: Annotated[Integers, "n", "int slots", "int fields"]
 
 
 class PolicyArrays(NamedTuple):
@@ -90,8 +90,8 @@ class PolicyArrays(NamedTuple):
         What each robot remembers; the kernel changes it in place.
     """
 
-    parameters: Floats
-    table: npt.NDArray[np.float32]
+    parameters: Annotated[Floats, "p"]
+    table: Annotated[npt.NDArray[np.float32], "rows", "columns"]
     state: PolicyState
 
 

@@ -11,7 +11,7 @@ plain numbers. What it holds is declared once, as a NamedTuple whose annotations
     SHIFT = Record(Shift)
     shift_at = SHIFT.at                      # for kernels: the address of a record -> Shift
     packed = SHIFT.pack(Shift(position, speed, 2.0))
-    Entry(kernel_that_calls_shift_at)(packed.address)
+    Entry(kernel_that_calls_shift_at)(packed)
 
 A length is a number, which the compiler knows; a name, which is the same number throughout the record; a name plus a
 number, as in ``"bodies + 1"``; or a name that begins with a dot, which belongs to its own NamedTuple. A nested
