@@ -19,15 +19,14 @@ from teamsight.agents.resolve import awareness_of, check_fit, check_needs, polic
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_memory
-from teamsight.world import placement as placements
-from teamsight.world.bodies import Bodies
-from teamsight.world.motion import is_watched
+from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import turn_limit as turn_limit_of
-from teamsight.world.noise import Stream, stream_number, uniforms
+from teamsight.world.starts import Founders, starts
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.world.arena import Arena
+    from teamsight.world.limits import Limits
 
 MOST_AGENTS = 10_000_000
 """How many agents a group can have: more would not fit in the memory of any machine."""
@@ -55,37 +54,37 @@ def make_group(world: World, agent_class: type[Body], count: int, plan: Plan) ->
     size = checks.count("count", count, most=MOST_AGENTS)
     number = len(world.groups)
     policy, awareness = plan.policy, awareness_of(plan.awareness)
-    bodies, ranges = make_bodies(world, number, size, plan)
+    abilities = _abilities(plan, size, world.limits)
+    placement = _placement(world.arena, plan.placement, size)
+    founders = Founders(number, size, placement, float(abilities.sensing_range.max()))
+    start = starts(world.arena, [founders], world.key[np.newaxis])
+    own = Abilities(*(column.copy() for column in abilities))
+    bodies = Bodies(
+        np.zeros(size, np.int64), np.arange(size), start.position[0], start.heading[0], np.zeros((size, 2)),
+        own.speed, own.turn_cosine, own.turn_sine, np.array(world.arena.size),
+    )  # fmt: skip
+    ranges = own.sensing_range, own.awareness_range
     name = plan.name or _free_name(world, f"{agent_class.__name__.lower()}s")
     if name in [group.name for group in world.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give one of its own")
     group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness, world.adjust)
     check_needs(group)
-    group.plan = plan
+    group.founders, group.first_abilities = founders, abilities
     return group
 
 
-def make_bodies(world: World, number: int, size: int, plan: Plan) -> tuple[Bodies, tuple[Floats, Floats]]:
-    """Return the bodies of a group at the beginning, and their sensing and awareness ranges."""
-    ranges = (
-        _column("sensing_range", plan.sensing_range, size, world.limits.range),
-        _column("awareness_range", plan.awareness_range, size, world.limits.range),
-    )
-    numbers = uniforms(world.key, stream_number(Stream.PLACEMENT, number), 0, np.arange(size), 3)
-    angle = 2 * math.pi * numbers[2]
-    cosine, sine = _turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
-    bodies = Bodies(
-        identity=np.zeros(size, np.int64),
-        member=np.arange(size),
-        position=_positions(world.arena, plan.placement, numbers[:2], float(ranges[0].max())),
-        heading=np.ascontiguousarray(np.stack([np.cos(angle), np.sin(angle)], axis=-1)),
-        moved=np.zeros((size, 2)),
-        speed=_column("speed", plan.speed, size, world.limits.speed),
-        turn_cosine=cosine,
-        turn_sine=sine,
-        arena_size=np.array(world.arena.size),
-    )
-    return bodies, ranges
+def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
+    """Return the abilities of a group's agents, all of them checked."""
+    sensing = _column("sensing_range", plan.sensing_range, size, limits.range)
+    aware = _column("awareness_range", plan.awareness_range, size, limits.range)
+    turning = _turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
+    return Abilities(_column("speed", plan.speed, size, limits.speed), *turning, sensing, aware)
+
+
+def _placement(arena: Arena, placement: str | npt.ArrayLike, size: int) -> str | Floats:
+    if isinstance(placement, str):
+        return checks.choice("placement", placement, ("uniform", "spread"))
+    return checked_positions(arena, placement, (size, 2))
 
 
 def _free_name(world: World, name: str) -> str:
@@ -120,21 +119,6 @@ def _turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     angles = _column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
     cosine, sine = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
     return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
-
-
-def _positions(arena: Arena, placement: str | npt.ArrayLike, numbers: Floats, radius: float) -> Floats:
-    if isinstance(placement, str):
-        if checks.choice("placement", placement, ("uniform", "spread")) == "spread":
-            places = placements.spread(arena, numbers, radius)
-        else:
-            places = placements.uniform(arena, numbers)
-        if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
-            wrong = tuple(places[int(np.argmin(inside))].tolist())
-            raise ValueError(
-                f"{arena}: its place() leads to {wrong}, outside by contains(); check the arena with check_arena()"
-            )
-        return places
-    return checked_positions(arena, placement, (numbers.shape[1], 2))
 
 
 def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:

@@ -19,9 +19,10 @@ from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
 from teamsight.policies.interface import Action, Percept
 from teamsight.policies.sound import SOUND
-from teamsight.world.bodies import Bodies
+from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn, motion
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
+from teamsight.world.starts import Founders
 
 if TYPE_CHECKING:
     import mesa
@@ -77,8 +78,8 @@ class Group:
         self.columns = Columns(name)
         self.agents: list[mesa.Agent] = []
         self.decides_alone = False
-        self.plan: Any = None
-        self.founders = len(bodies)
+        self.founders: Founders
+        self.first_abilities: Abilities
         self.relations: dict[str, Relation] = {}
         self._adjust = adjust
         self.begin(first_memory(policy, len(bodies)))
@@ -99,13 +100,21 @@ class Group:
         self.deliberation: Deliberation | None = None
         self.has_decided = False
 
-    def place_again(self, bodies: Bodies, ranges: tuple[Floats, Floats], memory: Any) -> None:
-        """Take the bodies of all who founded the group, as far as they are still here, and a new memory."""
-        member, identity = self.bodies.member, self.bodies.identity
-        self.bodies = bodies.rows(member)
-        self.bodies.identity[:] = identity
-        self.ranges = ranges[0][member], ranges[1][member]
-        self.begin(memory)
+    def restart(self, position: Floats, heading: Floats) -> None:
+        """Put all agents back to the start of a run, in the arrays that the kernels read.
+
+        Parameters
+        ----------
+        position, heading : ndarray, shape (founders, 2), float64
+            The start of each founder; agents that have been removed are left out.
+        """
+        bodies, first = self.bodies, self.first_abilities
+        rows = slice(None) if len(self) == self.founders.size else bodies.member
+        bodies.position[:], bodies.heading[:], bodies.moved[:] = position[rows], heading[rows], 0.0
+        bodies.speed[:] = first.speed[rows]
+        bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
+        self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
+        self.action.heading[:], self.action.distance[:] = 0.0, 0.0
 
     def __len__(self) -> int:
         return len(self.bodies)

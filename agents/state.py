@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.building import make_bodies
+from teamsight.agents.engine.begin import first_states, restart_groups, start_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.state_rows import layout
-from teamsight.agents.group import Group, first_memory
+from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.core import checks
@@ -23,6 +23,7 @@ from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
 from teamsight.world.clock import Clock
 from teamsight.world.noise import key_of
+from teamsight.world.starts import Starts
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -150,34 +151,32 @@ class Stateful:
         cast("World", self)._check_undecided("reset()", "plan it with world.at(world.now, world.reset)")
         seed = self._seed_used if rng is None else checks.seed(rng, None)
         collector = _emptied(self._collector)
-        # All that can fail comes first, under the new key and without changing anything that lasts.
-        key, self.key = self.key, key_of(seed)
-        try:
-            begun = [
-                (*make_bodies(cast("World", self), group.number, group.founders, group.plan),
-                 first_memory(group.policy, len(group)))
-                for group in self.groups
-            ]  # fmt: skip
-        finally:
-            self.key = key
+        world = cast("World", self)
+        # All that can fail comes first, before anything changes.
+        start, states = start_of(world, key_of(seed)[np.newaxis]), first_states(world)
         with deferred():
-            for group, (bodies, ranges, memory) in zip(self.groups, begun, strict=True):
-                group.place_again(bodies, ranges, memory)
-            self.random.seed(seed)
+            self._begin(seed, start, 0, states)
             self._collector = collector
-            self._go_on(seed, 0, History())
         if not isinstance(collector, HistoryCollector):
             collector.collect(self)
 
-    def _go_on(self, seed: int, tick: int, history: History) -> None:
-        self._seed_used, self.key = seed, key_of(seed)
+    def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+        """Begin a run: place everybody again and set the clock to 0, without events."""
+        is_kept = restart_groups(cast("World", self), start, run, states)
+        self.random.seed(seed)
+        self._go_on(seed, 0, History(), is_kept=is_kept)
+
+    def _go_on(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
+        self._seed_used = seed
+        # In place: the kernels read it.
+        self.key[:] = key_of(seed)
         self._jumps += tick - self._tick
         self._tick = tick
         mesa_compat.set_counters(cast("World", self), tick)
         self.clock.begin(tick)
         self.running = True
         self._history = history
-        self._engine.forget()
+        self._engine.forget(is_kept=is_kept)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")

@@ -7,8 +7,8 @@ import time
 from measure import Row
 
 from teamsight.analysis.paper.experiments import chosen
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
-from teamsight.analysis.runs.simulate import IMPORTS, Request, make_tables
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid, Request, make_tables
+from teamsight.analysis.runs.simulate import IMPORTS
 from teamsight.analysis.runs.workers import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2
@@ -21,7 +21,7 @@ def measure_learning(quick: bool) -> list[Row]:
     queries = len(experiments) * RUNS * STEPS * sum(robots for robots, _ in grid.cells)
     with WorkerPool(WORKERS, IMPORTS) as pool:
         begin = time.perf_counter()
-        make_tables(pool, [Request({}, experiments)], root=2000, runs=RUNS, steps=STEPS)
+        make_tables([Request({}, experiments)], pool, root=2000, runs=RUNS, steps=STEPS)
         taken = time.perf_counter() - begin
     where = "coarse grid" if quick else "full grid"
     return [

@@ -27,7 +27,7 @@ from sklearn.neighbors import NearestNeighbors
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.core.kernel import Entry, array_at
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.memory.nearest import k_nearest
+from teamsight.policies.memory.nearest import k_nearest, search_table
 
 INPUTS = 32
 PAIRS = (600, 10_000, 1_000_000)
@@ -125,17 +125,18 @@ def cost_of(search: Callable[[], Any], queries: int) -> Callable[[], float]:
 
 
 _ASK = np.dtype(
-    [(name, np.int64) for name in ("table", "columns", "pairs", "inputs", "query", "queries", "k", "place", "far")]
+    [(name, np.int64) for name in ("table", "rows", "columns", "query", "queries", "k", "place", "far")]
+    + [("margin", np.float64)]
 )
 
 
 def _one_by_one(address: int) -> int:
     ask = array_at(address, 1, _ASK)[0]
-    table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
-    query = array_at(ask.query, (ask.queries, ask.inputs), np.float32)
+    table = array_at(ask.table, (ask.rows, ask.columns), np.float32)
+    query = array_at(ask.query, (ask.queries, ask.rows - 1), np.float32)
     index, distance = array_at(ask.place, ask.k, np.int64), array_at(ask.far, ask.k, np.float32)
     for i in range(ask.queries):
-        k_nearest(table, ask.inputs, query[i], ask.k, index, distance)
+        k_nearest(table, ask.margin, query[i], ask.k, index, distance)
     return 0
 
 
@@ -147,11 +148,12 @@ def in_a_kernel(inputs: int, rounds: int) -> Row:
     memory, asked = explored(600)
     queries = np.ascontiguousarray(asked[:, :inputs])
     k, record = 10, np.zeros(1, _ASK)
+    search = search_table(memory.table, inputs, k)
     place, far = np.zeros(k, np.int64), np.zeros(k, np.float32)
-    for name, array in (("table", memory.table), ("query", queries), ("place", place), ("far", far)):
+    for name, array in (("table", search.table), ("query", queries), ("place", place), ("far", far)):
         record[name] = array.ctypes.data
-    record["columns"], record["pairs"] = memory.table.shape
-    record["queries"], record["inputs"], record["k"] = len(queries), inputs, k
+    record["rows"], record["columns"] = search.table.shape
+    record["queries"], record["k"], record["margin"] = len(queries), k, search.margin
     ONE_BY_ONE(record.ctypes.data)
     assert far.tolist() == memory.nearest(queries[-1:], k, inputs)[1][0].tolist()
     taken = interleave({"": cost_of(lambda: ONE_BY_ONE(record.ctypes.data), len(queries))}, rounds)[""]

@@ -1,14 +1,32 @@
-"""Bodies: what there is of a group of agents in the world, one array for each property."""
+"""Bodies: the state and the abilities of a group of agents, one array for each property."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Column = npt.NDArray[np.float64]
+
+
+class Abilities(NamedTuple):
+    """What each of n agents can do; see `Bodies` for the first three.
+
+    Attributes
+    ----------
+    speed, turn_cosine, turn_sine : ndarray, shape (n,), float64
+        The largest distance [length] and the turning limit of a step.
+    sensing_range, awareness_range : ndarray, shape (n,), float64
+        How far each senses targets and teammates [length].
+    """
+
+    speed: Column
+    turn_cosine: Column
+    turn_sine: Column
+    sensing_range: Column
+    awareness_range: Column
 
 
 @dataclass
@@ -18,17 +36,17 @@ class Bodies:
     Attributes
     ----------
     identity : ndarray, shape (n,), int64
-        Who: unique in its world, never reused.
+        Unique in the world, never reused.
     member : ndarray, shape (n,), int64
-        Its number within its group, never reused: whose noise it draws.
+        The agent's number within its group, never reused. It selects the agent's noise.
     position : ndarray, shape (n, 2), float64
-        Where [length].
+        Places [length].
     heading : ndarray, shape (n, 2), float64
-        Which way each faces: unit vectors.
+        Directions that they face: unit vectors.
     moved : ndarray, shape (n, 2), float64
         The displacement of the last step [length].
     speed : ndarray, shape (n,), float64
-        The largest distance a step [length].
+        The largest distance of a step [length].
     turn_cosine, turn_sine : ndarray, shape (n,), float64
         The turning limit, as `motion.turn_limit` gives it.
     arena_size : ndarray, shape (2,), float64
@@ -49,7 +67,7 @@ class Bodies:
         return len(self.identity)
 
     def rows(self, which: npt.NDArray[Any]) -> Bodies:
-        """Return new bodies: those of these rows, given by number or by mask."""
+        """Return a copy of some rows, selected by number or by mask."""
         own = {name: array for name, array in vars(self).items() if name != "arena_size"}
         columns = {name: np.ascontiguousarray(array[which]) for name, array in own.items()}
         return Bodies(**columns, arena_size=self.arena_size)

@@ -1,4 +1,4 @@
-"""Placement: where bodies are when a world begins."""
+"""Placement: the rules by which bodies are placed in an arena."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def uniform(arena: Arena, numbers: Points) -> Points:
     Parameters
     ----------
     arena : Arena
-        Where.
-    numbers : ndarray, shape (2, n), float64
+        The arena.
+    numbers : ndarray, shape (2, ..., n), float64
         Uniform numbers in (0, 1).
 
     Returns
     -------
-    ndarray, shape (n, 2), float64
+    ndarray, shape (..., n, 2), float64
         Positions [length].
     """
     return np.ascontiguousarray(arena.place(numbers[0], numbers[1]))

@@ -180,10 +180,26 @@ class Engine:
         if self.experience.record(group):
             self.is_bound = False
 
-    def forget(self) -> None:
-        """Begin to record anew."""
-        self.is_bound = self.is_seen = self._is_recorded = False
+    def forget(self, *, is_kept: bool = False) -> None:
+        """Begin to record anew.
+
+        Parameters
+        ----------
+        is_kept : bool
+            Whether all arrays are where they were, so that the records need not be written again.
+        """
+        # Trails and logs begin with the binding.
+        self.is_bound = self.is_bound and is_kept and not (self._every or self.experience.is_on)
+        self.is_seen = self._is_recorded = False
         self._phase = 0
+        if self.is_bound:
+            for name in ("tick", "phase", "history", "row"):
+                self._world_record[name] = 0
+            self._group_records["noise_block"] = -1
+            for met in self._met.values():
+                met[:] = 0
+            self.stretch = self._world._history.begin_like(self.stretch)
+            return
         self.trails = []
         self.experience.forget()
         self.stretch = self._world._history.begin([])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import HISTORY_COLUMNS
 
 _EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
+_FIRST_ROWS = 64
 
 
 class Stretch:
@@ -31,11 +33,18 @@ class Stretch:
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
-        self.raw = np.zeros((64, len(relations), HISTORY_COLUMNS), np.int64)
+        self.raw = np.zeros((_FIRST_ROWS, len(relations), HISTORY_COLUMNS), np.int64)
         self.rows = 0
         self.observed_sum = 0
         self.largest = 0
         self._summed = 0
+
+    def emptied(self) -> Stretch:
+        """Return a stretch of the same relations without rows; this one stays as it is."""
+        other = copy.copy(self)
+        other.raw = np.zeros((_FIRST_ROWS, *self.raw.shape[1:]), np.int64)
+        other.rows = other.observed_sum = other.largest = other._summed = 0
+        return other
 
     def make_room(self, steps: int) -> None:
         """Make room for this many more steps."""
@@ -94,6 +103,11 @@ class History:
         if self._stretches and self._stretches[-1].rows == 0:
             self._stretches.pop()
         self._stretches.append(Stretch(relations))
+        return self._stretches[-1]
+
+    def begin_like(self, stretch: Stretch) -> Stretch:
+        """Begin a new stretch of the same relations and return it."""
+        self._stretches.append(stretch.emptied())
         return self._stretches[-1]
 
     @property

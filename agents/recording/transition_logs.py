@@ -29,6 +29,11 @@ class ExperienceLogs:
         self.logs: list[ExperienceLog] = []
         self.records = np.zeros(0, EXPERIENCE)
 
+    @property
+    def is_on(self) -> bool:
+        """Whether any group is recorded."""
+        return bool(self._recorded)
+
     def record(self, group: Group) -> bool:
         """Keep the experience of a group from now on; return False if it is kept already."""
         if group in self._recorded:

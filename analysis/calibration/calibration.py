@@ -15,8 +15,8 @@ import pandas as pd
 
 from teamsight.analysis.paper.claims import CLAIMS, Claim, Verdict, judge, needed
 from teamsight.analysis.paper.experiments import LEARNED, chosen
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
-from teamsight.analysis.runs.simulate import Request, make_tables
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid, Request, make_tables
+from teamsight.analysis.runs.seeds import ROOTS
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: What is searched; targets are always slower than robots, as the paper says.
@@ -48,8 +48,9 @@ class Stage(NamedTuple):
 
 # What needs surfaces of its own and held under nearly every setting of a first trial is left to the final.
 _LATER = {"range-gain", "range-neighbours", "delta-sufficient"}
-SCREEN = Stage("screen", QUICK, 3, (-1,), tuple(claim for claim in OPEN_CLAIMS if claim.name not in _LATER))
-FINAL = Stage("final", PAPER, 5, (-2, -3, -4), OPEN_CLAIMS)
+_SCREENED = tuple(claim for claim in OPEN_CLAIMS if claim.name not in _LATER)
+SCREEN = Stage("screen", QUICK, 3, ROOTS["calibration: screen"], _SCREENED)
+FINAL = Stage("final", PAPER, 5, ROOTS["calibration: final"], OPEN_CLAIMS)
 FINALISTS = 10
 #: The defaults of CMOMMT, which the best are measured against.
 DEFAULT_VALUES = (0.1, 0.075, False, "redraw", "no-force", "nearest")
@@ -104,7 +105,7 @@ def assess(
                 Request(setting, chosen(needed(stage.claims), stage.grid, setting))
                 for setting in map(model_setting, some)
             ]
-            made = make_tables(pool, requests, root=root, runs=stage.runs, steps=steps)
+            made = make_tables(requests, pool, root=root, runs=stage.runs, steps=steps)
             for setting, tables in zip(some, made, strict=True):
                 verdicts = judge(tables, stage.claims)
                 holding, distance = score(verdicts)

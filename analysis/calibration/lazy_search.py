@@ -19,14 +19,15 @@ from teamsight.analysis.paper.claims import CLAIMS, judge
 from teamsight.analysis.paper.claims.interface import average, gain, maxima, part, peak, percent
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.runs.experiment import Experiment, Grid
-from teamsight.analysis.runs.simulate import simulate
+from teamsight.analysis.runs.seeds import ROOTS
+from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: The claims that depend on what is searched.
 OPEN_CLAIMS = tuple(claim for claim in CLAIMS if COOPERATIVE in claim.needs)
 GRID = Grid((5, 10, 20, 30), (2.0, 3.0, 4.0, 6.0, 8.0))
 #: Root seeds of the worlds that choose, of those that choose again among the best, and of those that report.
-CHOOSE, AGAIN, REPORT = (-11,), (-12, -13), (-21, -22, -23, -24)
+CHOOSE, AGAIN, REPORT = (ROOTS[f"lazy constants: {part}"] for part in ("choose", "choose again", "report"))
 #: In which settings: that of no parameter set, by which constants are chosen, and the presets of other speeds, which
 #: take these constants and have an exploration chosen for themselves.
 DEFAULTS, SETTINGS = "defaults", ("touzet2000",)
@@ -75,8 +76,11 @@ def assess(trial: Trial) -> dict[str, Any]:
     treatments = {**trial.constants.treatments(memory), **_BESIDE}
     tables = {}
     for name, treatment in treatments.items():
-        rows = Experiment(name, treatment, trial.grid.cells).rows(trial.given, trial.root, 1, trial.steps)
-        tables[name] = pd.DataFrame([columns | simulate(run)._asdict() for columns, run in rows])
+        rows = list(Experiment(name, treatment, trial.grid.cells).rows(trial.given, trial.root, 1, trial.steps))
+        outcomes = run_all([run for _, run in rows])
+        tables[name] = pd.DataFrame(
+            [columns | found._asdict() for (columns, _), found in zip(rows, outcomes, strict=True)]
+        )
     surface = gain(tables[COOPERATIVE], tables[COLLECTIVE])
     verdicts = judge(tables, OPEN_CLAIMS)
     return {

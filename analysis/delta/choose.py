@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import secrets
 from collections.abc import Callable, Mapping
@@ -17,7 +16,7 @@ from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.delta.team_conditions import Conditions, conditions
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.experiment import canonical, model_seed
+from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -219,7 +218,7 @@ def _factory(model: Factory | Mapping[str, Any], root: int) -> tuple[Factory, Ca
             raise TypeError(
                 f"model={model!r}: must be keyword parameters of CMOMMT, or a callable from a seed to a model"
             )
-        return model, lambda run: _run_seed(root, run)
+        return model, lambda run: run_seed(root, run)
     from teamsight.agents.cmommt import CMOMMT
 
     settings = dict(model)
@@ -232,12 +231,6 @@ def _factory(model: Factory | Mapping[str, Any], root: int) -> tuple[Factory, Ca
     first.close()
     stage = [first.settings[name] for name in ("robots", "targets", "radius")]  # what was given, or its default
     return lambda seed: CMOMMT(**settings, rng=seed), lambda run: model_seed(root, run, *stage)
-
-
-def _run_seed(root: int, run: int) -> int:
-    text = f"root={canonical(root)};replicate={canonical(run)}"
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-delta").digest()
-    return int.from_bytes(digest, "big") >> 1
 
 
 def _made(make: Factory, seed: int) -> World:

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.runs.experiment import Grid, model_seed
+from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved.layout import beginning, spreads
 
@@ -25,7 +26,7 @@ Floats = npt.NDArray[np.float64]
 #: The worlds in which the learned rule is to be better.
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
 #: Root seeds below 0, which no command accepts: what is shaped on one is never judged on it.
-TRAIN, VALIDATE, SCREEN, TEST = -21, -22, -23, -24
+TRAIN, VALIDATE, SCREEN, TEST = (root(f"evolution: {part}") for part in ("train", "validate", "screen", "test"))
 TARGETS, STEPS, DELTA = 15, 600, 16
 # In a more crowded arena nearly everything is observed whatever the robots do: nothing is to be learned there.
 _CROWDED = 2.0

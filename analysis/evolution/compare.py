@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.evolution.cma import DELTA, GRID, SCREEN, STEPS
-from teamsight.analysis.runs.experiment import Experiment
-from teamsight.analysis.runs.simulate import Request, make_tables
+from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
@@ -47,8 +46,8 @@ def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None)
     settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     made = make_tables(
-        pool,
         [Request({"policy_options": options}, [experiment]) for options in settings],
+        pool,
         root=SCREEN,
         runs=runs,
         steps=STEPS,
@@ -81,7 +80,7 @@ def compare(
     ]
     rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     request = Request({"policy_options": dict(strongest)}, [*experiments, rival])
-    (tables,) = make_tables(pool, [request], root=root, runs=runs, steps=STEPS, progress=watch)
+    (tables,) = make_tables([request], pool, root=root, runs=runs, steps=STEPS, progress=watch)
     return {name: paired(tables[name], tables["strongest"]) for name in policies}
 
 

@@ -16,8 +16,8 @@ from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM, Stage
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Lesson, awareness_for, learn
 from teamsight.analysis.runs import files
-from teamsight.analysis.runs.experiment import Run
-from teamsight.analysis.runs.simulate import simulate
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.analysis.search_space import log10_size
 from teamsight.core import checks
@@ -264,9 +264,8 @@ def _tested(lecture: Lecture, about: dict[str, Any], policy: Any, degree: Awaren
         seed = stage.run_seed(replicate)
         observed = float("nan")
         if policy is not None:
-            observed = simulate(
-                Run(place | {"policy": policy, "awareness": degree}, replicate, curves.steps, seed)
-            ).observed_fraction
+            run = Run(place | {"policy": policy, "awareness": degree}, seed, curves.steps)
+            observed = run_all([run])[0].observed_fraction
         rows.append(
             about | {"memory": lecture.memory, "replicate": replicate, "seed": seed, "observed_fraction": observed}
         )

@@ -11,7 +11,8 @@ import pandas as pd
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.learning.learners import Lesson, Progress, awareness_for, learn
 from teamsight.analysis.learning.provenance import BODIES
-from teamsight.analysis.runs.experiment import Run, model_seed
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, paired
@@ -147,15 +148,14 @@ def evaluate(
     place = {"robots": stage.robots, "targets": stage.targets, "radius": stage.radius}
     world = place | dict(stage.bodies)
     planned = [
-        (name, Run(world | {"policy": policy, "awareness": degree}, number, stage.steps, stage.run_seed(number)))
+        (name, number, Run(world | {"policy": policy, "awareness": degree}, stage.run_seed(number), stage.steps))
         for name, (policy, degree) in policies.items()
         for number in range(stage.runs)
     ]
-    outcomes = run_all(pool, [run for _, run in planned], progress)
+    outcomes = run_all([run for *_, run in planned], pool, progress=progress)
     rows = [
-        {"policy": name, **place, "replicate": run.replicate, "seed": run.seed}
-        | {"observed_fraction": outcomes[run.key].observed_fraction}
-        for name, run in planned
+        {"policy": name, **place, "replicate": number, "seed": run.seed, "observed_fraction": found.observed_fraction}
+        for (name, number, run), found in zip(planned, outcomes, strict=True)
     ]
     return pd.DataFrame(rows)
 

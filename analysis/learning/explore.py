@@ -15,8 +15,8 @@ from teamsight.agents.recording.explore import meet, memory_of, settings_of
 from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.agents.resolve import awareness_of
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.experiment import model_seed
 from teamsight.analysis.runs.files import forget, key_of, prepare_folder
+from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
 from teamsight.policies.handmade.random_walk import RandomWalk

@@ -15,8 +15,9 @@ from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import PAPER, Grid
-from teamsight.analysis.runs.simulate import Request, make_tables
+from teamsight.analysis.runs.experiment import PAPER, Grid, Request, make_tables
+from teamsight.analysis.runs.run import OUTCOMES
+from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: The setting in which nothing is set: every parameter of CMOMMT at its default.
@@ -50,7 +51,7 @@ class Plan:
     grid: Grid = PAPER
     runs: int = 5
     steps: int = 600
-    root: int = 2000
+    root: int = root("reproduce")
 
     def conditions(self) -> dict[str, Any]:
         """Return what every result rests on, fit for JSON."""
@@ -92,7 +93,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
         outputs += [folder / f"ledger.{kind}" for kind in ("parquet", "md", "json")]
     for file in outputs:
         files.check_replaceable(file, force=force)
-    unfinished_in(folder).check()
+    checkpoint_in(folder).check()
 
 
 def reproduce(
@@ -129,21 +130,21 @@ def reproduce(
         If what stands where a result goes must stay; see `check_results`.
     """
     check_results(plan, folder, force=force)
-    unfinished = unfinished_in(folder)
-    tables = _simulate(plan, pool, watch, unfinished)
+    checkpoint = checkpoint_in(folder)
+    tables = _simulate(plan, pool, watch, checkpoint)
     _draw(plan, folder, pool, tables, watch, force)
     ledger = _judge(plan, folder, tables, force) if plan.ledger else None
-    unfinished.forget()
+    checkpoint.forget()
     return ledger
 
 
-def unfinished_in(folder: Path) -> Checkpoint:
+def checkpoint_in(folder: Path) -> Checkpoint:
     """Return the runs that an interrupted command left in a folder of results."""
-    return Checkpoint(folder / ".unfinished-runs.jsonl")
+    return Checkpoint(folder / ".checkpoint", OUTCOMES)
 
 
 def _simulate(
-    plan: Plan, pool: WorkerPool, watch: Callable[[str, float, float], None], unfinished: Checkpoint
+    plan: Plan, pool: WorkerPool, watch: Callable[[str, float, float], None], checkpoint: Checkpoint
 ) -> dict[str, dict[str, pd.DataFrame]]:
     claimed = needed() if plan.ledger else set[str]()
     drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
@@ -152,13 +153,13 @@ def _simulate(
         names = claimed | drawn if number == 0 else claimed
         requests.append(Request(setting, chosen(names, plan.grid, setting)))
     made = make_tables(
-        pool,
         requests,
+        pool,
         root=plan.root,
         runs=plan.runs,
         steps=plan.steps,
         progress=lambda done, total: watch("simulating", done, total),
-        unfinished=unfinished,
+        checkpoint=checkpoint,
     )
     return dict(zip(plan.settings, made, strict=True))
 

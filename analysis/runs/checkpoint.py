@@ -1,4 +1,4 @@
-"""Checkpoint work: outcomes of runs kept in a file while a command is under way, so that it can be interrupted."""
+"""Checkpoint: results kept in a file while a command runs, so that an interrupted command can resume."""
 
 from __future__ import annotations
 
@@ -8,47 +8,55 @@ import importlib
 import json
 import re
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
 
-import teamsight
 from teamsight.core import files
 
 Key = tuple[str, ...]
-Numbers = tuple[float, int]
 
-_ROOMS = ("agents", "policies", "world")
-# How our own begins: a break, and the digest of a run's key, which may have been cut off.
+# Packages of the code that decides results. Figures, claims and commands are not among them.
+_PACKAGES = ("core", "world", "policies", "agents", "analysis.runs", "analysis.learning")
+_KINDS = ("*.py", "*.json", "*.safetensors")
+# A record is a header line, which begins with a line break in case the record before it was cut off, and its content.
+_HEADER = re.compile(rb'\["([0-9a-f]{32})",(\d{1,15}),"([0-9a-f]{8})"\]\n')
 _BEGINNING_LENGTH = 36
 _BEGINNING = re.compile(rb'\n(\["?|\["[0-9a-f]{1,32}|\["[0-9a-f]{32}",?)')
-_KINDS = ("*.py", "*.json", "*.safetensors")
+
+
+class Codec(NamedTuple):
+    """Conversion of results to bytes and back; `decode` raises ValueError or TypeError for bytes of another form."""
+
+    encode: Callable[[Any], bytes]
+    decode: Callable[[bytes], Any]
+
+
+#: Results that JSON can hold; floats return to the last bit.
+JSON = Codec(lambda value: json.dumps(value, separators=(",", ":")).encode(), json.loads)
 
 
 class Checkpoint:
-    """Outcomes of runs, in a file that is there only until all of them are made.
+    """Results of finished jobs in a file that exists only until all jobs are done.
 
-    A line is the digest of a run's key and its outcome, and a checksum of both. What another version of the simulation
-    has left is not believed.
+    Results are stored under a digest of the job's key and of the code. Entries written by a different version of the
+    code are ignored, and so are damaged ones.
 
     Parameters
     ----------
     path : Path
         The file.
+    codec : Codec
+        Conversion of the results.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, codec: Codec = JSON) -> None:
         self.path = path
-        self._found = _read(path)
-
-    def __len__(self) -> int:
-        return len(self._found)
-
-    def __bool__(self) -> bool:
-        return True
+        self.codec = codec
 
     def check(self) -> None:
-        """Refuse a place where something else stands, which would be written into and deleted.
+        """Raise an error if another file stands at the path, since that would be appended to and deleted.
 
         Raises
         ------
@@ -60,66 +68,75 @@ class Checkpoint:
                 if not _BEGINNING.fullmatch(file.read(_BEGINNING_LENGTH)):
                     raise ValueError(f"{self.path}: holds something else; move it away, or give another folder")
 
-    def outcomes(self, keys: Iterable[Key]) -> dict[Key, Numbers]:
-        """Return the outcomes of those runs that are done."""
-        return {key: self._found[name] for key in keys if (name := _name(key)) in self._found}
+    def results(self, keys: Iterable[Key]) -> dict[Key, Any]:
+        """Return the results of those jobs that are done.
 
-    def add(self, outcomes: Mapping[Key, Numbers]) -> None:
-        """Keep some more; an interruption loses at most these."""
-        new = {_name(key): numbers for key, numbers in outcomes.items()}
-        files.append(self.path, "".join(_line(name, numbers) for name, numbers in new.items()))
-        self._found |= new
+        Parameters
+        ----------
+        keys : iterable of tuple of str
+            Keys of the jobs.
+        """
+        found = {}
+        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
+            places = _places(file)
+            for key in keys:
+                if place := places.get(_name(key)):
+                    file.seek(place[0])
+                    with contextlib.suppress(ValueError, TypeError, RecursionError):
+                        found[key] = self.codec.decode(file.read(place[1]))
+        return found
+
+    def count(self, keys: Iterable[Key] | None = None) -> int:
+        """Return how many of these jobs are done, or how many results the file holds."""
+        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
+            places = _places(file)
+            return len(places) if keys is None else sum(_name(key) in places for key in keys)
+        return 0
+
+    def add(self, results: Mapping[Key, Any]) -> None:
+        """Append results; an interruption loses at most these."""
+        records = (_record(_name(key), self.codec.encode(value)) for key, value in results.items())
+        files.append(self.path, b"".join(records))
 
     def forget(self) -> None:
-        """Delete the file: all is done."""
+        """Delete the file. Idempotent."""
         self.path.unlink(missing_ok=True)
 
 
-def _line(name: str, numbers: Numbers) -> str:
-    text = json.dumps([name, *numbers], separators=(",", ":"))
-    # A line begins with its break: so the one before it is over, even if it was cut off.
-    return f"\n{text}\t{zlib.crc32(text.encode()):08x}"
+def _record(name: str, content: bytes) -> bytes:
+    return b'\n["%s",%d,"%08x"]\n%s' % (name.encode(), len(content), zlib.crc32(content), content)
 
 
-def _read(path: Path) -> dict[str, Numbers]:
-    found: dict[str, Numbers] = {}
-    with contextlib.suppress(OSError), files.open_regular(path) as file:
-        for line in file.read().split(b"\n"):
-            text, _, sum_ = line.partition(b"\t")
-            # The last line may have been cut off.
-            if sum_ == b"%08x" % zlib.crc32(text):
-                with contextlib.suppress(ValueError, TypeError, RecursionError):
-                    name, numbers = _outcome(json.loads(text))
-                    found[name] = numbers
+def _places(file: BinaryIO) -> dict[str, tuple[int, int]]:
+    """Return offset and length of the content of each record that is complete and undamaged."""
+    size = file.seek(0, 2)
+    file.seek(0)
+    found: dict[str, tuple[int, int]] = {}
+    for line in iter(file.readline, b""):
+        if header := _HEADER.fullmatch(line):
+            start, length = file.tell(), int(header[2])
+            if length <= size - start and zlib.crc32(file.read(length)) == int(header[3], 16):
+                found[header[1].decode()] = start, length
+            else:
+                file.seek(start)
     return found
 
 
-def _outcome(line: list[object]) -> tuple[str, Numbers]:
-    """Return what a line tells; raise a ValueError or TypeError if it is of another form, be its sum right."""
-    name, fraction, neighbours = line
-    if not isinstance(name, str) or type(fraction) is not float or type(neighbours) is not int:
-        raise TypeError
-    return name, (fraction, neighbours)
-
-
 def _name(key: Key) -> str:
-    return hashlib.blake2b("\0".join((*key, _simulation())).encode(), digest_size=16).hexdigest()
+    return hashlib.blake2b("\0".join((*key, code_digest())).encode(), digest_size=16).hexdigest()
 
 
 @cache
-def _simulation() -> str:
-    """Return a digest of what simulates."""
+def code_digest() -> str:
+    """Return a digest of the code and the constants that decide results."""
     digest = hashlib.blake2b(digest_size=16)
     for file in sources():
+        digest.update(file.name.encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
 def sources() -> list[Path]:
-    """Return the files of code and constants that simulate; with others, a run could have another outcome."""
-    # The leaf modules stand beside the face, whose own __path__ may begin with a whole repository.
-    found = [*Path(str(teamsight.__file__)).parent.glob("*.py")]
-    for room in _ROOMS:
-        folder = Path(importlib.import_module(f"teamsight.{room}").__path__[0])
-        found += [file for kind in _KINDS for file in folder.rglob(kind)]
-    return sorted(found)
+    """Return the files of code and constants that decide results."""
+    folders = [Path(importlib.import_module(f"teamsight.{package}").__path__[0]) for package in _PACKAGES]
+    return sorted(file for folder in folders for kind in _KINDS for file in folder.rglob(kind))

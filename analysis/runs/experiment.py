@@ -1,18 +1,19 @@
-"""What is run: worlds described by the keyword parameters of CMOMMT, and the seed that each of them gets."""
+"""Experiments: a treatment over team sizes and arena radii, and the tables that its runs give."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from numbers import Integral, Real
 from typing import Any, NamedTuple
 
-# What it costs a learner to compare two numbers of its memory, in steps of a middling world.
-_COMPARISON = 9e-5
-# Longest text of a setting where a run is described, in characters.
-_LONGEST_SETTING = 48
+import pandas as pd
+
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed
+from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.workers import WorkerPool
 
 
 class Grid(NamedTuple):
@@ -23,7 +24,7 @@ class Grid(NamedTuple):
 
     @property
     def cells(self) -> tuple[tuple[int, float], ...]:
-        """Every pair (robots, radius), radius by radius."""
+        """All combinations (robots, radius), ordered by radius."""
         return tuple((robots, radius) for radius in self.radius for robots in self.robots)
 
 
@@ -33,101 +34,24 @@ PAPER = Grid(tuple(range(1, 31)), tuple(float(radius) for radius in range(1, 10)
 QUICK = Grid((1, 2, 5, 8, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0))
 
 
-def canonical(value: Any) -> str:
-    """Return one text for equal values, whatever their type: 2, 2.0 and NumPy's 2 alike.
-
-    Numbers that are whole become integers, other numbers are written exactly in hexadecimal, mappings in the order of
-    their keys; everything else is written by ``repr``.
-    """
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
-    if isinstance(value, bool):
-        return repr(value)
-    if isinstance(value, Integral):
-        return str(int(value))
-    if isinstance(value, Real):
-        number = float(value)
-        return str(int(number)) if number.is_integer() else number.hex()
-    return repr(value)
-
-
-def model_seed(root: int, replicate: int, robots: int, targets: int, radius: float) -> int:
-    """Return the seed of one world, 0 to 2**53 - 1, from what sets its stage.
-
-    The policy, the degree of awareness, ranges and speeds have no part in it: two treatments of one stage meet the
-    same placement and the same target noise, so that their difference is paired.
-
-    Parameters
-    ----------
-    root : int
-        Seed of the whole study.
-    replicate : int
-        Which of the repetitions.
-    robots, targets : int
-        Numbers of robots and of targets.
-    radius : float
-        Radius of the arena [length].
-    """
-    stage = {"root": root, "replicate": replicate, "robots": robots, "targets": targets, "radius": radius}
-    text = ";".join(f"{name}={canonical(value)}" for name, value in stage.items())
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-stage").digest()
-    # 53 bits survive as a float, which a row of a mixed table and JSON turn integers into.
-    return int.from_bytes(digest, "big") >> 11
-
-
-@dataclass(frozen=True)
-class Run:
-    """One world to simulate: keyword parameters of CMOMMT, its replicate, its length and its seed."""
-
-    parameters: Mapping[str, Any]
-    replicate: int
-    steps: int
-    seed: int
-
-    @property
-    def key(self) -> tuple[str, ...]:
-        """What makes two runs the same run."""
-        named = (f"{name}={canonical(value)}" for name, value in sorted(self.parameters.items()))
-        return (*named, f"steps={self.steps}", f"seed={self.seed}")
-
-    @property
-    def cost(self) -> float:
-        """World-steps, weighted by what a step of this size costs; in steps of a world with 15 robots and 15 targets.
-
-        Fitted by eye to the compiled model: a fixed part, and a part that grows with the pairs that are looked at.
-        """
-        robots, targets = int(self.parameters["robots"]), int(self.parameters["targets"])
-        world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
-        return world + self.steps * robots * getattr(self.parameters.get("policy"), "effort", 0.0) * _COMPARISON
-
-    def describe(self) -> str:
-        """Return the settings on one line; a long one, such as that of a policy, is cut."""
-        texts = {name: " ".join(str(value).split()) for name, value in self.parameters.items()}
-        named = ", ".join(
-            f"{name}={text if len(text) <= _LONGEST_SETTING else text[: _LONGEST_SETTING - 1] + '…'}"
-            for name, text in texts.items()
-        )
-        return f"{named}, replicate={self.replicate}, steps={self.steps}, rng={self.seed}"
-
-
 @dataclass(frozen=True)
 class Experiment:
-    """A treatment over cells of (robots, radius); each replicate of each cell is one run.
+    """A treatment over cells (robots, radius); each replicate of a cell is one run.
 
     Parameters
     ----------
     name : str
-        Name of the table that results.
+        Name of the resulting table.
     treatment : mapping
-        Keyword parameters of CMOMMT that set the treatment.
+        Keyword parameters of CMOMMT.
     cells : tuple of (int, float)
-        Pairs (robots, radius).
+        Team size and arena radius of each cell.
     targets : int
         Number of targets.
     sweep : mapping of str to tuple
-        Further keyword parameters, of which every combination is run; each becomes a column of the table.
+        Further keyword parameters with their values. All combinations are run; each parameter becomes a column.
     replicates : int
-        How many times as many replicates as the study asks for.
+        Factor on the number of replicates.
     """
 
     name: str
@@ -140,7 +64,7 @@ class Experiment:
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
         """Return the treatment under `setting`, without the policy options that its policy does not have.
 
-        Runs that differ in such options only are then equal, and are made once.
+        Runs that differ only in such options have equal keys, and are made once.
         """
         from teamsight.agents.resolve import shared_options
 
@@ -151,13 +75,79 @@ class Experiment:
     def rows(
         self, setting: Mapping[str, Any], root: int, runs: int, steps: int
     ) -> Iterator[tuple[dict[str, Any], Run]]:
-        """Yield, for each run, the columns that tell it from its siblings, and the run."""
+        """Yield each run with the columns of the table that identify it.
+
+        Parameters
+        ----------
+        setting : mapping
+            Keyword parameters of CMOMMT that hold throughout.
+        root : int
+            Root seed.
+        runs, steps : int
+            Replicates of each cell, and steps of each run.
+        """
         common = self.parameters(setting)
         sweeps = [dict(zip(self.sweep, values, strict=True)) for values in product(*self.sweep.values())]
         for robots, radius in self.cells:
-            stage = {"robots": robots, "targets": self.targets, "radius": radius}
+            scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
                 for replicate in range(runs * self.replicates):
                     seed = model_seed(root, replicate, robots, self.targets, radius)
-                    run = Run(common | stage | swept, replicate, steps, seed)
-                    yield {**stage, **swept, "replicate": replicate, "seed": seed}, run
+                    run = Run(common | scenario | swept, seed, steps)
+                    yield {**scenario, **swept, "replicate": replicate, "seed": seed}, run
+
+
+class Request(NamedTuple):
+    """Experiments to be made under one setting."""
+
+    setting: Mapping[str, Any]
+    experiments: Sequence[Experiment]
+
+
+def make_tables(
+    requests: Sequence[Request],
+    pool: WorkerPool | None = None,
+    *,
+    root: int,
+    runs: int,
+    steps: int,
+    progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
+) -> list[dict[str, pd.DataFrame]]:
+    """Run experiments and return, for each request, a table for each experiment by name.
+
+    Parameters
+    ----------
+    requests : sequence of Request
+        The experiments. A run that several of them need is made once.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process. The tables do not depend on it.
+    root : int
+        Root seed.
+    runs, steps : int
+        Replicates of each cell, and steps of each run.
+    progress, checkpoint
+        See `run_all`.
+
+    Returns
+    -------
+    list of dict of str to DataFrame
+        One row a run, in the order of the cells: robots, targets, radius, the parameters that are swept, replicate,
+        seed, observed_fraction, max_neighbours.
+
+    Raises
+    ------
+    JobError
+        If a run fails; the message contains its settings.
+    """
+    planned = [
+        (experiment.name, number, columns, run)
+        for number, request in enumerate(requests)
+        for experiment in request.experiments
+        for columns, run in experiment.rows(request.setting, root, runs, steps)
+    ]
+    outcomes = run_all([run for *_, run in planned], pool, progress=progress, checkpoint=checkpoint)
+    rows: list[dict[str, list[dict[str, Any]]]] = [{} for _ in requests]
+    for (name, number, columns, _), outcome in zip(planned, outcomes, strict=True):
+        rows[number].setdefault(name, []).append(columns | outcome._asdict())
+    return [{name: pd.DataFrame(table) for name, table in tables.items()} for tables in rows]

@@ -1,183 +1,177 @@
-"""Simulate many worlds on a pool of workers and gather what they observed in tidy tables."""
+"""The runner: make jobs on a pool of workers, each once, and return their results in order.
+
+Every pipeline that simulates many worlds describes them as `Run`s and hands them to `run_all`. A larger unit of work,
+such as one point of a learning curve, is a `Job` too: it makes its own runs where it is executed.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
-from numbers import Real
-from typing import Any, NamedTuple
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, Protocol
 
-import pandas as pd
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.run import Worlds
+from teamsight.analysis.runs.workers import JobError, WorkerPool, emit
 
-from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import Experiment, Run
-from teamsight.analysis.runs.workers import JobError, WorkerPool, tell
-
-#: What a worker imports before its first run.
+#: Modules that a worker imports before its first job.
 IMPORTS = ("teamsight.agents.cmommt",)
-# Steps of a middling world in a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
+# Cost of a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
 _CHUNK = 200_000.0
+# Chunks for each worker of a small batch, so that all of them take part and end together.
+_CHUNKS_PER_WORKER = 4
+
+#: Called with the work done and the work in all, in arbitrary units.
+Progress = Callable[[float, float], None]
 
 
-class Outcome(NamedTuple):
-    """What a run leaves behind."""
+class Job(Protocol):
+    """A unit of work; see `Run`."""
 
-    observed_fraction: float
-    max_neighbours: int
+    @property
+    def key(self) -> Key:
+        """Texts that identify the job and all its settings."""
 
+    @property
+    def likeness(self) -> Any:
+        """Sorting key: jobs that stand together can share one built world."""
 
-class Request(NamedTuple):
-    """Experiments to be made under one setting."""
+    @property
+    def cost(self) -> float:
+        """Expected work, in steps of a world with 15 robots and 15 targets."""
 
-    setting: Mapping[str, Any]
-    experiments: Sequence[Experiment]
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """Texts that tell which kernels the job needs."""
 
+    def shortest(self) -> Job | None:
+        """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""
 
-def simulate(run: Run) -> Outcome:
-    """Make one run in this process."""
-    from teamsight.agents.cmommt import CMOMMT
+    def make(self, worlds: Worlds) -> Any:
+        """Do the work in this process and return the result."""
 
-    model = CMOMMT(**run.parameters, rng=run.seed)
-    try:
-        model.run(run.steps)
-        return Outcome(float(model.observed_fraction), int(model.max_neighbours))
-    finally:
-        model.close()
-
-
-def compile_kinds(runs: Sequence[Run]) -> None:
-    """Make a step of one run of each kind, so that all that has to be compiled is, once and by one process alone."""
-    from teamsight.core.kernel import entry as kernel_entry
-
-    told: list[str] = []
-
-    def announce(name: str) -> None:
-        if not told:
-            tell("compiling the simulation: this happens once per machine and takes under a minute")
-        told.append(name)
-
-    before, kernel_entry.announce = kernel_entry.announce, announce
-    try:
-        for run in runs:
-            _simulate_or_tell(run)
-    finally:
-        kernel_entry.announce = before
+    def describe(self) -> str:
+        """Return the job in words, for errors."""
 
 
-def make_tables(
-    pool: WorkerPool,
-    requests: Sequence[Request],
+def run_all(
+    jobs: Iterable[Job],
+    pool: WorkerPool | None = None,
     *,
-    root: int,
-    runs: int,
-    steps: int,
-    progress: Callable[[float, float], None] = lambda done, total: None,
-    unfinished: Checkpoint | None = None,
-) -> list[dict[str, pd.DataFrame]]:
-    """Return for each request its tables by name of the experiment; a run that several need is made once.
+    progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
+) -> list[Any]:
+    """Make each distinct job once and return the result of every job, in the order of the jobs.
 
     Parameters
     ----------
-    pool : WorkerPool
-        Who does the work; the tables do not depend on it.
-    requests : sequence of Request
-        What is asked for.
-    root : int
-        Seed of the whole study.
-    runs, steps : int
-        Replicates of each cell, and steps of each run.
+    jobs : iterable of Job
+        Runs, or other jobs. Jobs of equal keys are made once.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process. Results do not depend on it.
     progress : callable
-        Called with the work done and the work in all, in arbitrary units, whenever some is done.
-    unfinished : Checkpoint, optional
-        Where outcomes are kept meanwhile; runs that are there are not made again.
-
-    Returns
-    -------
-    list of dict of str to DataFrame
-        One row a run, columns robots, targets, radius, whatever is swept, replicate, seed, observed_fraction,
-        max_neighbours; rows in the order of the experiment's cells.
+        Called with the work done and the work in all, whenever some is done.
+    checkpoint : Checkpoint, optional
+        File of results; jobs whose results it holds are not made again.
 
     Raises
     ------
     JobError
-        If a run fails; the message tells its settings.
+        If a job fails; the message contains its settings.
     """
-    planned = [
-        (experiment.name, number, columns, run)
-        for number, request in enumerate(requests)
-        for experiment in request.experiments
-        for columns, run in experiment.rows(request.setting, root, runs, steps)
-    ]
-    outcomes = run_all(pool, [run for *_, run in planned], progress, unfinished)
-    rows: list[dict[str, list[dict[str, Any]]]] = [{} for _ in requests]
-    for name, number, columns, run in planned:
-        rows[number].setdefault(name, []).append(columns | outcomes[run.key]._asdict())
-    return [{name: pd.DataFrame(table) for name, table in tables.items()} for tables in rows]
-
-
-def run_all(
-    pool: WorkerPool,
-    runs: Iterable[Run],
-    progress: Callable[[float, float], None] = lambda done, total: None,
-    unfinished: Checkpoint | None = None,
-) -> dict[tuple[str, ...], Outcome]:
-    """Make each distinct run once and return its outcome under its key; see `make_tables`."""
-    distinct = {run.key: run for run in runs}
-    outcomes = {key: Outcome(*found) for key, found in unfinished.outcomes(distinct).items()} if unfinished else {}
-    missing = [run for key, run in distinct.items() if key not in outcomes]
-    total = sum(run.cost for run in distinct.values())
-    done = total - sum(run.cost for run in missing)
+    asked = [(job.key, job) for job in jobs]
+    distinct = dict(asked)
+    results = {} if checkpoint is None else checkpoint.results(distinct)
+    # The sort is stable: jobs that are alike keep their order.
+    missing = sorted((entry for entry in distinct.items() if entry[0] not in results), key=_likeness)
+    total = sum(job.cost for job in distinct.values())
+    done = total - sum(job.cost for _, job in missing)
     progress(done, total)
-    pool.map(compile_kinds, [_one_of_each_kind(missing)], describe=lambda runs: "compiling the simulation")
-    chunks = _chunks(missing)
 
-    def keep(index: int, found: list[Outcome]) -> None:
-        made = {run.key: outcome for run, outcome in zip(chunks[index], found, strict=True)}
-        if unfinished:
-            unfinished.add(made)
-        outcomes.update(made)
+    with contextlib.nullcontext(pool) if pool is not None else WorkerPool(1) as workers:
+        if workers.size > 1:
+            workers.map(_compile, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
+        chunks = _chunks(missing, workers.size)
 
-    def count(index: int) -> None:
-        nonlocal done
-        done += sum(run.cost for run in chunks[index])
-        progress(done, total)
+        def keep(index: int, made: list[Any]) -> None:
+            new = {key: result for (key, _), result in zip(chunks[index], made, strict=True)}
+            if checkpoint is not None:
+                checkpoint.add(new)
+            results.update(new)
 
-    def describe(chunk: Sequence[Run]) -> str:
-        return f"the {len(chunk)} runs from {chunk[0].describe()}"
+        def count(index: int) -> None:
+            nonlocal done
+            done += sum(job.cost for _, job in chunks[index])
+            progress(done, total)
 
-    pool.map(_simulate_chunk, chunks, count, describe, keep)
-    return outcomes
+        workers.map(_make, [[job for _, job in chunk] for chunk in chunks], count, _describe, keep)
+    return [results[key] for key, _ in asked]
 
 
-def _chunks(runs: Sequence[Run]) -> list[list[Run]]:
-    chunks: list[list[Run]] = []
+def _likeness(entry: tuple[Key, Job]) -> Any:
+    return entry[1].likeness
+
+
+def _chunks(jobs: Sequence[tuple[Key, Job]], workers: int) -> list[list[tuple[Key, Job]]]:
+    """Divide jobs into chunks of about equal cost."""
+    size = min(_CHUNK, sum(job.cost for _, job in jobs) / (_CHUNKS_PER_WORKER * workers)) if workers > 1 else _CHUNK
+    chunks: list[list[tuple[Key, Job]]] = []
     room = 0.0
-    for run in runs:
+    for entry in jobs:
         if room <= 0:
             chunks.append([])
-            room = _CHUNK
-        chunks[-1].append(run)
-        room -= run.cost
+            room = size
+        chunks[-1].append(entry)
+        room -= entry[1].cost
     return chunks
 
 
-def _one_of_each_kind(runs: Sequence[Run]) -> list[Run]:
-    """Return a short run for each combination of components; numbers do not change what is compiled."""
-    kinds: dict[tuple[str, ...], Run] = {}
-    for run in runs:
-        kind = tuple(
-            f"{k}={v!r}" for k, v in sorted(run.parameters.items()) if isinstance(v, bool) or not isinstance(v, Real)
-        )
-        kinds.setdefault(kind, replace(run, steps=1))
-    return list(kinds.values())
+def _one_of_each_kind(jobs: Iterable[Job]) -> list[Job]:
+    """Return a short job for each combination of components; numbers do not change what is compiled."""
+    kinds: dict[tuple[str, ...], Job] = {}
+    for job in jobs:
+        kinds.setdefault(job.kind, job)
+    return [short for job in kinds.values() if (short := job.shortest()) is not None]
 
 
-def _simulate_chunk(chunk: Sequence[Run]) -> list[Outcome]:
-    return [_simulate_or_tell(run) for run in chunk]
+def _compile(jobs: Sequence[Job]) -> None:
+    """Make short jobs in one worker, so that no two workers compile the same kernels."""
+    _make(jobs)
 
 
-def _simulate_or_tell(run: Run) -> Outcome:
+def _make(jobs: Sequence[Job]) -> list[Any]:
+    worlds = Worlds()
+    with contextlib.closing(worlds), _announcing():
+        return [_make_one(job, worlds) for job in jobs]
+
+
+def _make_one(job: Job, worlds: Worlds) -> Any:
     try:
-        return simulate(run)
+        return job.make(worlds)
     except Exception as error:
-        raise JobError(f"{error} (in the run {run.describe()})") from error
+        raise JobError(f"{error} (in {job.describe()})") from error
+
+
+def _describe(jobs: Sequence[Job]) -> str:
+    return f"{len(jobs)} jobs, the first of which is {jobs[0].describe()}" if len(jobs) > 1 else jobs[0].describe()
+
+
+_announced = False
+
+
+@contextlib.contextmanager
+def _announcing() -> Iterator[None]:
+    """Emit one message when kernels are compiled, the first time in this process."""
+    from teamsight.core.kernel import entry as kernel_entry
+
+    def announce(name: str) -> None:
+        global _announced
+        if not _announced:
+            _announced = True
+            emit("compiling the simulation: this happens once per machine and takes under a minute")
+
+    before, kernel_entry.announce = kernel_entry.announce, announce
+    try:
+        yield
+    finally:
+        kernel_entry.announce = before

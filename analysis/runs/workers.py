@@ -1,7 +1,7 @@
-"""A pool of worker processes: jobs in, results in the order of the jobs, whoever did them.
+"""A pool of worker processes that returns results in the order of the jobs.
 
-The standard library's pools either hang when a worker is killed, or cannot stop work that has begun when Ctrl-C comes;
-and neither starts its workers before there is work. This one does all three, and nothing else.
+The pools of the standard library either hang when a worker is killed or cannot stop a running job on Ctrl-C, and they
+start no worker before there is work. This pool does all three, and nothing else.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import cache_folder
 
-# Longest message of an error, in characters; a terminal shows it in two or three lines.
+# Characters of the longest error, two or three lines of a terminal.
 _LONGEST = 280
-# `multiprocessing.connection.wait` takes no more there.
+# The most handles that `multiprocessing.connection.wait` accepts on Windows.
 _MOST_ON_WINDOWS = 60
 
 T = TypeVar("T")
@@ -36,7 +36,7 @@ R = TypeVar("R")
 
 
 class JobError(RuntimeError):
-    """Raised when a job fails; the message tells what went wrong."""
+    """Raised when a job fails; the message says why."""
 
 
 class _Worker(NamedTuple):
@@ -52,7 +52,7 @@ def cores() -> int:
 
 
 def check_workers(workers: int) -> int:
-    """Return the number of workers if this machine can run as many.
+    """Return a number of workers that this machine can run.
 
     Raises
     ------
@@ -74,39 +74,43 @@ def check_workers(workers: int) -> int:
     return count
 
 
-_tell: Callable[[str], None] = print
+_emit: Callable[[str], None] = print
 
 
-def tell(text: str) -> None:
-    """Send a line from within a job to whoever watches the pool."""
-    _tell(text)
+def emit(text: str) -> None:
+    """Send a message from within a job to the process that owns the pool."""
+    _emit(text)
 
 
 class WorkerPool:
-    """Workers that begin to start with the pool, side by side, and end with it.
+    """A pool of worker processes, started by the constructor and stopped on exit.
 
     Parameters
     ----------
     workers : int
-        Number of processes, at most what `check_workers` allows; 1 works in this process.
+        Number of processes, at most what `check_workers` allows; with 1 all jobs run in this process.
     imports : sequence of str
-        Modules that each worker imports while it waits for its first job.
-    told : callable
-        Called with each line that a job tells.
+        Modules that each worker imports before its first job.
+    on_message : callable
+        Called with each message that a job emits.
+
+    Attributes
+    ----------
+    size : int
+        Number of processes.
     """
 
     def __init__(
-        self, workers: int, imports: Sequence[str] = (), told: Callable[[str], None] = lambda text: None
+        self, workers: int, imports: Sequence[str] = (), on_message: Callable[[str], None] = lambda text: None
     ) -> None:
-        check_workers(workers)
-        self._told = told
+        self.size = check_workers(workers)
+        self._on_message = on_message
         context = multiprocessing.get_context("spawn")
         self._workers: list[_Worker] = []
-        # Chosen once, so that what is said about it is said once, and all use the same folder.
+        # Chosen once, so that all workers use the same folder and a notice about it appears once.
         folder = cache_folder.cache_folder() if workers > 1 else None
         try:
-            # Workers inherit the mask: Ctrl-C reaches this process alone, which then ends them. It may still reach
-            # another thread of this process, which hands it to this one.
+            # Workers inherit the signal mask, so that only this process receives Ctrl-C; it then ends them.
             with deferred(), _interrupts_held():
                 for _ in range(workers if workers > 1 else 0):
                     here, there = context.Pipe()
@@ -133,7 +137,7 @@ class WorkerPool:
         self._workers.clear()
 
     def _kill(self) -> None:
-        with deferred():  # a second Ctrl-C leaves no worker behind
+        with deferred():  # a second Ctrl-C must not leave a worker behind
             for worker in self._workers:
                 worker.process.kill()
             for worker in self._workers:
@@ -154,20 +158,20 @@ class WorkerPool:
         Parameters
         ----------
         function : callable
-            A function of a module, so that workers can find it.
+            A function of a module, so that workers can import it.
         jobs : sequence
-            What it is called with; begun in this order.
+            Its arguments; jobs are started in this order.
         done : callable
             Called with the index of each job when it is done.
         describe : callable
-            Names a job whose worker died; a job that raises is expected to name itself.
+            Returns the text for a job whose worker died. A job that raises describes itself in its error.
         keep : callable
-            Called with index and result of each job, before `done`: what shall outlast an interruption is kept here.
+            Called with index and result of each job, before `done`.
 
         Raises
         ------
         JobError
-            If a job raises or its worker dies. Leave the pool then: its other workers may still be at work.
+            If a job raises or its worker dies. Other workers may still be busy: leave the pool.
         """
         results: list[Any] = [None] * len(jobs)
         for index, kind, value in self._outcomes(function, jobs):
@@ -185,7 +189,7 @@ class WorkerPool:
     def _outcomes(self, function: Callable[[T], R], jobs: Sequence[T]) -> Iterator[tuple[int, str, Any]]:
         if not self._workers:
             for index, job in enumerate(jobs):
-                with _telling(self._told):
+                with _emitting(self._on_message):
                     yield index, *_attempt(function, job)
             return
         waiting, idle, busy = deque(range(len(jobs))), deque(self._workers), dict[Connection, int]()
@@ -203,8 +207,8 @@ class WorkerPool:
                     worker.process.join()
                     yield busy.pop(worker.pipe), "died", worker.process.exitcode
                     return
-                if kind == "told":
-                    self._told(value)
+                if kind == "message":
+                    self._on_message(value)
                     continue
                 idle.append(worker)
                 yield busy.pop(worker.pipe), kind, value
@@ -218,7 +222,7 @@ def _attempt(function: Callable[[T], R], job: T) -> tuple[str, Any]:
 
 
 def _shortened(text: str, longest: int) -> str:
-    """Return a text on one line; the middle of a long one is left out, as errors begin and end with what matters."""
+    """Return a text on one line, without the middle of a long one: errors begin and end with what matters."""
     line = " ".join(text.split())
     return line if len(line) <= longest else f"{line[: longest * 2 // 3]} … {line[-(longest // 3) + 3 :]}"
 
@@ -229,18 +233,18 @@ def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> N
     if folder:
         os.environ[cache_folder.VARIABLE] = str(folder)
     for name in imports:
-        # One that fails will fail again within a job, where it can be reported.
+        # A failing import fails again within a job, where the error is reported.
         with contextlib.suppress(Exception):
             importlib.import_module(name)
-    with contextlib.suppress(EOFError, OSError), _telling(lambda text: pipe.send(("told", text))):
+    with contextlib.suppress(EOFError, OSError), _emitting(lambda text: pipe.send(("message", text))):
         while (message := pipe.recv()) is not None:
             pipe.send(_attempt(*message))
 
 
 def _end_with_parent() -> None:
-    """End this process as soon as its parent has ended, whatever it is doing.
+    """End this process as soon as its parent has ended, also in the middle of a job.
 
-    A parent that is killed cannot end its workers, and a worker reads its pipe between two jobs only.
+    A parent that is killed cannot end its workers, and a worker reads its pipe only between two jobs.
     """
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -249,13 +253,13 @@ def _end_with_parent() -> None:
 
 
 @contextlib.contextmanager
-def _telling(told: Callable[[str], None]) -> Iterator[None]:
-    global _tell
-    before, _tell = _tell, told
+def _emitting(on_message: Callable[[str], None]) -> Iterator[None]:
+    global _emit
+    before, _emit = _emit, on_message
     try:
         yield
     finally:
-        _tell = before
+        _emit = before
 
 
 @contextlib.contextmanager
@@ -265,7 +269,7 @@ def _interrupts_held() -> Iterator[None]:
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        # The first start of a process starts this one, too, and lets the signal through again when it has done so.
+        # The first start of a process also starts the resource tracker, which unblocks the signal.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         yield

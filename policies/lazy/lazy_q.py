@@ -12,38 +12,33 @@ import numpy as np
 from teamsight.core.kernel import inlined, scratch
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import LazyLearner, act, is_situation, refuse
+from teamsight.policies.lazy.learner import K, LazyLearner, act, find_matches, first_own, refuse
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.memory.nearest import k_nearest
 
 #: The exploration that ships with the package: 5 robots, 120 steps, 10 targets, and the seed that the search chose
 #: (docs/lazy-search.md). Made by ``teamsight learn explore --seed 38``.
 SHIPPED = Path(__file__).parent.parent / "data" / "lazy-600.safetensors"
 
-_INPUTS, _ACTION, _K = range(3)
-_VALUES = 3
-
 
 @inlined
 def _best_of_nearest(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
-    table = arrays.table
     parameters = arrays.parameters
-    inputs = int(parameters[_INPUTS])
-    row = int(parameters[_ACTION])
-    k = int(parameters[_K])
+    k = int(parameters[K])
+    columns = arrays.table.shape[1]
+    values = first_own(parameters)
     index = scratch(MOST_MATCHES, np.int64)
     distance = scratch(MOST_MATCHES, np.float32)
     for i in range(percept.heading.shape[0]):
-        if not is_situation(percept.situation[i], inputs):
+        if not find_matches(percept.situation[i], arrays, k, index, distance):
             refuse(i, percept, action)
             continue
-        k_nearest(table, inputs, percept.situation[i], k, index, distance)
         best = index[0]
         for match in range(1, k):
             # Only a higher utility counts, so that of equals the nearest stays.
-            if parameters[_VALUES + index[match]] > parameters[_VALUES + best]:
+            if parameters[values + index[match]] > parameters[values + best]:
                 best = index[match]
-        act(table[row, best], table[row + 1, best], i, percept, action)
+        rotation = values + columns + best
+        act(parameters[rotation], parameters[rotation + columns], i, percept, action)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,7 +60,8 @@ class LazyQ(LazyLearner):
 
     @property
     def parameters(self) -> Floats:
-        return np.concatenate([[self.inputs, self.memory.inputs, self.k], self.values])
+        kept = self.search_table.kept
+        return np.concatenate([super().parameters, self.values[kept], *self.memory.action[kept].T])
 
 
 @cache

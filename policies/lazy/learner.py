@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import blake2b
 from typing import Any
 
@@ -15,10 +16,39 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy.action_values import components, degree_of, utility
 from teamsight.policies.memory import LazyMemory
+from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
 from teamsight.policies.memory.transitions import MOST
 from teamsight.policies.rewards import Reward, name_of, own_reward
 
 _PER_TURN = 0.15915494309189535
+
+# A lazy learner's parameters begin with k, the margin of the search, and the k columns nearest to only ones.
+K, _MARGIN, _NEAREST_TO_ONES = range(3)
+
+
+@inlined
+def first_own(parameters: Any) -> int:
+    """Return where the parameters of a kind of learner begin."""
+    return _NEAREST_TO_ONES + int(parameters[K])
+
+
+@inlined
+def find_matches(situation: Any, arrays: Any, k: int, index: Any, distance: Any) -> bool:
+    """Write the `k` nearest columns to `index`; return whether the situation holds only numbers within their limits."""
+    inputs = arrays.table.shape[0] - 1
+    is_good = True
+    is_empty = True
+    for component in range(inputs):
+        # NaN is on neither side of anything.
+        is_good &= abs(situation[component]) <= MOST
+        is_empty &= situation[component] == 1.0
+    if is_empty:
+        # The most frequent situation by far: its matches are found when the policy is made.
+        for match in range(k):
+            index[match] = int(arrays.parameters[_NEAREST_TO_ONES + match])
+    elif is_good:
+        k_nearest(arrays.table, arrays.parameters[_MARGIN], situation, k, index, distance)
+    return is_good
 
 
 @inlined
@@ -120,9 +150,19 @@ class LazyLearner(CompiledPolicy):
         """How many numbers a decision of one robot compares."""
         return len(self.memory) * (self.inputs or 0)
 
+    @cached_property
+    def search_table(self) -> SearchTable:
+        """What the kernel searches: the situations of the memory, as far as they are compared."""
+        return search_table(self.memory.table, self.memory.inputs if self.inputs is None else self.inputs, self.k)
+
     @property
     def table(self) -> npt.NDArray[np.float32]:
-        return self.memory.table
+        return self.search_table.table
+
+    @property
+    def parameters(self) -> Floats:
+        search = self.search_table
+        return np.concatenate([[self.k, search.margin], search.nearest_to_ones])
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

@@ -12,11 +12,8 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined, scratch
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import LazyLearner, act, is_situation, refuse
-from teamsight.policies.memory.nearest import k_nearest
+from teamsight.policies.lazy.learner import K, LazyLearner, act, find_matches, first_own, refuse
 
-_INPUTS, _K, _ROTATIONS, _DISTANCES, _PAIRS = range(5)
-_VALUES = 5
 _MOST_ACTIONS = 256
 _FULL_TURN = 2.0 * math.pi
 
@@ -24,30 +21,31 @@ _FULL_TURN = 2.0 * math.pi
 @inlined
 def _best_worst(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
-    inputs = int(parameters[_INPUTS])
-    k = int(parameters[_K])
-    distances = int(parameters[_DISTANCES])
-    nearest_action = _VALUES + int(parameters[_PAIRS])
+    k = int(parameters[K])
+    grid = first_own(parameters)
+    rotations = parameters[grid]
+    distances = int(parameters[grid + 1])
+    values = grid + 2
+    nearest_action = values + arrays.table.shape[1]
     index = scratch(MOST_MATCHES, np.int64)
     distance = scratch(MOST_MATCHES, np.float32)
     worst = scratch(_MOST_ACTIONS, np.float64)
     for i in range(percept.heading.shape[0]):
-        if not is_situation(percept.situation[i], inputs):
+        if not find_matches(percept.situation[i], arrays, k, index, distance):
             refuse(i, percept, action)
             continue
-        k_nearest(arrays.table, inputs, percept.situation[i], k, index, distance)
-        for one in range(int(parameters[_ROTATIONS]) * distances):
+        for one in range(int(rotations) * distances):
             worst[one] = np.inf
         for match in range(k):
             one = int(parameters[nearest_action + index[match]])
-            worst[one] = min(worst[one], parameters[_VALUES + index[match]])
+            worst[one] = min(worst[one], parameters[values + index[match]])
         best = int(parameters[nearest_action + index[0]])
         for match in range(1, k):
             one = int(parameters[nearest_action + index[match]])
             if worst[one] > worst[best]:
                 best = one
-        rotation = _FULL_TURN * (best // distances) / parameters[_ROTATIONS]
-        act(rotation, (best % distances + 1) / parameters[_DISTANCES], i, percept, action)
+        rotation = _FULL_TURN * (best // distances) / rotations
+        act(rotation, (best % distances + 1) / distances, i, percept, action)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,8 +88,9 @@ class PessimisticLazyQ(LazyLearner):
 
     @property
     def parameters(self) -> Floats:
-        constants = [self.inputs, self.k, self.rotations, self.distances, len(self.memory)]
-        return np.concatenate([constants, self.values, self._nearest_action()])
+        kept = self.search_table.kept
+        grid = [self.rotations, self.distances]
+        return np.concatenate([super().parameters, grid, self.values[kept], self._nearest_action()[kept]])
 
     def _nearest_action(self) -> Floats:
         """Return for each pair the number of the action that it speaks for."""

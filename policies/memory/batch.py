@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
+from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, array_at, scratch
-from teamsight.policies.memory.nearest import BLOCK, LANES, keep_nearest, sum_distances
+from teamsight.core.kernel import Entry, array_at, below_64, inlined, scratch
+from teamsight.policies.memory.block import BLOCK, LANES, bound, insert
 
 # So many comparisons are made without Python, which is some seconds: then Ctrl-C is heard.
 _COMPARISONS = 1 << 31
@@ -16,10 +19,68 @@ _LEAST_QUERIES = 64
 _LINE = 16
 _ROW = BLOCK + _LINE
 
+_ONE, _EIGHT, _INFINITE = np.uint64(1), np.uint64(8), np.float32(np.inf)
+
 _SEARCH = np.dtype(
     [(name, np.int64) for name in ("table", "columns", "pairs", "block", "query", "queries", "inputs")]
     + [(name, np.int64) for name in ("k", "index", "distance")]
 )
+
+
+@inlined
+def _sum_distances(table: Any, inputs: Any, query: Any, begin: Any, count: Any, limit: Any, total: Any) -> None:
+    """Write the distances of the pairs ``begin .. begin + count - 1`` to `total`, and infinity behind them.
+
+    When every sum has reached the limit, none is finished: as they stand, they tell that these pairs are too far.
+    """
+    # Numbers without a sign spare the question whether a place counts from the end. Eight components at a time keep a
+    # sum in its register for longer.
+    b, n = np.uint64(begin), np.uint64(count)
+    for i in range(BLOCK):
+        total[np.uint64(i)] = np.float32(0.0) if i < count else _INFINITE
+    c: Any = np.uint64(0)
+    while c + _EIGHT <= np.uint64(inputs):
+        for i in range(n):
+            far = total[i] + _gap(table, query, c, b + i)
+            for more in range(1, 8):
+                far += _gap(table, query, c + np.uint64(more), b + i)
+            total[i] = far
+        if not _is_any_below(total, count, limit):
+            return
+        c += _EIGHT
+    while c < np.uint64(inputs):
+        for i in range(n):
+            total[i] += _gap(table, query, c, b + i)
+        c += _ONE
+
+
+@inlined
+def _gap(table: Any, query: Any, component: Any, pair: Any) -> Any:
+    return abs(table[component, pair] - query[component])
+
+
+@inlined
+def _is_any_below(total: Any, count: Any, limit: Any) -> bool:
+    for part in range(0, count, LANES):  # noqa: SIM110 (kernels have no generators)
+        if below_64(total, part, limit) != 0:
+            return True
+    return False
+
+
+@inlined
+def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distance: Any, least: Any) -> None:
+    """Enter those of a block of pairs that belong to the k nearest so far; `least` is room for 64 numbers."""
+    limit = distance[k - 1]
+    if limit == _INFINITE and k <= LANES:
+        limit = bound(total, count, k, least)
+    for part in range(0, count, LANES):
+        near: Any = below_64(total, part, limit)
+        while near != 0:
+            at: Any = np.uint64(part) + np.uint64(trailing_zeros(near))
+            near &= near - _ONE
+            if total[at] < distance[k - 1]:
+                insert(index, distance, k, begin + np.int64(at), total[at])
+        limit = min(limit, distance[k - 1])
 
 
 def _search(address: int) -> int:
@@ -37,8 +98,8 @@ def _search(address: int) -> int:
             for i in range(np.uint64(count)):
                 block[np.uint64(c), i] = table[np.uint64(c), np.uint64(begin) + i]
         for q in range(ask.queries):
-            sum_distances(block, 0, ask.inputs, query[q], 0, count, distance[q, ask.k - 1], total)
-            keep_nearest(total, count, begin, ask.k, index[q], distance[q], least)
+            _sum_distances(block, ask.inputs, query[q], 0, count, distance[q, ask.k - 1], total)
+            _keep_nearest(total, count, begin, ask.k, index[q], distance[q], least)
     return 0
 
 

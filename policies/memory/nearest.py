@@ -1,157 +1,165 @@
-"""The nearest situations by eq. 1, for kernels: exact, and fast by SIMD lanes alone.
+"""The nearest situations by eq. 1, for kernels: exact, but most distances are only estimated.
 
-Distances are taken for a block of pairs at once, component after component: lanes lie side by side in the table's rows,
-and every sum is still taken in the order of the components, so it has the bits of the plain loop.
+Most readings of a situation are 1 (nothing sensed). So a table holds each situation's distance from the situation of
+ones, and a query corrects it for its other readings only. Exact distances are computed for the few pairs whose estimate
+is within the rounding error of the k smallest; each sum is taken in the order of the components.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import below_64, inlined, ones, scratch
+from teamsight.core.kernel import below_64, inlined, scratch
+from teamsight.policies.memory import batch
+from teamsight.policies.memory.block import BLOCK, LANES, bound, insert
 
-BLOCK = 1024
-"""How many pairs are compared at once: their sums stay in the first cache, and most memories begin and end in one."""
-
-LANES = 64
-"""How many sums are asked at once whether they are below a limit: one bit of a word for each."""
-
-_HALVINGS = 6
-_ONE, _EIGHT = np.uint64(1), np.uint64(8)
-_TINY, _INFINITE = np.float32(1e-30), np.float32(np.inf)
+_GROUP = 8
+_INFINITE, _ONE, _HALF, _BIT = np.float32(np.inf), np.float32(1.0), np.float32(0.5), np.uint64(1)
 
 
-@inlined
-def k_nearest(table: Any, inputs: int, query: Any, k: int, index: Any, distance: Any, first: int = 0) -> None:
-    """Find the k pairs whose situations are most similar to a query.
+class SearchTable(NamedTuple):
+    """The situations that a kernel searches, without repetitions that no query can find.
+
+    Attributes
+    ----------
+    kept : ndarray, shape (columns,), int64
+        Which of the memory's transitions the columns stand for, in their order.
+    table : ndarray, shape (inputs + 1, columns), float32
+        The first `inputs` rows are the situations; the last is half their distance from the situation of ones.
+    margin : float
+        How far, at most, half a distance and its estimate can be apart, twice; infinite where readings are not in 0..1.
+    nearest_to_ones : ndarray, shape (k,), int64
+        The columns that are nearest to the situation of ones.
+    """
+
+    kept: npt.NDArray[np.int64]
+    table: npt.NDArray[np.float32]
+    margin: float
+    nearest_to_ones: npt.NDArray[np.int64]
+
+
+def search_table(table: npt.NDArray[np.float32], inputs: int, k: int) -> SearchTable:
+    """Return what `k_nearest` searches.
 
     Parameters
     ----------
-    table : ndarray, shape (columns, pairs), float32
+    table : ndarray, shape (columns, transitions), float32
         A memory's table.
     inputs : int
         How many of its rows are compared.
+    k : int
+        The largest number of matches that will be asked for.
+    """
+    situation = table[:inputs]
+    # Equal situations stand side by side; more than k of them cannot be among the k nearest.
+    is_first = np.concatenate([[True], (situation[:, 1:] != situation[:, :-1]).any(axis=0)])
+    number = np.arange(len(is_first))
+    kept = np.flatnonzero(number - np.maximum.accumulate(np.where(is_first, number, 0)) < k)
+    situation = np.ascontiguousarray(situation[:, kept])
+    half = np.abs(1.0 - situation.astype(float)).sum(axis=0) / 2
+    in_range = bool(((situation >= 0) & (situation <= 1)).all())
+    # Each of at most 2 · inputs + 3 roundings errs by at most 2⁻²⁴ of a number below 3 · inputs.
+    margin = 2.0**-20 * (inputs + 2) ** 2 if in_range else np.inf
+    nearest = batch.nearest(situation, np.ones((1, inputs), np.float32), k)[0][0]
+    return SearchTable(kept, np.concatenate([situation, half[None].astype(np.float32)]), margin, nearest)
+
+
+@inlined
+def k_nearest(table: Any, margin: float, query: Any, k: int, index: Any, distance: Any) -> None:
+    """Find the k columns whose situations are most similar to a query.
+
+    Parameters
+    ----------
+    table : ndarray, shape (inputs + 1, columns), float32
+        The table of a `SearchTable`.
+    margin : float
+        Its margin.
     query : ndarray, shape (at least inputs,), float32
         A situation, without NaN.
     k : int
-        How many pairs; at least 1.
+        How many columns; at least 1.
     index : ndarray, shape (at least k,), int64
         Their places are written here, the nearest first, and among equals the first in the table; −1 where the table
         has fewer than k.
     distance : ndarray, shape (at least k,), float32
         Their distances: sums of absolute differences, in the order of the rows; infinite where there is none.
-    first : int
-        The first row to compare: 0 for situations, the memory's inputs + 2 for next situations.
 
     Notes
     -----
     *Source:* section 8.1, eq. 1.
     """
-    total, least = scratch(BLOCK, np.float32), scratch(LANES, np.float32)
+    estimate, least = scratch(BLOCK, np.float32), scratch(LANES, np.float32)
+    candidate = scratch(BLOCK, np.int64)
+    inputs = table.shape[0] - 1
+    shift = 0.0
+    for c in range(inputs):
+        reading = query[np.uint64(c)]
+        if reading != _ONE:
+            shift -= 0.5 * (1.0 + reading)
+            if not 0.0 <= reading <= 1.0:
+                margin = np.inf
     for i in range(k):
         index[i] = -1
         distance[i] = _INFINITE
     for begin in range(0, table.shape[1], BLOCK):
         count = min(BLOCK, table.shape[1] - begin)
-        sum_distances(table, first, inputs, query, begin, count, distance[k - 1], total)
-        keep_nearest(total, count, begin, k, index, distance, least)
+        _estimate(table, query, np.float32(shift), begin, count, estimate)
+        limit = _HALF * distance[k - 1]
+        if limit == _INFINITE and k <= LANES:
+            limit = bound(estimate, count, k, least)
+        found = _select(estimate, count, np.float32(limit + margin), begin, candidate)
+        for group in range(0, found, _GROUP):
+            _measure(table, query, group, found, candidate, least)
+            for lane in range(min(_GROUP, found - group)):
+                if least[lane] < distance[k - 1]:
+                    insert(index, distance, k, candidate[group + lane], least[lane])
 
 
 @inlined
-def sum_distances(
-    table: Any, first: Any, inputs: Any, query: Any, begin: Any, count: Any, limit: Any, total: Any
-) -> None:
-    """Write the distances of the pairs ``begin .. begin + count - 1`` to `total`, and infinity behind them.
+def _estimate(table: Any, query: Any, shift: Any, begin: Any, count: Any, estimate: Any) -> None:
+    """Write half the distances of a block, but for rounding errors, and infinity behind them.
 
-    When every sum has reached the limit, none is finished: as they stand, they tell that these pairs are too far.
+    A reading q in place of 1 changes half of |t − 1|, where t ≤ 1, by max(t, q) − (1 + q) / 2.
     """
-    # Numbers without a sign spare the question whether a place counts from the end. Eight components at a time keep a
-    # sum in its register for longer.
-    f, b, n = np.uint64(first), np.uint64(begin), np.uint64(count)
-    for i in range(BLOCK):
-        total[np.uint64(i)] = np.float32(0.0) if i < count else _INFINITE
-    c: Any = np.uint64(0)
-    while c + _EIGHT <= np.uint64(inputs):
-        for i in range(n):
-            far = total[i] + _gap(table, f, query, c, b + i)
-            for more in range(1, 8):
-                far += _gap(table, f, query, c + np.uint64(more), b + i)
-            total[i] = far
-        if not _is_any_below(total, count, limit):
-            return
-        c += _EIGHT
-    while c < np.uint64(inputs):
-        for i in range(n):
-            total[i] += _gap(table, f, query, c, b + i)
-        c += _ONE
+    # Numbers without a sign spare the question whether a place counts from the end.
+    b, n, inputs = np.uint64(begin), np.uint64(count), np.uint64(table.shape[0] - 1)
+    for i in range(n):
+        estimate[i] = table[inputs, b + i] + shift
+    for i in range(n, np.uint64(BLOCK)):
+        estimate[i] = _INFINITE
+    for c in range(inputs):
+        reading = query[c]
+        if reading != _ONE:
+            for i in range(n):
+                other = table[c, b + i]
+                estimate[i] += other if other > reading else reading
 
 
 @inlined
-def _gap(table: Any, first: Any, query: Any, component: Any, pair: Any) -> Any:
-    return abs(table[first + component, pair] - query[component])
-
-
-@inlined
-def _is_any_below(total: Any, count: Any, limit: Any) -> bool:
-    for part in range(0, count, LANES):  # noqa: SIM110 (kernels have no generators)
-        if below_64(total, part, limit) != 0:
-            return True
-    return False
-
-
-@inlined
-def keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distance: Any, least: Any) -> None:
-    """Enter those of a block of pairs that belong to the k nearest so far; `least` is room for 64 numbers."""
-    limit = distance[k - 1]
-    if limit == _INFINITE and k <= LANES:
-        limit = _bound(total, count, k, least)
+def _select(estimate: Any, count: Any, limit: Any, begin: Any, candidate: Any) -> Any:
+    """Write the columns whose estimate is below the limit, and the first of them again up to a full group."""
+    found: Any = np.uint64(0)
     for part in range(0, count, LANES):
-        near: Any = below_64(total, part, limit)
+        near: Any = below_64(estimate, part, limit)
         while near != 0:
-            at: Any = np.uint64(part) + np.uint64(trailing_zeros(near))
-            near &= near - _ONE
-            if total[at] < distance[k - 1]:
-                _insert(index, distance, k, begin + np.int64(at), total[at])
-        limit = min(limit, distance[k - 1])
+            candidate[found] = begin + part + np.int64(trailing_zeros(near))
+            near &= near - _BIT
+            found += _BIT
+    for more in range(found, -(-np.int64(found) // _GROUP) * _GROUP):
+        candidate[np.uint64(more)] = candidate[0]
+    return np.int64(found)
 
 
 @inlined
-def _bound(total: Any, count: Any, k: Any, least: Any) -> Any:
-    """Return a limit that at least k of a block's distances are below, and few more; so that few are entered in vain.
-
-    The least of each lane stands for the block: k lanes whose least is below the limit are k pairs below it. Where
-    fewer than k are finite, so is no limit.
-    """
-    for lane in range(LANES):
-        least[np.uint64(lane)] = total[np.uint64(lane)]
-    for part in range(LANES, count, LANES):
-        for lane in range(LANES):
-            i = np.uint64(lane)
-            other = total[np.uint64(part) + i]
-            least[i] = other if other < least[i] else least[i]
-    high = _TINY
-    for lane in range(k):
-        high = max(high, least[np.uint64(lane)])
-    low, high = np.float32(0.0), high + high
-    for _ in range(_HALVINGS):
-        middle = np.float32(0.5) * (low + high)
-        if ones(below_64(least, 0, middle)) >= k:
-            high = middle
-        else:
-            low = middle
-    return high
-
-
-@inlined
-def _insert(index: Any, distance: Any, k: Any, pair: Any, far: Any) -> None:
-    """Put a pair behind all that are as near, since those stand before it in the table; the last falls out."""
-    place = k - 1
-    while place > 0 and distance[place - 1] > far:
-        distance[place] = distance[place - 1]
-        index[place] = index[place - 1]
-        place -= 1
-    distance[place] = far
-    index[place] = pair
+def _measure(table: Any, query: Any, group: Any, found: Any, candidate: Any, total: Any) -> None:
+    """Write the distances of the candidates ``group .. group + 7``."""
+    for lane in range(_GROUP):
+        total[np.uint64(lane)] = np.float32(0.0)
+    for c in range(np.uint64(table.shape[0] - 1)):
+        for lane in range(_GROUP):
+            at = np.uint64(candidate[np.uint64(group + lane)])
+            total[np.uint64(lane)] += abs(table[c, at] - query[c])

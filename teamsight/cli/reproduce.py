@@ -57,9 +57,9 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
 
 def _kept(folder: Path) -> str:
     """Tell what is left behind."""
-    from teamsight.analysis.paper.reproduce import unfinished_in
+    from teamsight.analysis.paper.reproduce import checkpoint_in
 
-    kept = len(unfinished_in(folder))
+    kept = checkpoint_in(folder).count()
     return f"{kept} runs are kept in {folder}; the same command goes on from there" if kept else "nothing was kept"
 
 

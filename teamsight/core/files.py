@@ -142,8 +142,8 @@ def unwritable(path: str | os.PathLike[str], error: OSError) -> UnwritableError:
     return UnwritableError(f"{os.fspath(path)}: cannot be written ({reason}); give a place that can be")
 
 
-def append(path: str | os.PathLike[str], text: str) -> None:
-    """Append `text` in UTF-8 to a regular file, which is made if need be; a link is not followed.
+def append(path: str | os.PathLike[str], content: bytes) -> None:
+    """Append to a regular file, which is created if it does not exist; a link is not followed.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def append(path: str | os.PathLike[str], text: str) -> None:
     flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
     try:
         with open(path, "ab", opener=lambda name, _: os.open(name, flags, 0o666)) as file:
-            file.write(text.encode())
+            file.write(content)
     except OSError as error:
         raise unwritable(path, error) from error
 

@@ -63,17 +63,3 @@ def test_a_long_error_keeps_its_beginning_and_its_cure() -> None:
         assert "exit code -9" in line
     assert lines(ValueError(described))[0].endswith("; the cure")
     assert one_line("a\nb \x1b[2J \udcff é δ") == "a b \\x1b[2J \\udcff é δ"
-
-
-def test_a_job_is_described_without_what_its_policies_hold() -> None:
-    from teamsight.analysis.runs import simulate
-    from teamsight.analysis.runs.experiment import Run
-
-    told: list[str] = []
-
-    class WorkerPool:
-        def map(self, function: object, jobs: list[object], done: object = None, describe: object = repr, keep: object = None) -> None:
-            told.extend(describe(job) for job in jobs)  # type: ignore[operator]
-
-    simulate.run_all(WorkerPool(), [Run({"robots": 2, "targets": 2, "policy": "x" * 5000}, 0, 1, 0)])  # type: ignore[arg-type]
-    assert "xxx" not in told[0]

@@ -9,7 +9,7 @@ import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head
-from teamsight.analysis.runs.experiment import model_seed
+from teamsight.analysis.runs.seeds import model_seed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,8 @@ from teamsight.agents.presets import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.experiments import LEARNED, catalogue
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, treatments
-from teamsight.analysis.runs.experiment import QUICK, Run, canonical
+from teamsight.analysis.runs.experiment import QUICK, Run
+from teamsight.analysis.runs.seeds import canonical
 from teamsight.policies.lazy.lazy_q import shipped
 
 SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}

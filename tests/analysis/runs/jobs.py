@@ -6,7 +6,7 @@ import os
 import signal
 import time
 
-from teamsight.analysis.runs.workers import tell
+from teamsight.analysis.runs.workers import emit
 from teamsight.core.kernel.cache_folder import cache_folder
 
 
@@ -37,7 +37,7 @@ def cache_folder_of(number: int) -> str:
 
 
 def talk(number: int) -> int:
-    tell(f"line {number}")
+    emit(f"line {number}")
     return number
 
 

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from teamsight.analysis.runs import workers as workers_module
-from teamsight.analysis.runs.experiment import Run
 from teamsight.analysis.runs.workers import JobError, WorkerPool, check_workers
 from teamsight.core.kernel.cache_folder import cache_folder
 
@@ -50,9 +49,9 @@ def test_a_killed_worker_is_reported_with_its_job() -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_what_a_job_tells_arrives(workers: int) -> None:
+def test_messages_of_a_job_arrive(workers: int) -> None:
     lines: list[str] = []
-    with WorkerPool(workers, told=lines.append) as pool:
+    with WorkerPool(workers, on_message=lines.append) as pool:
         pool.map(jobs.talk, range(4))
     assert sorted(lines) == [f"line {number}" for number in range(4)]
 
@@ -168,15 +167,6 @@ def test_a_long_error_keeps_its_beginning_and_its_end(workers: int) -> None:
     ):
         pool.map(jobs.fail_at_length, [3])
     assert len(str(caught.value)) < 300
-
-
-def test_a_run_with_a_long_policy_is_described_in_one_line() -> None:
-    policy = "policy " * 100
-    told = Run({"robots": 3, "radius": 2.0, "policy": policy, "awareness": "ring\n" * 50}, 4, 600, 77).describe()
-    assert "\n" not in told
-    assert len(told) < 200
-    assert told.startswith("robots=3, radius=2.0, policy=policy")
-    assert told.endswith("replicate=4, steps=600, rng=77")
 
 
 def test_too_many_workers_are_refused_before_any_is_started(monkeypatch: pytest.MonkeyPatch) -> None:

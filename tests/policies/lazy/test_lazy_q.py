@@ -146,10 +146,12 @@ def test_the_contract_and_the_way_to_other_processes(kind: Any) -> None:
     assert all(np.array_equal(*pair) for pair in zip(one, other, strict=True))
 
 
-def test_the_memory_is_not_copied() -> None:
+def test_the_search_table_is_made_once_and_holds_what_is_compared() -> None:
     memory = made_up(1, 100)
-    assert LazyQ(memory).table is memory.table
-    assert LazyQ(memory, inputs=4).table is memory.table
+    for inputs in (4, 7):
+        policy = LazyQ(memory, inputs=inputs)
+        assert policy.table is policy.table
+        assert np.array_equal(policy.table[:-1], memory.table[:inputs, policy.search_table.kept])
 
 
 def test_policies_that_differ_are_told_apart_by_their_repr() -> None:

@@ -12,10 +12,12 @@ from naive import lazy as naive_lazy
 
 from teamsight.core.kernel import Entry, array_at
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.memory.nearest import BLOCK, LANES, k_nearest
+from teamsight.policies.memory.block import BLOCK, LANES
+from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
 
 ASK = np.dtype(
-    [(name, np.int64) for name in ("table", "columns", "pairs", "first", "inputs", "query", "k", "index", "distance")]
+    [(name, np.int64) for name in ("table", "rows", "columns", "query", "k", "index", "distance")]
+    + [("margin", np.float64)]
 )
 
 
@@ -53,8 +55,8 @@ def test_as_the_slow_twin(seed: int, pairs: int, inputs: int, k: int, steps: int
 def _ask(address: int) -> int:
     ask = array_at(address, 1, ASK)[0]
     k_nearest(
-        array_at(ask.table, (ask.columns, ask.pairs), np.float32), ask.inputs, array_at(ask.query, ask.inputs, np.float32),
-        ask.k, array_at(ask.index, ask.k, np.int64), array_at(ask.distance, ask.k, np.float32), ask.first,
+        array_at(ask.table, (ask.rows, ask.columns), np.float32), ask.margin, array_at(ask.query, ask.rows - 1, np.float32),
+        ask.k, array_at(ask.index, ask.k, np.int64), array_at(ask.distance, ask.k, np.float32),
     )  # fmt: skip
     return 0
 
@@ -62,29 +64,66 @@ def _ask(address: int) -> int:
 ENTRY = Entry(_ask)
 
 
-def in_a_kernel(memory: LazyMemory, first: int, query: Any, k: int) -> tuple[Any, Any]:
+def in_a_kernel(search: SearchTable, query: Any, k: int) -> tuple[Any, Any]:
+    """Return the transitions that a kernel finds, −1 where there is none, and their distances."""
     index, distance = np.full(k, 77), np.full(k, 77, np.float32)
     record, query = np.zeros(1, ASK), np.ascontiguousarray(query, np.float32)
-    arrays = {"table": memory.table, "query": query, "index": index, "distance": distance}
+    arrays = {"table": search.table, "query": query, "index": index, "distance": distance}
     for name, array in arrays.items():
         record[name] = array.ctypes.data
-    record["columns"], record["pairs"] = memory.table.shape
-    record["first"], record["inputs"], record["k"] = first, len(query), k
+    record["rows"], record["columns"] = search.table.shape
+    record["k"], record["margin"] = k, search.margin
     ENTRY(record.ctypes.data)
-    return index, distance
+    return np.where(index < 0, -1, search.kept[index]), distance
 
 
-@given(seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, BLOCK + 70), k=st.integers(1, LANES + 20))
-def test_in_kernels(seed: int, pairs: int, k: int) -> None:
+@pytest.mark.short
+@given(
+    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 60) | st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
+    k=st.integers(1, 12) | st.integers(LANES - 4, LANES + 20), steps=st.sampled_from([None, 1, 3]),
+    ones=st.sampled_from([0.0, 0.5, 0.9, 0.99]), largest=st.sampled_from([0.3, 1.0, 1.5, 1e30]),
+)  # fmt: skip
+def test_in_kernels(seed: int, pairs: int, inputs: int, k: int, steps: int | None, ones: float, largest: float) -> None:
     rng = np.random.default_rng(seed)
-    memory = memory_of(pairs, 9, rng, 2)
-    query = memory_of(1, 9, rng, 2).situation[0]
-    for first, situations in ((0, memory.situation), (11, memory.next_situation)):
-        index, distance = in_a_kernel(memory, first, query, k)
-        expected = naive_lazy.nearest(situations, query, k)
-        assert list(zip(distance, index, strict=True))[: len(expected)] == expected
-        assert index[len(expected) :].tolist() == [-1] * (k - len(expected))
-        assert np.isinf(distance[len(expected) :]).all()
+
+    def readings(count: int) -> Any:
+        sensed = rng.random((count, inputs)) if steps is None else rng.integers(0, steps + 1, (count, inputs)) / steps
+        return np.where(rng.random((count, inputs)) < ones, 1.0, largest * sensed).astype(np.float32)
+
+    situation = readings(pairs)
+    memory = LazyMemory.of(situation, rng.random((pairs, 2)), situation, {}, own=inputs)
+    search = search_table(memory.table, inputs, min(k, pairs))
+    assert len(set(search.kept)) == len(search.kept)
+    for query in (np.ones(inputs), *readings(2), -readings(1)[0], memory.situation[rng.integers(0, pairs)]):
+        index, distance = in_a_kernel(search, query, min(k, pairs))
+        expected = naive_lazy.nearest(memory.situation, query, min(k, pairs))
+        assert list(zip(distance, index, strict=True)) == expected
+    assert search.kept[search.nearest_to_ones].tolist() == [
+        place for _, place in naive_lazy.nearest(memory.situation, np.ones(inputs), min(k, pairs))
+    ]
+
+
+@given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 3))
+def test_situations_that_differ_by_rounding_only(seed: int, k: int) -> None:
+    rng = np.random.default_rng(seed)
+    situation = rng.permuted(np.tile(rng.random(32, np.float32), (3 * BLOCK, 1)), axis=1)
+    memory = LazyMemory.of(situation, rng.random((len(situation), 2)), situation, {})
+    query = np.full(32, rng.random(), np.float32)
+    index, distance = in_a_kernel(search_table(memory.table, 32, k), query, k)
+    assert list(zip(distance, index, strict=True)) == naive_lazy.nearest(memory.situation, query, k)
+
+
+def test_fewer_columns_than_matches() -> None:
+    search = search_table(np.float32([[0.25, 0.5, 0.5]]), 1, 2)
+    index, distance = in_a_kernel(search, [0.5], 5)
+    assert index.tolist() == [1, 2, 0, -1, -1]
+    assert distance.tolist() == [0.0, 0.0, 0.25, np.inf, np.inf]
+
+
+def test_of_equal_situations_no_more_than_k_are_searched() -> None:
+    situation = np.float32([[0.5, 0.5, 0.5, 0.5, 1.0], [0.5, 0.5, 0.5, 1.0, 1.0]])
+    assert search_table(situation, 2, 2).kept.tolist() == [0, 1, 3, 4]
+    assert search_table(situation, 1, 2).kept.tolist() == [0, 1, 4]
 
 
 def test_equal_distances_are_ordered_by_content() -> None:

@@ -1,0 +1,159 @@
+"""One run: a world described by value, and what is measured while it runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from numbers import Real
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from teamsight.analysis.runs.checkpoint import JSON, Codec
+from teamsight.analysis.runs.seeds import canonical
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
+
+#: Advances a world by a number of steps and returns the result; a function of a module, so that workers find it.
+Measure = Callable[["World", int], Any]
+#: Called as ``model(**parameters, rng=seed)``.
+Model = Callable[..., "World"]
+
+# Cost of comparing two numbers of a lazy memory, in steps of a typical world.
+_COMPARISON = 9e-5
+# Characters of a setting that a description shows.
+_LONGEST_SETTING = 48
+
+
+class Outcome(NamedTuple):
+    """Result of a run unless something else is measured."""
+
+    observed_fraction: float
+    max_neighbours: int
+
+
+def _outcome_of(content: bytes) -> Outcome:
+    fraction, neighbours = json.loads(content)
+    if type(fraction) is not float or type(neighbours) is not int:
+        raise TypeError("not an outcome")
+    return Outcome(fraction, neighbours)
+
+
+#: Conversion of outcomes for a checkpoint.
+OUTCOMES = Codec(JSON.encode, _outcome_of)
+
+
+def outcome(world: World, steps: int) -> Outcome:
+    """Run a world and return what was observed and the largest number of neighbours."""
+    world.run(steps)
+    return Outcome(float(world.observed_fraction), int(world.max_neighbours))
+
+
+@dataclass(frozen=True)
+class Run:
+    """One world to simulate.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Keyword parameters of the model, without its seed.
+    seed : int
+        Seed of the world.
+    steps : int
+        Number of steps.
+    measure : callable
+        Advances the world and returns the result; see `Measure`.
+    model : callable, optional
+        Class of the world, or a function that makes one; `CMOMMT` by default.
+    """
+
+    parameters: Mapping[str, Any]
+    seed: int
+    steps: int
+    measure: Measure = outcome
+    model: Model | None = None
+
+    @property
+    def model_class(self) -> Model:
+        """The class of the world, imported only when it is needed."""
+        if self.model is not None:
+            return self.model
+        from teamsight.agents.cmommt import CMOMMT
+
+        return CMOMMT
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """Texts that identify the run: two runs of equal keys have equal results."""
+        named = (f"{name}={canonical(value)}" for name, value in sorted(self.parameters.items()))
+        return (_name(self.model), *named, f"steps={self.steps}", f"seed={self.seed}", _name(self.measure))
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """Texts that tell which kernels the run needs: its key without the numbers."""
+        named = (
+            f"{name}={value!r}"
+            for name, value in sorted(self.parameters.items())
+            if isinstance(value, bool) or not isinstance(value, Real)
+        )
+        return (_name(self.model), *named, _name(self.measure))
+
+    @property
+    def likeness(self) -> tuple[object, ...]:
+        """Sorting key that puts runs together which can share one built world."""
+        return (self.kind, *(canonical(self.parameters.get(name)) for name in ("robots", "targets", "delta")))
+
+    @property
+    def cost(self) -> float:
+        """Expected work, in steps of a world with 15 robots and 15 targets.
+
+        Fitted to the compiled model: a constant, and a part that grows with the pairs of agents that are compared.
+        """
+        robots, targets = (int(self.parameters.get(name, 15)) for name in ("robots", "targets"))
+        world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
+        effort = getattr(self.parameters.get("policy"), "effort", 0.0)
+        return world + self.steps * robots * effort * _COMPARISON
+
+    def shortest(self) -> Run:
+        """Return the run with a single step, which compiles everything that the run needs."""
+        return replace(self, steps=1)
+
+    def make(self, worlds: Worlds) -> Any:
+        """Run the world and return what is measured."""
+        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
+
+    def describe(self) -> str:
+        """Return the settings on one line; long values, such as those of a policy, are cut."""
+        texts = {name: " ".join(str(value).split()) for name, value in self.parameters.items()}
+        named = "".join(
+            f"{name}={text if len(text) <= _LONGEST_SETTING else text[: _LONGEST_SETTING - 1] + '…'}, "
+            for name, text in texts.items()
+        )
+        return f"the run {named}steps={self.steps}, rng={self.seed}"
+
+
+class Worlds:
+    """The worlds of one process, of which one at a time is open."""
+
+    def __init__(self) -> None:
+        self._open: World | None = None
+
+    def begin(self, model: Model, parameters: Mapping[str, Any], seed: int) -> World:
+        """Return a world before its first step; it is valid until the next one is begun."""
+        self.close()
+        self._open = model(**parameters, rng=seed)
+        return self._open
+
+    def close(self) -> None:
+        """Close the world that is open. Idempotent."""
+        if self._open is not None:
+            self._open.close()
+            self._open = None
+
+
+def _name(function: object) -> str:
+    """Return the full name of a class or function; whatever has no name is told by its repr."""
+    if function is None:
+        return "CMOMMT"
+    name = getattr(function, "__qualname__", None)
+    return repr(function) if name is None else f"{getattr(function, '__module__', '')}:{name}"

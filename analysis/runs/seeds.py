@@ -1,0 +1,94 @@
+"""Seeds: every root seed that ships, in one table, and the seed of each world derived from a root.
+
+A root at or above 0 may also be given by a user. Roots below 0 are refused by every command, so that the ledger and a
+user's experiments never meet the worlds on which a constant was chosen.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from numbers import Integral, Real
+from types import MappingProxyType
+from typing import Any
+
+#: Roots by purpose; no root serves two purposes.
+ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
+    {
+        "reproduce": (2000,),
+        "calibration: screen": (-1,),
+        "calibration: final": (-2, -3, -4),
+        "lazy constants: choose": (-11,),
+        "lazy constants: choose again": (-12, -13),
+        "lazy constants: report": (-31, -32, -33, -34),
+        "evolution: train": (-21,),
+        "evolution: validate": (-22,),
+        "evolution: screen": (-23,),
+        "evolution: test": (-24,),
+    }
+)
+
+
+def root(purpose: str) -> int:
+    """Return the root of a purpose that has only one."""
+    (only,) = ROOTS[purpose]
+    return only
+
+
+def canonical(value: Any) -> str:
+    """Return one text for equal values of any type: 2, 2.0 and NumPy's 2 give the same.
+
+    Whole numbers are written as integers, other numbers exactly in hexadecimal, mappings in the order of their keys,
+    everything else by ``repr``.
+    """
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
+    if isinstance(value, bool):
+        return repr(value)
+    if isinstance(value, Integral):
+        return str(int(value))
+    if isinstance(value, Real):
+        number = float(value)
+        return str(int(number)) if number.is_integer() else number.hex()
+    return repr(value)
+
+
+def model_seed(root: int, replicate: int, robots: int, targets: int, radius: float) -> int:
+    """Return the seed of one world, 0 to 2**53 - 1, derived from its scenario.
+
+    The policy, the degree of awareness, ranges and speeds do not enter. Two treatments of one scenario therefore get
+    the same placement and the same target noise, and their difference is paired.
+
+    Parameters
+    ----------
+    root : int
+        Root seed of the experiment.
+    replicate : int
+        Number of the repetition, from 0 upwards. Explorations count from −1 downwards, so that no world is both
+        explored and evaluated.
+    robots, targets : int
+        Numbers of robots and of targets.
+    radius : float
+        Radius of the arena [length].
+    """
+    scenario = {"root": root, "replicate": replicate, "robots": robots, "targets": targets, "radius": radius}
+    text = ";".join(f"{name}={canonical(value)}" for name, value in scenario.items())
+    # The text and the personalisation decide every published number: they must not change.
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-stage").digest()
+    # 53 bits survive the conversion to float that mixed tables and JSON make.
+    return int.from_bytes(digest, "big") >> 11
+
+
+def run_seed(root: int, run: int) -> int:
+    """Return the seed of one run of a model whose scenario is unknown, 0 to 2**63 - 1.
+
+    Parameters
+    ----------
+    root : int
+        Root seed of the exploration.
+    run : int
+        Number of the run.
+    """
+    text = f"root={canonical(root)};replicate={canonical(run)}"
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-delta").digest()
+    return int.from_bytes(digest, "big") >> 1

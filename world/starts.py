@@ -1,0 +1,141 @@
+"""Starts: the positions and headings with which runs begin, each a function of the run's noise key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core.kernel import Entry, array_at
+from teamsight.world.arena import Arena
+from teamsight.world.motion import is_watched
+from teamsight.world.noise import Stream, philox, stream_number
+from teamsight.world.placement import spread, uniform
+
+Points = npt.NDArray[np.float64]
+
+_CHANNELS = 3
+_REQUEST = np.dtype([(name, np.int64) for name in ("keys", "runs", "stream", "member", "size", "numbers")])
+
+
+class Founders(NamedTuple):
+    """The agents with which a group begins.
+
+    Attributes
+    ----------
+    number : int
+        The group's number in its world; it selects the noise.
+    size : int
+        Number of agents, n.
+    placement : {"uniform", "spread"} or ndarray, shape (n, 2), float64
+        The rule for their positions, or the positions [length].
+    spacing : float
+        The radius of the discs that "spread" keeps apart [length].
+    """
+
+    number: int
+    size: int
+    placement: str | Points
+    spacing: float
+
+
+class Starts(NamedTuple):
+    """Where all founders of a world begin, for each of k runs.
+
+    Attributes
+    ----------
+    position : ndarray, shape (k, n, 2), float64
+        [length]; the groups one after the other.
+    heading : ndarray, shape (k, n, 2), float64
+        Unit vectors.
+    """
+
+    position: Points
+    heading: Points
+
+
+def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Starts:
+    """Place the founders of all groups for several runs at once.
+
+    Parameters
+    ----------
+    arena : Arena
+        The arena of all runs.
+    groups : sequence of Founders
+        All groups of the world.
+    keys : ndarray, shape (k, 2), uint64
+        The noise key of each run, from `noise.key_of`.
+
+    Returns
+    -------
+    Starts
+        Each run is a function of its own key alone; computing several at once saves time only.
+
+    Raises
+    ------
+    ValueError
+        If the arena's ``place`` returns positions outside the arena.
+    """
+    numbers = _numbers(groups, keys)
+    angle = 2 * math.pi * numbers[2]
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    if not is_watched(arena) and all(isinstance(one.placement, str) and one.placement == "uniform" for one in groups):
+        return Starts(uniform(arena, numbers[:2]), heading)
+    position = np.empty_like(heading)
+    for run in range(len(keys)):
+        first = 0
+        for one in groups:
+            last = first + one.size
+            position[run, first:last] = _places(arena, one, np.ascontiguousarray(numbers[:2, run, first:last]))
+            first = last
+    return Starts(position, heading)
+
+
+def _numbers(groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Points:
+    """Return uniform numbers in (0, 1), shape (channels, k, n): those of `noise.uniforms` at tick 0."""
+    sizes = [one.size for one in groups]
+    stream = np.repeat([stream_number(Stream.PLACEMENT, one.number) for one in groups], sizes).astype(np.int64)
+    member = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, np.int64)])
+    keys = np.ascontiguousarray(keys, np.uint64)
+    numbers = np.empty((_CHANNELS, len(keys), len(member)))
+    request = np.zeros(1, _REQUEST)
+    request[0] = (
+        keys.ctypes.data, len(keys), stream.ctypes.data, member.ctypes.data, len(member), numbers.ctypes.data,
+    )  # fmt: skip
+    _FILL(request.ctypes.data)
+    return numbers
+
+
+def _fill(address: int) -> int:
+    request = array_at(address, 1, _REQUEST)[0]
+    keys = array_at(request.keys, (request.runs, 2), np.uint64)
+    stream = array_at(request.stream, request.size, np.int64)
+    member = array_at(request.member, request.size, np.int64)
+    numbers = array_at(request.numbers, (_CHANNELS, request.runs, request.size), np.float64)
+    for channel in range(_CHANNELS):
+        for run in range(request.runs):
+            for i in range(request.size):
+                word, _, _, _ = philox(
+                    np.uint64(0), np.uint64(member[i]), np.uint64(channel), np.uint64(stream[i]),
+                    keys[run, 0], keys[run, 1],
+                )  # fmt: skip
+                numbers[channel, run, i] = (np.float64(np.int64(word)) + 0.5) * 2.0**-32
+    return 0
+
+
+_FILL = Entry(_fill)
+
+
+def _places(arena: Arena, group: Founders, numbers: Points) -> Points:
+    if not isinstance(group.placement, str):
+        return group.placement
+    places = spread(arena, numbers, group.spacing) if group.placement == "spread" else uniform(arena, numbers)
+    if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
+        wrong = tuple(places[int(np.argmin(inside))].tolist())
+        raise ValueError(
+            f"{arena}: its place() leads to {wrong}, outside by contains(); check the arena with check_arena()"
+        )
+    return places
