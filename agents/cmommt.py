@@ -20,7 +20,7 @@ from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import Evasive, Stationary
 from teamsight.world.arena import Disc
-from teamsight.world.limits import Limits, length
+from teamsight.world.limits import length
 from teamsight.world.noise import Stream, stream_number, uniforms
 
 DEFAULTS: dict[str, Any] = {
@@ -131,11 +131,11 @@ class CMOMMT(World):
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         arena = Disc(length("radius", plan["radius"]))
-        # Here already, so that errors name the parameters of this model.
-        self.limits = Limits(arena)
-        sensing, aware = (self.limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-        robot_speed, _ = (self.limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         super().__init__(arena, rng=rng, seed=seed)
+        # Here already, so that errors name the parameters of this model.
+        limits = self._data.limits
+        sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        robot_speed, _ = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,
             speed=robot_speed, placement="spread" if isinstance(rules[0], Stationary) else "uniform",
@@ -146,7 +146,7 @@ class CMOMMT(World):
         )  # fmt: skip
         self.senses(self.robots, self.targets)
         self._let_targets_sense()
-        self._begin_to_collect()
+        self._stepper.begin_to_collect()
 
     @property
     def robots(self) -> Group:
@@ -197,13 +197,13 @@ class CMOMMT(World):
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
         self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
-        self._begin_to_collect()
+        self._stepper.begin_to_collect()
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:
         fastest = self.settings["target_speed"]
         if not self.settings["uniform_target_speed"]:
             return fastest
-        return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
+        return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
 
 
 def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:

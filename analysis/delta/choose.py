@@ -101,7 +101,7 @@ def explore(
         seed = seed_of(run)
         world = _made(make, seed)
         try:
-            made = len(world.history) if world.tick else 0
+            made = len(world.recording.history) if world.tick else 0
             met.add(conditions(world))
             if looked_at < _MOST_LOOKED_AT:
                 look, most = _run_looking(world, steps)
@@ -259,7 +259,7 @@ def _largest(world: World, made: int) -> int:
     """Return the largest degree in the steps after the first that were `made` before."""
     if not made:
         return int(world.max_neighbours)
-    return int(world.history["max_neighbours"].to_numpy()[made:].max(initial=0))
+    return int(world.recording.history["max_neighbours"].to_numpy()[made:].max(initial=0))
 
 
 def _describe(model: Factory | Mapping[str, Any], found: Exploration) -> str:
