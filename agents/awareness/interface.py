@@ -12,7 +12,6 @@ import numpy.typing as npt
 from teamsight.core.kernel import Packed, Record
 from teamsight.core.neighbour_list import Filled
 
-
 Floats = npt.NDArray[np.float64]
 
 

@@ -53,7 +53,7 @@ def _perceive(address: int) -> int:
 def _are_actions(address: int) -> bool:
     """Whether all actions of a group, given by the record of its move, can be carried out."""
     move = move_at(address)
-    for i in range(move.distance.shape[0]):
+    for i in range(move.distance.shape[0]):  # noqa: SIM110 (kernels have no generators)
         if not is_action(move.aim[i, 0], move.aim[i, 1], move.distance[i]):
             return False
     return True

@@ -116,10 +116,11 @@ class Search:
         grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
         room = max(size if size <= MOST_PAIRS else 4 * len(position) + 64, 1)
         self.room = neighbour_room(len(position), room)
-        self.record = SEARCHING.pack(Searching(
-            position, reach, Observed(*self._lanes, observed, own, *arena.period),
-            grid or Grid(0.0, 0.0, 0.0, 0.0, 0, 0), _cells(grid, observed), self.room,
-        ))  # fmt: skip
+        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, arena.period[0], arena.period[1])
+        none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
+        self.record = SEARCHING.pack(
+            Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
+        )
 
     def _grid(self, arena: Arena) -> Grid | None:
         """Return how the arena is cut into cells; None where it is too small for that."""
@@ -133,7 +134,7 @@ class Search:
         wraps = arena.period[0] > 0
         if wraps and min(columns, rows) < 3:
             return None
-        return Grid(*low, columns / side[0], rows / side[1], columns, rows)
+        return Grid(low[0], low[1], columns / side[0], rows / side[1], columns, rows)
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""

@@ -157,7 +157,8 @@ class Record(Generic[T]):
         for leaf in self.leaves:
             axes = None if leaf.lengths is None else [_axis(length, known) for length in leaf.lengths]
             self._plan.append((leaf, axes, leaf.dtype))
-        self.at: Callable[[int], T] = unpacking(self.node, Plain())
+        # No T: in kernels, entries and other records are addresses.
+        self.at: Callable[[Any], Any] = unpacking(self.node, Plain())
 
     def pack(self, value: T) -> Packed[T]:
         """Return a record of these arrays and numbers.

@@ -18,6 +18,7 @@ from teamsight.agents.awareness import (
     SharedAwareness,
     Width,
 )
+from teamsight.agents.awareness.interface import team_group_at
 from teamsight.core.kernel import kernel
 
 DEGREES = [
