@@ -32,19 +32,19 @@ _GUARDED = {
 }
 
 
-_ENTRIES: dict[Callable[..., Any], Entry] = {}
+_ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
 
 
 def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry | None) -> Entry | None:
     """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
     if plain is None:
         return None
-    rule = getattr(type(awareness), name)
-    if rule not in _ENTRIES:
-        guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[not awareness.shows_teammates].at}
+    rule, hides = getattr(type(awareness), name), not awareness.shows_teammates
+    if (rule, hides) not in _ENTRIES:
+        guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[hides].at}
         made = specialise(template, f"{awareness.name}-guarded", **guards)
-        _ENTRIES[rule] = machine_code(type(awareness).__name__, name, made, plain) or plain
-    return _ENTRIES[rule]
+        _ENTRIES[rule, hides] = machine_code(type(awareness).__name__, name, made, plain) or plain
+    return _ENTRIES[rule, hides]
 
 
 class GuardedScene:

@@ -114,8 +114,7 @@ class Search:
         most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
         size = len(position) * observed
         grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
-        room = max(size if size <= MOST_PAIRS else 4 * len(position) + 64, 1)
-        self.room = neighbour_room(len(position), room)
+        self.room = neighbour_room(len(position), first_room(len(position), observed))
         bodies = Observed(self._lanes[0], self._lanes[1], observed, own, arena.period[0], arena.period[1])
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
@@ -153,6 +152,12 @@ class Search:
     def graph(self) -> NeighbourList:
         """The edges found last, as views that the next search overwrites."""
         return filled(self.room)
+
+
+def first_room(observers: int, observed: int) -> int:
+    """Return how many edges there is room for at first."""
+    pairs = observers * observed
+    return max(pairs if pairs <= MOST_PAIRS else 4 * observers + 64, 1)
 
 
 def _cells(grid: Grid | None, observed: int) -> Cells:
