@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,9 @@ from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import Evasive, Stationary
 from teamsight.world.arena import Disc
-from teamsight.world.limits import length
+from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
+from teamsight.world.starts import Starts
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -130,19 +131,16 @@ class CMOMMT(World):
         degree = _awareness(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        arena = Disc(length("radius", plan["radius"]))
-        super().__init__(arena, rng=rng, seed=seed)
-        # Here already, so that errors name the parameters of this model.
-        limits = self._data.limits
-        sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-        robot_speed, _ = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+        numbers = checked_numbers(plan)
+        super().__init__(numbers.arena, rng=rng, seed=seed)
         self._robots = self.add(
-            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=sensing, awareness_range=aware,
-            speed=robot_speed, placement="spread" if isinstance(rules[0], Stationary) else "uniform",
+            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
+            awareness_range=numbers.awareness_range, speed=numbers.robot_speed,
+            placement="spread" if isinstance(rules[0], Stationary) else "uniform",
         )  # fmt: skip
         self._targets = self.add(
             Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
-            sensing_range=sensing,
+            sensing_range=numbers.sensing_range,
         )  # fmt: skip
         self.senses(self.robots, self.targets)
         self._let_targets_sense()
@@ -196,14 +194,73 @@ class CMOMMT(World):
     def reset(self, rng: int | None = None) -> None:
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
-        self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+        self._draw_target_speeds()
         self._stepper.begin_to_collect()
+
+    def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+        """Begin a run in the arrays that exist; see `StateKeeper.begin`."""
+        self._states.begin(seed, start, run, states)
+        self._draw_target_speeds()
+
+    def _draw_target_speeds(self) -> None:
+        if self.settings["uniform_target_speed"]:
+            self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+
+    def _take_numbers(self, plan: Mapping[str, Any]) -> None:
+        """Set the arena, the ranges and the speeds with which the next run begins.
+
+        Parameters
+        ----------
+        plan : mapping
+            All settings; only the numbers of `checked_numbers` may differ from those of this model.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the parameters of the model; then nothing has changed.
+        """
+        numbers = checked_numbers(plan)
+        self.settings.update(plan)
+        self._data.arena, self._data.limits = numbers.arena, numbers.limits
+        for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
+            group.first_abilities.speed[:] = speed
+            group.first_abilities.sensing_range[:] = numbers.sensing_range
+            group.founders = group.founders._replace(spacing=numbers.sensing_range)
+            group.bodies.arena_size[:] = numbers.arena.size
+        self.robots.first_abilities.awareness_range[:] = numbers.awareness_range
+        self._engine.adapt()
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:
         fastest = self.settings["target_speed"]
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
+
+
+class Numbers(NamedTuple):
+    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
+
+    arena: Disc
+    limits: Limits
+    sensing_range: float
+    awareness_range: float
+    robot_speed: float
+    target_speed: float
+
+
+def checked_numbers(plan: Mapping[str, Any]) -> Numbers:
+    """Return the arena, the ranges and the speeds of a plan.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is no number or outside its limits.
+    """
+    arena = Disc(length("radius", plan["radius"]))
+    limits = Limits(arena)
+    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+    return Numbers(arena, limits, sensing, aware, *speeds)
 
 
 def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:

@@ -137,6 +137,7 @@ class Group:
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
+        self.deliberation, self.has_decided = None, False
 
     def __len__(self) -> int:
         return len(self.bodies)

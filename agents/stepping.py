@@ -43,7 +43,8 @@ class Stepper:
         self._model, self._data, self._engine, self._recording = model, data, engine, recording
         self._timeline = data.timeline
         self._overrides_step = overrides_step
-        self._warned: set[str] = set()
+        # The reasons for single steps of which the user was warned.
+        self.warned: set[str] = set()
 
     def step(self) -> None:
         """Make one step, unless an event stops the model before it."""
@@ -66,8 +67,8 @@ class Stepper:
         # An event may reset the world, and its tick with it: the number of steps stays the same.
         end = timeline.tick - timeline.jumps + checks.count("steps", steps, least=0)
         reason = self._needs_python()
-        if reason and steps > 0 and model.running and reason not in self._warned:
-            self._warned.add(reason)
+        if reason and steps > 0 and model.running and reason not in self.warned:
+            self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
         while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
             if reason or mesa_compat.has_events(model):

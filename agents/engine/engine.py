@@ -204,6 +204,17 @@ class Engine:
         self.transitions.forget()
         self.stretch = self._data.history.begin([])
 
+    @property
+    def extras(self) -> tuple[int, int, bool]:
+        """What was asked for besides running: how many groups sense others, and what is recorded."""
+        return len(self._sensed), self._every, self.experience.is_on
+
+    def adapt(self) -> None:
+        """Let the next step follow from another arena and other ranges, which were written into the arrays."""
+        # Cells are as wide as the range.
+        if any(relation.search.has_cells for relation in self.relations):
+            self.is_bound = False
+
     def present(self, name: str) -> float:
         """Return a column of the history as it would be for the present positions."""
         self.prepare()

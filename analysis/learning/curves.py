@@ -65,7 +65,7 @@ class Curves:
     learners: tuple[str, ...] = ("lazy", "tabular", "linear")
     samples: tuple[int, ...] = SAMPLES
     memories: int = 10
-    worlds: int = 2
+    worlds: int = 4
     robots: int = 5
     targets: int = 15
     radius: float = 3.0

@@ -13,6 +13,7 @@ from teamsight.analysis.runs.seeds import canonical
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.agents.reused_worlds import ReusedWorlds
 
 #: Advances a world by a number of steps and returns the result; a function of a module, so that workers find it.
 Measure = Callable[["World", int], Any]
@@ -118,7 +119,7 @@ class Run:
         """Return the run with a single step, which compiles everything that the run needs."""
         return replace(self, steps=1)
 
-    def make(self, worlds: Worlds) -> Any:
+    def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
         return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
 
@@ -130,25 +131,6 @@ class Run:
             for name, text in texts.items()
         )
         return f"the run {named}steps={self.steps}, rng={self.seed}"
-
-
-class Worlds:
-    """The worlds of one process, of which one at a time is open."""
-
-    def __init__(self) -> None:
-        self._open: World | None = None
-
-    def begin(self, model: Model, parameters: Mapping[str, Any], seed: int) -> World:
-        """Return a world before its first step; it is valid until the next one is begun."""
-        self.close()
-        self._open = model(**parameters, rng=seed)
-        return self._open
-
-    def close(self) -> None:
-        """Close the world that is open. Idempotent."""
-        if self._open is not None:
-            self._open.close()
-            self._open = None
 
 
 def _name(function: object) -> str:

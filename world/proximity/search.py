@@ -135,6 +135,11 @@ class Search:
             return None
         return Grid(low[0], low[1], columns / side[0], rows / side[1], columns, rows)
 
+    @property
+    def has_cells(self) -> bool:
+        """Whether bodies are sorted into cells, whose size depends on the ranges and on the arena."""
+        return self._cells is not None
+
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
         self.room = neighbour_room(len(self.position), edges + edges // 4)

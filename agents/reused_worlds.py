@@ -1,0 +1,169 @@
+"""Reused worlds: one built world serves all runs that differ in seed, radius, ranges and speeds only."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from itertools import islice, takewhile
+from typing import Any
+
+import numpy as np
+
+from teamsight.agents import mesa_compat
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
+from teamsight.agents.model import World
+from teamsight.agents.presets import PRESETS
+from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.core import checks
+from teamsight.world.noise import key_of
+from teamsight.world.starts import Starts
+
+#: Parameters of `CMOMMT` that are written into the arrays of a built world.
+NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})
+
+# Seeds whose starts are computed in one call: more would save nothing, and cost memory in large worlds.
+_STARTS_PER_CALL = 64
+
+
+class ReusedWorlds:
+    """Begins runs one after the other, in one built world as long as they allow it.
+
+    A run in a reused world gives the same bits as one in a new world. Worlds are reused only when nothing but
+    `NUMBERS` and the seed differ, all components ship with this package, and nothing was added to the world meanwhile;
+    all others are built.
+    """
+
+    def __init__(self) -> None:
+        self._world: World | None = None
+        self._built: _Built | None = None
+        self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
+
+    def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
+        """Announce the runs that will be begun, so that the starts of many can be computed in one call.
+
+        Parameters
+        ----------
+        runs : iterable of (mapping, int)
+            Parameters and seed of each, in order. Other runs may be begun all the same.
+        """
+        self._expected = deque(runs)
+
+    def begin(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int) -> World:
+        """Return a world before its first step; it is valid until the next one is begun.
+
+        Parameters
+        ----------
+        model : callable
+            `CMOMMT`, or another class or function that is called as ``model(**parameters, rng=seed)``.
+        parameters : mapping
+            Its keyword parameters.
+        seed : int
+            The seed of the run.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the model.
+        """
+        if self._expected and self._expected[0][1] == seed and _are_same(self._expected[0][0], parameters):
+            self._expected.popleft()
+        if self._built is not None and self._built.begin(model, parameters, seed, self._expected):
+            return self._built.world
+        self.close()
+        self._world = world = model(**parameters, rng=seed)
+        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world._data):
+            self._built = _Built(world, parameters)
+        return world
+
+    def close(self) -> None:
+        """Close the world that was begun last. Idempotent."""
+        if self._world is not None:
+            self._world.close()
+        self._world = self._built = None
+
+
+class _Built:
+    """A CMOMMT and the parameters that it was built with."""
+
+    def __init__(self, world: CMOMMT, parameters: Mapping[str, Any]) -> None:
+        self.world = world
+        self._kind = _without_numbers(parameters)
+        self._numbers = _numbers(parameters)
+        self._trace, self._names = _trace(world), {*vars(world)}
+        self._start: Starts | None = None
+        self._runs: dict[int, int] = {}
+
+    def begin(
+        self,
+        model: Callable[..., World],
+        parameters: Mapping[str, Any],
+        seed: int,
+        expected: Iterable[tuple[Mapping[str, Any], int]],
+    ) -> bool:
+        """Begin a run if it can use this world; return whether it can."""
+        world = self.world
+        if model is not CMOMMT or _trace(world) != self._trace or not vars(world).keys() <= self._names:
+            return False
+        if not _are_same(_without_numbers(parameters), self._kind):
+            return False
+        if not _are_same(numbers := _numbers(parameters), self._numbers):
+            chosen = PRESETS.get(parameters.get("preset", ""), {})
+            plan = {**DEFAULTS, **chosen, **parameters}
+            world._take_numbers({name: plan[name] for name in NUMBERS})
+            self._numbers, self._runs = numbers, {}
+        following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
+        run = self._run_of(checks.seed(seed, None), following)
+        assert self._start is not None
+        world._begin(seed, self._start, run, first_states(world._data))
+        world.recording.collector = HistoryCollector()
+        world._stepper.warned.clear()
+        world.rng = np.random.default_rng(seed)
+        world._stepper.begin_to_collect()
+        return True
+
+    def _run_of(self, seed: int, following: Iterable[int]) -> int:
+        """Return which of the computed starts belongs to a seed."""
+        if seed not in self._runs:
+            seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
+            self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
+            self._runs = {each: run for run, each in enumerate(seeds)}
+        return self._runs[seed]
+
+
+def _without_numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    # Mappings are copied, because their owner may change them.
+    return {
+        name: dict(value) if isinstance(value, dict) else value
+        for name, value in parameters.items()
+        if name not in NUMBERS
+    }
+
+
+def _numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in parameters.items() if name in NUMBERS}
+
+
+def _trace(world: World) -> tuple[Any, ...]:
+    """Return what changes when something is added to a world, taken away from it or exchanged."""
+    groups = [(id(group), *map(id, group.rules), len(group), len(group.columns.arrays())) for group in world.groups]
+    recording = world.recording
+    extras = world._engine.extras, mesa_compat.has_events(world)
+    return groups, len(recording.callbacks), type(recording.collector), *extras
+
+
+def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two mappings hold the same settings, as far as that can be known."""
+    return one.keys() == other.keys() and all(_is_same(value, other[name]) for name, value in one.items())
+
+
+def _is_same(one: Any, other: Any) -> bool:
+    """Whether two settings are equal and will stay so."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, dict):
+        return _are_same(one, other)
+    if isinstance(one, (str, int, float)):
+        return bool(one == other)
+    # Policies and degrees of awareness that ship with this package are frozen; lists and arrays may change.
+    return one is other and type(one).__module__.startswith("teamsight.")
