@@ -15,8 +15,8 @@ from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import CompiledPolicy, check_memory
-from teamsight.policies.interface import Action, Percept, PerceptOfOne
-from teamsight.policies.sound import SOUND
+from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
@@ -110,7 +110,7 @@ class Group:
         """Make the buffers anew, as wide as the group is now, and remember this; see `first_memory`."""
         size = len(self.bodies)
         self.memory = memory
-        self.draws = int(getattr(self.policy, "draws", 0))
+        self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         lanes = -(-max(size, 1) // LANES) * LANES
         self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
@@ -268,12 +268,12 @@ class Group:
     @property
     def inputs(self) -> int:
         """The width of the situation vector that the policy reads; 0 for none."""
-        return int(getattr(self.policy, "inputs", 0) or 0)
+        return self.policy.inputs if isinstance(self.policy, Policy) else 0
 
     @property
     def is_sound(self) -> bool:
-        """Whether the policy's actions need no check: those of kernels that are known to be right."""
-        return self.is_compiled and type(self.policy).kernel in SOUND
+        """Whether the policy's actions need no check."""
+        return self.is_compiled and self.policy.is_sound
 
     def sightings(self, kind: str) -> NeighbourList:
         """Return who is truly within range: `targets` or `teammates`."""
@@ -313,7 +313,7 @@ def first_memory(policy: Any, size: int) -> Any:
     TypeError, ValueError
         If a policy with a kernel returns none that the kernel can read.
     """
-    memory = policy.start(size) if hasattr(policy, "start") else None
+    memory = policy.start(size) if isinstance(policy, Policy) else None
     if isinstance(policy, CompiledPolicy):
         check_memory(policy, memory, size)
     return memory

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, specialise
-from teamsight.policies.interface import Action, Floats, Integers, Percept, PolicyArrays, PolicyState
+from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
 
 class Decision(NamedTuple):
@@ -51,7 +51,7 @@ _ENTRIES: dict[Callable[..., Any], Entry] = {}
 before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] | None = None
 
 
-class CompiledPolicy(ABC):
+class CompiledPolicy(Policy):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
 
     A subclass gives `kernel` and, where it has them, `parameters`, `draws`, `knowledge` and `start`.
@@ -68,9 +68,9 @@ class CompiledPolicy(ABC):
     kernel: ClassVar[Callable[..., None]]
 
     @property
-    def draws(self) -> int:
-        """How many uniform random numbers each robot needs for a decision."""
-        return 0
+    def is_sound(self) -> bool:
+        """Whether the kernel's actions are valid for every percept, so that worlds need not check them."""
+        return False
 
     @property
     @abstractmethod
@@ -86,7 +86,7 @@ class CompiledPolicy(ABC):
         """Return what `size` robots remember before their first decision; by default nothing."""
         return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
 
-    def check_percept(self, percept: Percept) -> None:  # noqa: B027
+    def check_percept(self, percept: Percept) -> None:
         """Refuse a percept, given from Python, that the kernel cannot read; worlds give none such."""
 
     @classmethod

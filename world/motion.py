@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
-from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.arena import Arena, Box, Disc, Torus, kernel_period
 from teamsight.world.bodies import Bodies, Column
 
 
@@ -28,7 +28,7 @@ class Move(NamedTuple):
     arena_size : ndarray, shape (sizes,), float64
         The size of the arena, for its wall.
     period : ndarray, shape (2,), float64
-        The period of the arena along each axis; 0 where it has none.
+        The period of the arena, from `kernel_period`.
     box : ndarray, shape (2, 2), float64
         The lowest and the highest corner of the box around the arena.
     """
@@ -162,7 +162,7 @@ def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Pa
     distance : ndarray, shape (n,), float64
         How far each wants to go [length].
     """
-    period, box = np.array(arena.period, float), np.array(arena.bounds, float)
+    period, box = kernel_period(arena), np.array(arena.bounds, float)
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
         distance, bodies.arena_size, period, box,

@@ -207,7 +207,7 @@ class Engine:
     @property
     def extras(self) -> tuple[int, int, bool]:
         """What was asked for besides running: how many groups sense others, and what is recorded."""
-        return len(self._sensed), self._every, self.experience.is_on
+        return len(self._sensed), self._every, self.transitions.is_on
 
     def adapt(self) -> None:
         """Let the next step follow from another arena and other ranges, which were written into the arrays."""

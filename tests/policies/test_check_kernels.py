@@ -102,7 +102,7 @@ def _views(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 class Views(CompiledPolicy):
     kernel = _views
-    draws = 1  # type: ignore[assignment]
+    draws = 1
     parameters = ()
 
     def start(self, size: int) -> PolicyState:

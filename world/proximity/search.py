@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Record, kernel, plain
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
-from teamsight.world.arena import Arena
+from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
 from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
@@ -111,11 +111,12 @@ class Search:
         self.position, self.reach = position, reach
         self._lanes = np.full((2, -(-observed // _LANES) * _LANES), FAR_AWAY)
         self.x, self.y = self._lanes[:, :observed]
-        most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
+        most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
         size = len(position) * observed
         grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
         self.room = neighbour_room(len(position), first_room(len(position), observed))
-        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, arena.period[0], arena.period[1])
+        period = kernel_period(arena)
+        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1])
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
             Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
@@ -130,15 +131,15 @@ class Search:
         reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
         width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
-        wraps = arena.period[0] > 0
-        if wraps and min(columns, rows) < 3:
+        # Along an axis that repeats, fewer than three cells would be looked at twice.
+        if any(period > 0 and count < 3 for period, count in zip(arena.period, (columns, rows), strict=True)):
             return None
         return Grid(low[0], low[1], columns / side[0], rows / side[1], columns, rows)
 
     @property
     def has_cells(self) -> bool:
         """Whether bodies are sorted into cells, whose size depends on the ranges and on the arena."""
-        return self._cells is not None
+        return bool(self.record.value.grid.columns)
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
