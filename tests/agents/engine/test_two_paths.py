@@ -240,22 +240,13 @@ class Plain(Policy):
     """The same policy, as its NumPy side only."""
 
     def __init__(self, policy: Any) -> None:
-        self.policy = policy
-
-    @property
-    def draws(self) -> int:
-        return int(self.policy.draws)
-
-    @property
-    def inputs(self) -> int:
-        return int(self.policy.inputs)
+        self.policy, self.draws, self.inputs = policy, policy.draws, policy.inputs
 
     def start(self, size: int) -> Any:
         return self.policy.start(size)
 
-    def decide(self, percept: Any, state: Any, noise: Any) -> tuple[Action, Any]:
-        answer: tuple[Action, Any] = self.policy.decide(percept, state, noise)
-        return answer
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        return self.policy.decide(percept, state, noise)
 
 
 @pytest.mark.parametrize("policy", [p for p in POLICIES if not isinstance(p, Stationary)], ids=str)
