@@ -14,7 +14,7 @@ from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.resample import Block, Grid, blocks, make_grid
 from teamsight.analysis.delta.sector_occupancy import Bearings
-from teamsight.analysis.delta.trajectory_files import check_tracks, read_tracks
+from teamsight.analysis.delta.trajectory_files import check_trajectories, read_trajectories
 from teamsight.analysis.delta.trajectory_notes import notes
 from teamsight.analysis.delta.trajectory_trials import recordings, shorter_window, trials, window_frames
 from teamsight.analysis.stats import exceedance
@@ -25,7 +25,7 @@ from teamsight.world.proximity.search import proximity_graph
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
 
-__all__ = ["DeltaReport", "delta_from_tracks", "neighbours_over_time", "read_tracks"]
+__all__ = ["DeltaReport", "delta_from_trajectories", "neighbours_over_time", "read_trajectories"]
 
 #: Called with the frames done and the frames in all.
 Progress = Callable[[int, int], None]
@@ -51,7 +51,7 @@ class Neighbours(NamedTuple):
 
 
 def neighbours_over_time(
-    tracks: pd.DataFrame,
+    trajectories: pd.DataFrame,
     awareness_range: float,
     *,
     arena: Arena | None = None,
@@ -63,8 +63,8 @@ def neighbours_over_time(
 
     Parameters
     ----------
-    tracks : DataFrame
-        As `read_tracks` returns.
+    trajectories : DataFrame
+        As `read_trajectories` returns.
     awareness_range : float
         Within which distance two robots are neighbours [length].
     arena : Disc, Box or Torus, optional
@@ -89,12 +89,12 @@ def neighbours_over_time(
     awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
     if arena is not None:
         arena.check_reach(awareness_range)
-    grid = make_grid(tracks, step, max_gap)
+    grid = make_grid(trajectories, step, max_gap)
     every = max(1, grid.frames * grid.robots // _LOOKED_AT)
     if progress is not None:
         progress(0, grid.frames)
     counts, looks, square, moves = [], [], 0.0, 0
-    for block in blocks(tracks, grid, (0.0, 0.0) if arena is None else arena.period):
+    for block in blocks(trajectories, grid, (0.0, 0.0) if arena is None else arena.period):
         block = block._replace(position=_wrapped(block.position, arena))
         for frame in range(len(block.time)):
             position = block.position[frame]
@@ -110,14 +110,15 @@ def neighbours_over_time(
             progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
     table.insert(0, "time", grid.time())
-    name = tracks["run"].cat.categories.to_numpy()[grid.run] if "run" in tracks else np.arange(len(grid.run))
+    piece = np.arange(len(grid.run))
+    name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else piece
     table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
     return Neighbours(table, sector_occupancy.gather(looks), grid, grid.robots, awareness_range, move)
 
 
-def delta_from_tracks(
-    tracks: pd.DataFrame,
+def delta_from_trajectories(
+    trajectories: pd.DataFrame,
     awareness_range: float,
     *,
     risk: float = 0.01,
@@ -133,15 +134,15 @@ def delta_from_tracks(
 
     Parameters
     ----------
-    tracks : DataFrame
-        As `read_tracks` returns; any other is checked in the same way first.
+    trajectories : DataFrame
+        As `read_trajectories` returns; any other is checked in the same way first.
     awareness_range : float
         Within which distance two robots are neighbours [length].
     risk : float
         Accepted probability that in a window any robot has more than δ neighbours; between 0 and 1.
     window : float, optional
         Length of the stretch of time that the risk is for [time]. When not given: the whole recording where the record
-        holds at least ten alike, otherwise a twentieth of the record; see `track_trials.window_frames`.
+        holds at least ten alike, otherwise a twentieth of the record; see `trajectory_trials.window_frames`.
     arena : Disc, Box or Torus, optional
         Distances wrap on a torus; a disc allows the closed form; without one there is no prediction.
     step, max_gap : float, optional
@@ -173,8 +174,10 @@ def delta_from_tracks(
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
-    tracks = check_tracks(tracks)
-    found = neighbours_over_time(tracks, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress)
+    trajectories = check_trajectories(trajectories)
+    found = neighbours_over_time(
+        trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress
+    )
     grid = found.grid
     tried = trials(found.over_time, grid, window_frames(grid, window))
     shorter = None
@@ -190,8 +193,8 @@ def delta_from_tracks(
         independent=tried.independent,
         largest=int(found.over_time["max_degree"].max()),
         prediction=_predict(found, tried.frames, arena),
-        source="tracks",
-        subject=subject or _describe(tracks, found),
+        source="trajectories",
+        subject=subject or _describe(trajectories, found),
         awareness_range=found.awareness_range,
         length=tried.frames * grid.step,
         unit="time units",
@@ -210,11 +213,11 @@ def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction 
     return closed_form.predict(found.robots, arena.radius, steps=length, awareness_range=reach, speed=found.move)
 
 
-def _describe(tracks: pd.DataFrame, found: Neighbours) -> str:
+def _describe(trajectories: pd.DataFrame, found: Neighbours) -> str:
     span = float(np.sum((found.grid.length - 1) * found.grid.step))
     kind, size = recordings(found.grid)
     parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
-    return f"{found.robots:,} recorded robots, {len(tracks):,} positions over {span:g}{parts}"
+    return f"{found.robots:,} recorded robots, {len(trajectories):,} positions over {span:g}{parts}"
 
 
 def _wrapping(arena: Arena | None) -> Arena | None:

@@ -10,7 +10,7 @@ import pandas as pd
 from teamsight.analysis.delta.advice import advice, trials_phrase
 
 if TYPE_CHECKING:
-    from teamsight.analysis.delta.report import DeltaReport
+    from teamsight.analysis.delta.estimate import DeltaEstimate
 
 _MOST_ROWS = 14
 
@@ -23,7 +23,7 @@ class Section(NamedTuple):
     rows: list[list[str]]
 
 
-def sentences(report: DeltaReport) -> list[str]:
+def sentences(report: DeltaEstimate) -> list[str]:
     """Return what the report says, plainest first."""
     said = [
         f"δ = {report.delta} (point estimate): in no more than a share of {report.risk:g} of the trials, "
@@ -44,7 +44,7 @@ def sentences(report: DeltaReport) -> list[str]:
     return said + list(report.notes)
 
 
-def trial_phrase(report: DeltaReport) -> str:
+def trial_phrase(report: DeltaEstimate) -> str:
     """Return what one trial is."""
     if report.source == "simulation":
         return f"a run of {report.length:g} steps"
@@ -53,7 +53,7 @@ def trial_phrase(report: DeltaReport) -> str:
     return f"a whole {report.trial} (of about {report.length:g})"
 
 
-def _about_the_ring(report: DeltaReport) -> list[str]:
+def _about_the_ring(report: DeltaEstimate) -> list[str]:
     if report.largest == 0:
         return ["No robot ever had a neighbour: NoAwareness() shows all there is."]
     said = []
@@ -72,12 +72,12 @@ def _about_the_ring(report: DeltaReport) -> list[str]:
     return said
 
 
-def sections(report: DeltaReport) -> list[Section]:
+def sections(report: DeltaEstimate) -> list[Section]:
     """Return the tables that are worth reading, cut to the rows that matter."""
     return [_curve(report), _ring(report), _cost(report)]
 
 
-def _curve(report: DeltaReport) -> Section:
+def _curve(report: DeltaEstimate) -> Section:
     table = report.exceedance
     first = int((table["probability"] >= 1).sum())
     last = max(report.largest, report.delta_safe if report.supported else 0, report.predicted_delta or 0)
@@ -94,7 +94,7 @@ def _curve(report: DeltaReport) -> Section:
     return Section("How often δ is exceeded", columns, rows)
 
 
-def _ring(report: DeltaReport) -> Section:
+def _ring(report: DeltaEstimate) -> Section:
     columns, tables = ["neighbours", "samples"], list[list[Any]]()
     for sectors, table in report.ring.groupby("sectors"):
         columns += [f"{sectors} sectors: formula", "measured"]
@@ -108,7 +108,7 @@ def _ring(report: DeltaReport) -> Section:
     return Section("How many neighbours a ring shows, on average", columns, _thinned(rows))
 
 
-def _cost(report: DeltaReport) -> Section:
+def _cost(report: DeltaEstimate) -> Section:
     columns = ["degree", "", "inputs", "own", "added", "log10 of 2^d", f"added for {report.robots - 1} teammates"]
     rows = []
     for row in _rows(report.cost):
@@ -136,7 +136,7 @@ def _share(value: float) -> str:
     return f"{value:.4f}" if value >= 5e-5 or value == 0 else f"{value:.0e}"
 
 
-def markdown(report: DeltaReport) -> str:
+def markdown(report: DeltaEstimate) -> str:
     """Return the report as Markdown."""
     lines = [f"# δ for {report.subject}", "", *(f"- {sentence}" for sentence in sentences(report))]
     for title, columns, rows in sections(report):
@@ -149,7 +149,7 @@ def _line(cells: list[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def rich_parts(report: DeltaReport) -> Iterator[Any]:
+def rich_parts(report: DeltaEstimate) -> Iterator[Any]:
     """Yield what rich prints of the report."""
     from rich.table import Table
     from rich.text import Text

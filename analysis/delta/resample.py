@@ -75,7 +75,7 @@ class Grid(NamedTuple):
         return first[np.flatnonzero(np.diff(self.run, prepend=-1))] if run else first
 
 
-class Track(NamedTuple):
+class Trajectory(NamedTuple):
     """The samples of one robot in the order of time: arrays of one length."""
 
     time: Floats
@@ -93,27 +93,27 @@ class Block(NamedTuple):
     position: Floats
 
 
-def _codes(tracks: pd.DataFrame) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _codes(trajectories: pd.DataFrame) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the number of the run and of the robot in each row."""
-    robot = np.asarray(tracks["robot"].cat.codes, np.int64)
-    run = np.asarray(tracks["run"].cat.codes, np.int64) if "run" in tracks else np.zeros_like(robot)
+    robot = np.asarray(trajectories["robot"].cat.codes, np.int64)
+    run = np.asarray(trajectories["run"].cat.codes, np.int64) if "run" in trajectories else np.zeros_like(robot)
     return run, robot
 
 
-def track_starts(tracks: pd.DataFrame) -> NDArray[np.int64]:
-    """Return the row where each track starts, one for each robot of each run, and the number of rows."""
-    run, robot = _codes(tracks)
+def trajectory_starts(trajectories: pd.DataFrame) -> NDArray[np.int64]:
+    """Return the row where each trajectory starts, one for each robot of each run, and the number of rows."""
+    run, robot = _codes(trajectories)
     change = np.flatnonzero((np.diff(robot) != 0) | (np.diff(run) != 0)) + 1
     return np.concatenate([[0], change, [len(robot)]]).astype(np.int64)
 
 
-def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | None = None) -> Grid:
+def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: float | None = None) -> Grid:
     """Return the grid of times for a record.
 
     Parameters
     ----------
-    tracks : DataFrame
-        As `read_tracks` returns.
+    trajectories : DataFrame
+        As `read_trajectories` returns.
     step : float, optional
         Time between frames; the median interval between a robot's successive samples when not given.
     max_gap : float, optional
@@ -126,20 +126,20 @@ def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | 
         If no robot has two samples in a run, no two robots have samples in one piece, or the record would make more
         than ten million frames.
     """
-    time = tracks["time"].to_numpy()
+    time = trajectories["time"].to_numpy()
     own = np.ones(len(time) - 1, dtype=bool)
-    own[track_starts(tracks)[1:-1] - 1] = False  # from one track's last sample to the next one's first
+    own[trajectory_starts(trajectories)[1:-1] - 1] = False  # from one trajectory's last sample to the next one's first
     interval = np.diff(time)[own]
     if not len(interval):
-        raise ValueError("tracks: every robot has a single sample; motion needs at least 2 of one robot in a run")
+        raise ValueError("trajectories: every robot has a single sample; motion needs at least 2 of one robot in a run")
     median = float(np.median(interval))
     step = median if step is None else checks.number("step", step, above=0.0)
     gap = max(_BRIDGED * median, step) if max_gap is None else checks.number("max_gap", max_gap, above=0.0)
-    start, end, run, gaps, robots = _pieces(tracks, gap)
+    start, end, run, gaps, robots = _pieces(trajectories, gap)
     if robots < 2:
         raise ValueError(
-            f"tracks: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs 2 robots "
-            "at one time: give a longer max_gap, or look for robots that are divided by the column run"
+            f"trajectories: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs "
+            "2 robots at one time: give a longer max_gap, or look for robots that are divided by the column run"
         )
     with np.errstate(over="ignore"):
         steps, span = (end - start) / step, float(np.sum(end - start))
@@ -151,11 +151,11 @@ def make_grid(tracks: pd.DataFrame, step: float | None = None, max_gap: float | 
     return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots)
 
 
-def _pieces(tracks: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:
+def _pieces(trajectories: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:
     """Return start, end and run of each piece of a record, the gaps within runs, and the most robots in a piece."""
-    run, robot = _codes(tracks)
-    order = np.lexsort((tracks["time"], run))
-    time, run, robot = tracks["time"].to_numpy()[order], run[order], robot[order]
+    run, robot = _codes(trajectories)
+    order = np.lexsort((trajectories["time"], run))
+    time, run, robot = trajectories["time"].to_numpy()[order], run[order], robot[order]
     wait = np.diff(time)
     # Times in seconds since 1970 have been rounded.
     waits = wait > max_gap * (1 + 1e-9) + 16 * np.spacing(np.abs(time[1:]))
@@ -169,41 +169,41 @@ def _pieces(tracks: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArr
     return time[first], time[last], run[first], wait[waits & ~runs], int(np.bincount(met).max())
 
 
-def blocks(tracks: pd.DataFrame, grid: Grid, period: tuple[float, float] = (0.0, 0.0)) -> Iterator[Block]:
+def blocks(trajectories: pd.DataFrame, grid: Grid, period: tuple[float, float] = (0.0, 0.0)) -> Iterator[Block]:
     """Yield all frames in blocks that fit in memory, none of which reaches over a gap.
 
     Parameters
     ----------
-    tracks : DataFrame
-        As `read_tracks` returns.
+    trajectories : DataFrame
+        As `read_trajectories` returns.
     grid : Grid
         When the frames are.
     period : (float, float)
         Distances after which the arena repeats along x and y, 0 where it does not: the line between two samples is the
         shortest way.
     """
-    columns = [tracks[column].to_numpy() for column in ("time", "x", "y")]
-    starts = track_starts(tracks)
-    runs = _codes(tracks)[0][starts[:-1]]
+    columns = [trajectories[column].to_numpy() for column in ("time", "x", "y")]
+    starts = trajectory_starts(trajectories)
+    runs = _codes(trajectories)[0][starts[:-1]]
     number = 0
     for run in np.unique(runs):
         bounds = pairwise(starts[np.searchsorted(runs, run) : np.searchsorted(runs, run, side="right") + 1].tolist())
-        robots = [Track(*(values[start:end] for values in columns)) for start, end in bounds]
+        robots = [Trajectory(*(values[start:end] for values in columns)) for start, end in bounds]
         size = max(1, _BLOCK // len(robots))
         for piece in range(*np.searchsorted(grid.run, [run, run + 1]).tolist()):
             for first in range(0, int(grid.length[piece]), size):
                 frames = np.arange(first, min(first + size, int(grid.length[piece])), dtype=np.float64)
                 time = grid.start[piece] + grid.step * frames
                 position = np.empty((len(time), len(robots), 2))
-                for column, track in enumerate(robots):
-                    position[:, column] = _places(track, time, grid, period)
+                for column, trajectory in enumerate(robots):
+                    position[:, column] = _places(trajectory, time, grid, period)
                 yield Block(number, time, position)
                 number += len(time)
 
 
-def _places(track: Track, at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
+def _places(trajectory: Trajectory, at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
     """Return one robot's places at the times `at`, NaN where it is absent; shape (len(at), 2)."""
-    time = track.time
+    time = trajectory.time
     same = _SAME * grid.step
     before = np.searchsorted(time, at + same, side="right") - 1
     after = np.minimum(before + 1, len(time) - 1)
@@ -216,7 +216,7 @@ def _places(track: Track, at: Floats, grid: Grid, period: tuple[float, float]) -
     share[exact] = 0.0
     present = (before >= 0) & (exact | ((gap > 0) & (gap <= grid.max_gap * (1 + 1e-9))))
     place = np.empty((len(at), 2))
-    for axis, values in enumerate((track.x, track.y)):
+    for axis, values in enumerate((trajectory.x, trajectory.y)):
         way = values[after] - values[start]
         if period[axis] > 0:
             way -= period[axis] * np.rint(way / period[axis])

@@ -24,7 +24,9 @@ _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 _NAMES = 100_000
 
 
-def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None) -> pd.DataFrame:
+def read_trajectories(
+    path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None
+) -> pd.DataFrame:
     """Read the recorded positions of a team.
 
     Parameters
@@ -54,7 +56,7 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: P
     -----
     Runs and robots may be interleaved in any way, but the times of each robot must increase from row to row within a
     run. A robot that goes back in time usually means a clock that was set, two robots under one name, or a new
-    recording; sorting would silently weave two tracks into one, so it happens on request only.
+    recording; sorting would silently weave two trajectories into one, so it happens on request only.
     """
     place = Path(path)
     name = place.name.lower()
@@ -67,7 +69,7 @@ def read_tracks(path: str | os.PathLike[str], *, sort: bool = False, progress: P
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
     _tell(progress, 1)
-    checked = check_tracks(table, sort=sort, name=str(place))
+    checked = check_trajectories(table, sort=sort, name=str(place))
     _tell(progress, 2)
     return checked
 
@@ -162,24 +164,24 @@ def _near(column: str, spare: list[str]) -> str | None:
     return next(iter(difflib.get_close_matches(column, spare, n=1, cutoff=0.6)), None)
 
 
-def check_tracks(tracks: pd.DataFrame, *, sort: bool = False, name: str = "tracks") -> pd.DataFrame:
-    """Return recorded positions in the form of `read_tracks`, after the same checks.
+def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: str = "trajectories") -> pd.DataFrame:
+    """Return recorded positions in the form of `read_trajectories`, after the same checks.
 
     Parameters
     ----------
-    tracks : DataFrame
+    trajectories : DataFrame
         Columns time, robot, x, y, and run if there are several.
     sort : bool
         Sort the rows of each robot of a run by time instead of refusing those that go back in time.
     name : str
         What errors call the record.
     """
-    _check_columns(list(tracks.columns), name)
-    if not len(tracks):
+    _check_columns(list(trajectories.columns), name)
+    if not len(trajectories):
         raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
-    robot = _names(tracks["robot"], name)
-    run = _names(tracks[RUN], name) if RUN in tracks else _one_run(len(tracks))
-    columns = {column: _numbers(tracks[column], name) for column in _NUMBERS}
+    robot = _names(trajectories["robot"], name)
+    run = _names(trajectories[RUN], name) if RUN in trajectories else _one_run(len(trajectories))
+    columns = {column: _numbers(trajectories[column], name) for column in _NUMBERS}
     order = _order(run.codes, robot.codes, columns["time"], sort)
     if order is not None:
         run, robot = run[order], robot[order]
@@ -188,7 +190,7 @@ def check_tracks(tracks: pd.DataFrame, *, sort: bool = False, name: str = "track
     if len(robot.categories) == 1:
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
-    return pd.DataFrame(checked | ({RUN: run} if RUN in tracks else {}), copy=False)
+    return pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
 
 
 def _one_run(size: int) -> pd.Categorical:
@@ -280,6 +282,6 @@ def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, order: A
     back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
     cure = (
         "look for a clock that was set, two robots under one name or a new recording (give it a number in a column "
-        "run), or else sort: --sort, read_tracks(…, sort=True)"
+        "run), or else sort: --sort, read_trajectories(…, sort=True)"
     )
     raise ValueError(f"{name}: {who} {back}; {cure}")

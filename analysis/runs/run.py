@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teamsight.analysis.runs.checkpoint import JSON, Codec
 from teamsight.analysis.runs.seeds import canonical
+from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.agents.reused_worlds import ReusedWorlds
 
 #: Advances a world by a number of steps and returns the result; a function of a module, so that workers find it.
 Measure = Callable[["World", int], Any]
@@ -111,14 +113,15 @@ class Run:
         """
         robots, targets = (int(self.parameters.get(name, 15)) for name in ("robots", "targets"))
         world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
-        effort = getattr(self.parameters.get("policy"), "effort", 0.0)
+        policy = self.parameters.get("policy")
+        effort = policy.effort if isinstance(policy, Policy) else 0
         return world + self.steps * robots * effort * _COMPARISON
 
     def shortest(self) -> Run:
         """Return the run with a single step, which compiles everything that the run needs."""
         return replace(self, steps=1)
 
-    def make(self, worlds: Worlds) -> Any:
+    def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
         return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
 
@@ -130,25 +133,6 @@ class Run:
             for name, text in texts.items()
         )
         return f"the run {named}steps={self.steps}, rng={self.seed}"
-
-
-class Worlds:
-    """The worlds of one process, of which one at a time is open."""
-
-    def __init__(self) -> None:
-        self._open: World | None = None
-
-    def begin(self, model: Model, parameters: Mapping[str, Any], seed: int) -> World:
-        """Return a world before its first step; it is valid until the next one is begun."""
-        self.close()
-        self._open = model(**parameters, rng=seed)
-        return self._open
-
-    def close(self) -> None:
-        """Close the world that is open. Idempotent."""
-        if self._open is not None:
-            self._open.close()
-            self._open = None
 
 
 def _name(function: object) -> str:

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
-from teamsight.analysis.runs.run import Worlds
+from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.workers import JobError, WorkerPool, emit
 
+if TYPE_CHECKING:
+    from teamsight.agents.reused_worlds import ReusedWorlds
+
 #: Modules that a worker imports before its first job.
-IMPORTS = ("teamsight.agents.cmommt",)
+IMPORTS = ("teamsight.agents.reused_worlds",)
 # Cost of a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
 _CHUNK = 200_000.0
 # Chunks for each worker of a small batch, so that all of them take part and end together.
@@ -47,7 +50,7 @@ class Job(Protocol):
     def shortest(self) -> Job | None:
         """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""
 
-    def make(self, worlds: Worlds) -> Any:
+    def make(self, worlds: ReusedWorlds) -> Any:
         """Do the work in this process and return the result."""
 
     def describe(self) -> str:
@@ -140,12 +143,16 @@ def _compile(jobs: Sequence[Job]) -> None:
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:
-    worlds = Worlds()
+    # Slow to import: only where worlds are made.
+    from teamsight.agents.reused_worlds import ReusedWorlds
+
+    worlds = ReusedWorlds()
+    worlds.expect((job.parameters, job.seed) for job in jobs if isinstance(job, Run))
     with contextlib.closing(worlds), _announcing():
         return [_make_one(job, worlds) for job in jobs]
 
 
-def _make_one(job: Job, worlds: Worlds) -> Any:
+def _make_one(job: Job, worlds: ReusedWorlds) -> Any:
     try:
         return job.make(worlds)
     except Exception as error:

@@ -55,6 +55,7 @@ class Evolved(CompiledPolicy):
     constants: tuple[float, ...] = ()
 
     kernel = decide
+    draws = 2
     needs = ("teammates",)
 
     def __post_init__(self) -> None:
@@ -69,10 +70,6 @@ class Evolved(CompiledPolicy):
         if self.constants == shipped():
             return "Evolved()"
         return f"Evolved(<{hashlib.blake2b(np.array(self.constants).tobytes(), digest_size=4).hexdigest()}>)"
-
-    @property
-    def draws(self) -> int:
-        return 2
 
     @property
     def parameters(self) -> tuple[float, ...]:

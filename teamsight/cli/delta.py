@@ -121,15 +121,15 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
 
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
-    from teamsight.analysis.delta.from_trajectories import delta_from_tracks, read_tracks
+    from teamsight.analysis.delta.from_trajectories import delta_from_trajectories, read_trajectories
     from teamsight.cli.show import watching
 
     assert settings.trajectories is not None
     with watching() as watch:
-        trajectories = read_tracks(
+        trajectories = read_trajectories(
             settings.trajectories, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
         )
-        return delta_from_tracks(
+        return delta_from_trajectories(
             trajectories,
             settings.awareness_range,
             risk=settings.risk,

@@ -28,9 +28,9 @@ def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]
     model = CMOMMT(robots=_ROBOTS, targets=_TARGETS, radius=_RADIUS, **walk.parameters(conditions.setting), rng=seed)
     try:
         # As in the paper's picture three robots shall sense each other: take the first time at which they do.
-        while model.tick < conditions.steps and not _has_triangle(model.proximity.start, model.proximity.identity):
+        while model.tick < conditions.steps and not _has_triangle(model.neighbours.start, model.neighbours.identity):
             model.run(1)
-        start, index = model.proximity.start, model.proximity.identity
+        start, index = model.neighbours.start, model.neighbours.identity
         links = pd.DataFrame({"robot": np.repeat(np.arange(_ROBOTS), np.diff(start)), "senses": index})
         robots = pd.DataFrame(
             {

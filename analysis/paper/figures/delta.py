@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain
 from teamsight.analysis.stats.paired import CELL, cell_means
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
 
 _EXPERIMENTS = {"none": "delta-none", "ring": "delta-ring", "pairwise": "delta-pairwise"}
 _LABELS = {
-    "none": "NoAwareness, Θ(0): no teammate is perceived",
-    "ring": "RingAwareness, Θ(1): the nearest in each of δ sectors",
-    "pairwise": "PairwiseAwareness, Θ(N): every teammate's offset",
+    name: f"{degree.__name__}, {degree.order}: {degree.shows}"
+    for name, degree in AWARENESS.items()
+    if name in _EXPERIMENTS
 }
 _COLUMNS = 3
 

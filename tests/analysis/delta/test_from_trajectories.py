@@ -17,7 +17,7 @@ from teamsight.world.arena import Disc, Torus
 GOOD = "time,robot,x,y\n0,a,0,0\n1,a,1,0\n0,b,0,1\n1,b,1,1\n"
 
 
-def _write(folder: Path, text: str, name: str = "tracks.csv") -> Path:
+def _write(folder: Path, text: str, name: str = "trajectories.csv") -> Path:
     path = folder / name
     path.write_text(text)
     return path
@@ -42,7 +42,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
     else:
         given.to_parquet(path, index=False)
     seen: list[tuple[int, int]] = []
-    found = from_trajectories.read_tracks(path, progress=lambda done, total: seen.append((done, total)))
+    found = from_trajectories.read_trajectories(path, progress=lambda done, total: seen.append((done, total)))
     assert list(found.columns) == ["time", "robot", "x", "y"]
     assert seen == [(0, 2), (1, 2), (2, 2)]
     plain = found.assign(robot=found["robot"].astype(str)).sort_values(["robot", "time"], ignore_index=True)
@@ -53,7 +53,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"tracks\.csv: not a readable CSV file \(the file is empty\)"),
+        ("", r"trajectories\.csv: not a readable CSV file \(the file is empty\)"),
         ("time,robot,x,y\n", "no rows"),
         ("time,robot_id,x,y\n0,1,0,0\n", "no column 'robot'; found time, robot_id, x, y; rename 'robot_id' to 'robot'"),
         ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),
@@ -90,36 +90,36 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
 )
 def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message) as error:
-        from_trajectories.read_tracks(_write(tmp_path, text))
+        from_trajectories.read_trajectories(_write(tmp_path, text))
     assert "\n" not in str(error.value)
-    assert "tracks.csv" in str(error.value)
+    assert "trajectories.csv" in str(error.value)
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"none\.csv: cannot be read \(.*\); check the path"):
-        from_trajectories.read_tracks(tmp_path / "none.csv")
+        from_trajectories.read_trajectories(tmp_path / "none.csv")
     with pytest.raises(ValueError, match=r"unknown kind of file '.xlsx'; known are .csv"):
-        from_trajectories.read_tracks(tmp_path / "t.xlsx")
+        from_trajectories.read_trajectories(tmp_path / "t.xlsx")
     with pytest.raises(ValueError, match="not a readable Parquet file"):
-        from_trajectories.read_tracks(_write(tmp_path, "no parquet", "t.parquet"))
+        from_trajectories.read_trajectories(_write(tmp_path, "no parquet", "t.parquet"))
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(ValueError, match="cannot be read"):
-        from_trajectories.read_tracks(tmp_path / "folder.csv")
+        from_trajectories.read_trajectories(tmp_path / "folder.csv")
 
 
 def test_sorting_on_request(tmp_path: Path) -> None:
     path = _write(tmp_path, GOOD + "0.5,b,5,5\n")
-    assert from_trajectories.read_tracks(path, sort=True)["time"].tolist() == [0, 1, 0, 0.5, 1]
+    assert from_trajectories.read_trajectories(path, sort=True)["time"].tolist() == [0, 1, 0, 0.5, 1]
     with pytest.raises(ValueError, match="twice at time 1, in rows 2 and 5"):
-        from_trajectories.read_tracks(_write(tmp_path, GOOD + "1,a,5,5\n"), sort=True)
+        from_trajectories.read_trajectories(_write(tmp_path, GOOD + "1,a,5,5\n"), sort=True)
 
 
 def test_a_data_frame_is_checked_too() -> None:
     record = _walk(3, 5, np.random.default_rng())
     with pytest.raises(ValueError, match="no column 'x'"):
-        from_trajectories.delta_from_tracks(record.drop(columns="x"), 1.0)
+        from_trajectories.delta_from_trajectories(record.drop(columns="x"), 1.0)
     with pytest.raises(ValueError, match="x='far' in row 2"):
-        from_trajectories.delta_from_tracks(record.assign(x=["0", "far", *["1"] * 13]), 1.0)
+        from_trajectories.delta_from_trajectories(record.assign(x=["0", "far", *["1"] * 13]), 1.0)
 
 
 @given(
@@ -137,7 +137,7 @@ def test_frames_are_what_a_search_by_hand_finds(
     time = np.sort(rng.uniform(0, 10, (runs, 2, samples)), axis=2)
     run, robot, _ = np.mgrid[:runs, :2, :samples]
     flat = {"time": time, "robot": robot, "x": 2 * time + run, "y": np.ones_like(time), "run": run}
-    record = from_trajectories.check_tracks(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
+    record = from_trajectories.check_trajectories(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
     pieces = _pieces(time, max_gap)
     if max(len({who for _, who in piece}) for piece in pieces) < 2:
         with pytest.raises(
@@ -160,7 +160,7 @@ def test_frames_are_what_a_search_by_hand_finds(
         for who in range(2):
             earlier, later = own[who][own[who] <= at], own[who][own[who] >= at]
             if len(earlier) and len(later) and later[0] - earlier[-1] <= max_gap:
-                assert found[frame, who] == pytest.approx([2 * at + number, 1.0])  # a straight track: x = 2t
+                assert found[frame, who] == pytest.approx([2 * at + number, 1.0])  # a straight trajectory: x = 2t
             elif not len(earlier) or not len(later) or later[0] - earlier[-1] > max_gap * 1.001:
                 near = np.abs(own[who] - at).min() <= step * 1e-5
                 assert near or np.isnan(found[frame, who]).all()
@@ -189,7 +189,7 @@ def test_a_long_gap_is_absence_and_a_short_one_a_line() -> None:
             "y": 0.0,
         }
     )
-    record = from_trajectories.check_tracks(record)
+    record = from_trajectories.check_trajectories(record)
     grid = resample.make_grid(record, 1.0, 5.0)
     assert (grid.step, grid.max_gap, grid.frames) == (1.0, 5.0, 14)
     (block,) = resample.blocks(record, grid)
@@ -206,7 +206,7 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
     record = pd.DataFrame(
         {"time": [0.0, 1, 2, 12, 13, 0, 13], "robot": list("aaaaabb"), "x": [0.0, 1, 2, 12, 13, 5, 5], "y": 0.0}
     )
-    grid = resample.make_grid(from_trajectories.check_tracks(record))
+    grid = resample.make_grid(from_trajectories.check_trajectories(record))
     assert (grid.step, grid.max_gap, grid.robots) == (1.0, 5.0, 2)
     assert grid.time().tolist() == [0, 1, 2, 12, 13]
     assert grid.gaps.tolist() == [10.0]
@@ -214,13 +214,13 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
 
 def test_on_a_torus_the_line_goes_over_the_edge() -> None:
     record = pd.DataFrame({"time": [0.0, 2, 0, 1, 2], "robot": list("aabbb"), "x": [4.5, -4.5, 4.6, 5, 4.6], "y": 0.0})
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_tracks(record), 0.5, arena=Torus(10, 10), step=1.0)
+    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0)
     assert found.over_time["max_degree"].tolist() == [1, 1, 0]
 
 
 def test_degrees_are_those_of_each_frame() -> None:
     record = _walk(20, 30, np.random.default_rng())
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_tracks(record), 1.0)
+    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 1.0)
     for row, (_, frame) in zip(found.over_time.itertuples(), record.groupby("time"), strict=True):
         tree = cKDTree(frame[["x", "y"]])
         degree = tree.query_ball_point(frame[["x", "y"]], 1.0, return_length=True) - 1
@@ -231,7 +231,7 @@ def test_degrees_are_those_of_each_frame() -> None:
 def test_report_from_tracks(tmp_path: Path) -> None:
     record = _walk(12, 4000, np.random.default_rng())
     seen: list[tuple[int, int]] = []
-    report = from_trajectories.delta_from_tracks(
+    report = from_trajectories.delta_from_trajectories(
         record, 1.0, risk=0.2, window=10.0, progress=lambda done, total: seen.append((done, total))
     )
     degree = report.over_time["max_degree"].to_numpy()
@@ -252,8 +252,8 @@ def test_report_from_tracks(tmp_path: Path) -> None:
 
 def test_dependent_windows_count_for_less() -> None:
     slow = _walk(6, 2000, np.random.default_rng(), side=8.0)
-    apart = from_trajectories.delta_from_tracks(slow, 1.0, window=200.0)
-    near = from_trajectories.delta_from_tracks(slow, 1.0, window=2.0)
+    apart = from_trajectories.delta_from_trajectories(slow, 1.0, window=200.0)
+    near = from_trajectories.delta_from_trajectories(slow, 1.0, window=2.0)
     assert near.trials == 1000
     assert near.independent < 500
     assert apart.trials == 10
@@ -262,7 +262,7 @@ def test_dependent_windows_count_for_less() -> None:
 def test_windows_with_few_robots_are_left_out() -> None:
     record = _walk(10, 100, np.random.default_rng())
     late = record[(record["time"] >= 20) | (record["robot"] < 3)]
-    report = from_trajectories.delta_from_tracks(late, 1.0, window=10.0)
+    report = from_trajectories.delta_from_trajectories(late, 1.0, window=10.0)
     assert report.maxima["window"].tolist() == list(range(2, 10))
     assert "2 windows with few robots present are left out" in report.to_markdown()
 
@@ -270,7 +270,7 @@ def test_windows_with_few_robots_are_left_out() -> None:
 def test_robots_that_never_move_are_one_trial() -> None:
     still = _walk(6, 1, np.random.default_rng())
     record = pd.concat([still.assign(time=float(time)) for time in range(100)])
-    report = from_trajectories.delta_from_tracks(record, 2.0, risk=0.5)
+    report = from_trajectories.delta_from_trajectories(record, 2.0, risk=0.5)
     assert report.independent == 1.0
     assert not report.supported
     assert report.delta_safe == 5
@@ -279,7 +279,7 @@ def test_robots_that_never_move_are_one_trial() -> None:
 
 
 def test_a_disc_allows_the_closed_form() -> None:
-    report = from_trajectories.delta_from_tracks(_walk(12, 100, np.random.default_rng()), 1.0, arena=Disc(3.0))
+    report = from_trajectories.delta_from_trajectories(_walk(12, 100, np.random.default_rng()), 1.0, arena=Disc(3.0))
     assert report.prediction is not None
     assert len(report.prediction.at_least) == 12
 
@@ -299,10 +299,10 @@ def test_a_disc_allows_the_closed_form() -> None:
 def test_bad_numbers_are_named(given: dict[str, float], message: str) -> None:
     record = _walk(3, 20, np.random.default_rng())
     with pytest.raises(ValueError, match=message):
-        from_trajectories.delta_from_tracks(record, **({"awareness_range": 1.0} | given))
+        from_trajectories.delta_from_trajectories(record, **({"awareness_range": 1.0} | given))
 
 
 def test_single_samples_make_no_grid() -> None:
     record = pd.DataFrame({"time": [0.0, 1.0], "robot": [1, 2], "x": 0.0, "y": 0.0})
     with pytest.raises(ValueError, match="every robot has a single sample"):
-        from_trajectories.delta_from_tracks(record, 1.0)
+        from_trajectories.delta_from_trajectories(record, 1.0)

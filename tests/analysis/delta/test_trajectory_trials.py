@@ -68,7 +68,7 @@ def restarted(record: pd.DataFrame) -> pd.DataFrame:
 def test_the_stated_risk_is_the_share_of_recordings(form: Any, window: float | None) -> None:
     seed = seed_of()
     record, truth = recorded(seed)
-    report = from_trajectories.delta_from_tracks(form(record), 1.0, risk=0.1, window=window, max_gap=5.0)
+    report = from_trajectories.delta_from_trajectories(form(record), 1.0, risk=0.1, window=window, max_gap=5.0)
     assert report.trials == 208, seed
     assert report.maxima["max_neighbours"].tolist() == truth.tolist(), seed
     shares = [(truth > delta).mean() for delta in range(5)]
@@ -81,7 +81,7 @@ def test_the_stated_risk_is_the_share_of_recordings(form: Any, window: float | N
 
 def test_without_a_column_of_runs_gaps_divide_and_the_report_says_so() -> None:
     record, _ = recorded(1, count=30)
-    report = from_trajectories.delta_from_tracks(without_runs(record), 1.0, risk=0.5)
+    report = from_trajectories.delta_from_trajectories(without_runs(record), 1.0, risk=0.5)
     text = report.to_markdown()
     assert "29 gaps of 7 in which no robot has a sample divide the record into 30 pieces of 14" in text
     assert "Each piece is one trial" in text
@@ -97,9 +97,9 @@ def test_runs_have_names_and_need_no_order(tmp_path: Path) -> None:
     mixed.to_csv(tmp_path / "t.csv", index=False)
     mixed.to_parquet(tmp_path / "t.parquet")
     for file in ("t.csv", "t.parquet"):
-        found = from_trajectories.read_tracks(tmp_path / file)
+        found = from_trajectories.read_trajectories(tmp_path / file)
         assert list(found.columns) == ["time", "robot", "x", "y", "run"]
-        report = from_trajectories.delta_from_tracks(found, 1.0, risk=0.5)
+        report = from_trajectories.delta_from_trajectories(found, 1.0, risk=0.5)
         assert report.maxima["run"].tolist() == names.tolist()
         assert report.maxima["max_neighbours"].tolist() == truth.tolist()
         assert "The record holds 12 runs of 14." in report.notes
@@ -111,7 +111,7 @@ def test_nothing_is_interpolated_from_one_run_to_the_next() -> None:
     # One clock without a pause: the second run begins a step after the first has ended, elsewhere.
     rows = [(run, 3 * run + t, robot, 100 * run + robot, 0) for run in range(2) for t in range(3) for robot in range(2)]
     record = pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"])
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_tracks(record), 1.5, step=0.5)
+    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 1.5, step=0.5)
     assert found.over_time["time"].tolist() == [0, 0.5, 1, 1.5, 2, 3, 3.5, 4, 4.5, 5]
     assert found.over_time["run"].tolist() == [0] * 5 + [1] * 5
     assert found.over_time["max_degree"].tolist() == [1] * 10
@@ -122,11 +122,11 @@ def test_a_gap_within_a_run_holds_no_frames_but_the_run_is_one_trial() -> None:
     record, truth = recorded(3, count=12, samples=40)
     within = record["time"] % 46
     holed = restarted(record)[~within.between(15, 25).to_numpy()]
-    report = from_trajectories.delta_from_tracks(holed, 1.0, risk=0.5)
+    report = from_trajectories.delta_from_trajectories(holed, 1.0, risk=0.5)
     assert (report.trial, report.trials) == ("run", 12)
     assert report.largest <= truth.max()
     assert any("12 gaps of 12 " in note and "into 24 pieces" in note for note in report.notes)
-    windows = from_trajectories.delta_from_tracks(holed, 1.0, risk=0.5, window=10.0).maxima
+    windows = from_trajectories.delta_from_trajectories(holed, 1.0, risk=0.5, window=10.0).maxima
     assert ((windows["end"] < 15) | (windows["start"] > 25)).all()
 
 
@@ -139,7 +139,7 @@ def test_windows_are_those_found_piece_by_piece() -> None:
     place = rng.uniform(0, 2, (len(time), 3, 2))
     rows = [(at, robot, *place[frame, robot]) for frame, at in enumerate(time) for robot in range(3)]
     record = pd.DataFrame(rows, columns=["time", "robot", "x", "y"])
-    report = from_trajectories.delta_from_tracks(record, 1.0, risk=0.5, window=7.0, step=1.0, max_gap=5.0)
+    report = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.5, window=7.0, step=1.0, max_gap=5.0)
     degree = report.over_time.set_index("time")["max_degree"]
     expected = []
     for first, length in zip(start, lengths, strict=True):
@@ -157,9 +157,9 @@ def test_a_window_that_no_piece_holds_is_refused() -> None:
         with pytest.raises(
             ValueError, match=r"window=20: longer than the longest of 12 pieces, 14; give .* at most 14"
         ):
-            from_trajectories.delta_from_tracks(form(record), 1.0, window=20.0)
+            from_trajectories.delta_from_trajectories(form(record), 1.0, window=20.0)
     with pytest.raises(ValueError, match=r"window=20: longer than the record, which spans 14; give .* at most 14"):
-        from_trajectories.delta_from_tracks(record[record["run"] == 3], 1.0, window=20.0)
+        from_trajectories.delta_from_trajectories(record[record["run"] == 3], 1.0, window=20.0)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_the_window_that_nobody_chose(lengths: list[int], runs: bool, window: in
     record = pd.DataFrame({"time": np.tile(time, 2), "robot": np.repeat([1, 2], len(time)), "x": 0.0, "y": 0.0})
     if runs:
         record["run"] = np.tile(run, 2)
-    grid = from_trajectories.make_grid(from_trajectories.check_tracks(record), 1.0, 5.0)
+    grid = from_trajectories.make_grid(from_trajectories.check_trajectories(record), 1.0, 5.0)
     assert grid.length.tolist() == lengths
     assert trajectory_trials.window_frames(grid, None) == window
 
@@ -189,29 +189,29 @@ def test_the_window_that_nobody_chose(lengths: list[int], runs: bool, window: in
 def test_short_pieces_and_empty_ones_are_no_recordings() -> None:
     record, truth = recorded(5, count=12)
     cut = record[~((record["run"] == 4) & (record["time"] % 20 > 3)) & ~((record["run"] == 7) & (record["robot"] > 0))]
-    report = from_trajectories.delta_from_tracks(without_runs(cut), 1.0, risk=0.5)
+    report = from_trajectories.delta_from_trajectories(without_runs(cut), 1.0, risk=0.5)
     assert report.maxima["max_neighbours"].tolist() == np.delete(truth, [4, 7]).tolist()
     assert "2 pieces with few robots present or short are left out" in report.to_markdown()
     # Who numbers the runs says that they are whole.
-    assert from_trajectories.delta_from_tracks(cut, 1.0, risk=0.5).trials == 11
+    assert from_trajectories.delta_from_trajectories(cut, 1.0, risk=0.5).trials == 11
 
 
 def test_robots_that_are_named_anew_in_each_run_are_no_larger_team() -> None:
     record, truth = recorded(6, count=12)
     named = restarted(record).assign(robot=record["run"] * 100 + record["robot"])
-    report = from_trajectories.delta_from_tracks(named, 1.0, risk=0.5)
+    report = from_trajectories.delta_from_trajectories(named, 1.0, risk=0.5)
     assert (report.robots, report.largest) == (5, truth.max())
     assert not any("present" in note for note in report.notes)
 
 
 def test_recordings_of_robots_that_stay_where_they_were_are_no_independent_trials() -> None:
     record, _ = recorded(seed_of(), count=100, drift=True)
-    report = from_trajectories.delta_from_tracks(without_runs(record), 1.0)
+    report = from_trajectories.delta_from_trajectories(without_runs(record), 1.0)
     assert report.trials == 100
     assert report.independent < 60
     still = record.assign(x=record["robot"] * 0.7, y=0.0)
-    assert from_trajectories.delta_from_tracks(without_runs(still), 1.0).independent == 1
-    assert from_trajectories.delta_from_tracks(still, 1.0).independent == 100
+    assert from_trajectories.delta_from_trajectories(without_runs(still), 1.0).independent == 1
+    assert from_trajectories.delta_from_trajectories(still, 1.0).independent == 100
 
 
 def test_effective_number_of_runs() -> None:
@@ -255,7 +255,7 @@ def thrown(seed: int, frames: int, robots: int = 10) -> pd.DataFrame:
 def test_advice_when_windows_are_too_few() -> None:
     seed = seed_of()
     record = thrown(seed, 1500)
-    report = from_trajectories.delta_from_tracks(record, 1.0, risk=0.02)
+    report = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02)
     assert not report.supported, seed
     assert (report.trials, report.trials_needed) == (20, 149), seed
     text = report.to_markdown()
@@ -264,10 +264,10 @@ def test_advice_when_windows_are_too_few() -> None:
     assert f"{1500 * 149 / report.independent:.4g} instead of 1500" in text, seed
     assert report.shorter is not None, seed
     assert f"Windows of at most {report.shorter:g} would do" in text, seed
-    shorter = from_trajectories.delta_from_tracks(record, 1.0, risk=0.02, window=report.shorter)
+    shorter = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02, window=report.shorter)
     assert shorter.supported, seed
     assert shorter.shorter is None, seed
-    stated = from_trajectories.delta_from_tracks(record, 1.0, risk=rounded_up(report.supported_risk))
+    stated = from_trajectories.delta_from_trajectories(record, 1.0, risk=rounded_up(report.supported_risk))
     assert stated.supported, seed
     assert stated.delta_safe == report.supported_delta, seed
 
@@ -275,7 +275,7 @@ def test_advice_when_windows_are_too_few() -> None:
 def test_advice_when_there_is_no_cure_but_motion() -> None:
     record = thrown(1, 100)
     still = record.assign(x=record["robot"] * 0.7, y=0.0)
-    text = from_trajectories.delta_from_tracks(still, 1.0, risk=0.02).to_markdown()
+    text = from_trajectories.delta_from_trajectories(still, 1.0, risk=0.02).to_markdown()
     assert "Nothing changes from window to window: record while the robots move." in text
 
 
@@ -289,7 +289,7 @@ def test_advice_when_all_teammates_were_met(met: int, needed: bool) -> None:
         for robot in (0, 1, 2)
     ]
     record = pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"])
-    report = from_trajectories.delta_from_tracks(record, 1.0, risk=0.01)
+    report = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.01)
     text = report.to_markdown()
     high = rounded_up(report.exceedance["high"][1])
     assert f"In {met} of them some robot had all N − 1 = 2 teammates as neighbours" in text

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from teamsight import CMOMMT
-from teamsight.analysis.delta import from_trajectories
+from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
 
 
 def record(path: Path) -> None:
@@ -21,11 +21,9 @@ def record(path: Path) -> None:
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "tracks.csv"
+        path = Path(folder) / "trajectories.csv"
         record(path)
-        report = from_trajectories.delta_from_tracks(
-            from_trajectories.read_tracks(path), awareness_range=1.0, risk=0.05, window=100
-        )
+        report = delta_from_trajectories(read_trajectories(path), awareness_range=1.0, risk=0.05, window=100)
     print(report)
     print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
 

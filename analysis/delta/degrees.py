@@ -1,0 +1,92 @@
+"""Degrees in one run: the largest number of neighbours of any robot, and samples of the bearings of neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from teamsight.analysis.delta import sector_occupancy
+from teamsight.analysis.delta.sector_occupancy import Bearings
+from teamsight.analysis.delta.team_conditions import Conditions, conditions
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
+
+#: Takes a seed and returns a model.
+Factory = Callable[[int], "World"]
+
+# How many times in a run the bearings are sampled.
+_SAMPLES = 10
+
+
+class Degrees(NamedTuple):
+    """Result of a run.
+
+    ``met`` holds the conditions before and after the run, ``largest_team`` the size of the largest team at any sample.
+    Without samples it is 0 and ``bearings`` is None.
+    """
+
+    max_neighbours: int
+    met: frozenset[Conditions]
+    largest_team: int = 0
+    bearings: Bearings | None = None
+
+    @property
+    def samples(self) -> int:
+        """Number of robots and times whose bearings were sampled."""
+        return 0 if self.bearings is None else len(self.bearings.degree)
+
+    def without_samples(self) -> Degrees:
+        """Return the result of the same run measured by `degrees`."""
+        return Degrees(self.max_neighbours, self.met)
+
+
+@dataclass(frozen=True)
+class FromSeed:
+    """A factory as a model of a `Run`."""
+
+    factory: Factory
+
+    def __call__(self, *, rng: int) -> World:
+        """Return the world of a seed, after checking that it is one."""
+        from teamsight.agents.model import World
+
+        world: Any = self.factory(rng)
+        if not isinstance(world, World):
+            raise TypeError(f"model({rng}) is {world!r}: must be a World, such as CMOMMT(rng={rng})")
+        return world
+
+
+def degrees(world: World, steps: int) -> Degrees:
+    """Run a world and return its degrees; steps that the world has made before do not count."""
+    before, made = conditions(world), _steps_made(world)
+    world.run(steps)
+    return Degrees(_largest(world, made), frozenset({before, conditions(world)}))
+
+
+def degrees_with_bearings(world: World, steps: int) -> Degrees:
+    """Run a world in stretches, which changes nothing in the run, and sample the bearings after each."""
+    before, made = conditions(world), _steps_made(world)
+    ends = np.linspace(0, steps, min(_SAMPLES, steps) + 1).astype(int)
+    samples, largest_team = [], 0
+    for stretch in np.diff(ends).tolist():
+        world.run(stretch)
+        members = world.teammates
+        largest_team = max(largest_team, members.largest_team)
+        samples.append(sector_occupancy.bearings(world.neighbours, members.heading))
+    met = frozenset({before, conditions(world)})
+    return Degrees(_largest(world, made), met, largest_team, sector_occupancy.gather(samples))
+
+
+def _steps_made(world: World) -> int:
+    return len(world.recording.history) if world.tick else 0
+
+
+def _largest(world: World, made: int) -> int:
+    """Return the largest degree after the first `made` steps."""
+    if not made:
+        return int(world.max_neighbours)
+    return int(world.recording.history["max_neighbours"].to_numpy()[made:].max(initial=0))
