@@ -93,8 +93,8 @@ def wrong_with(folder: Path, whole: list[dict[str, bytes]]) -> list[str]:
         path = folder / name
         if path.exists() and path.read_bytes() not in [versions[name] for versions in whole]:
             wrong.append(f"{name} is neither version")
-    kept = checkpoint.Checkpoint(folder / NAMES[-1]).outcomes([(str(n),) for n in range(500)])
-    wrong += [f"run {key} has another outcome" for key, found in kept.items() if found != (0.5, int(key[0]))]
+    kept = checkpoint.Checkpoint(folder / NAMES[-1]).results([(str(n),) for n in range(500)])
+    wrong += [f"run {key} has another result" for key, found in kept.items() if found != [0.5, int(key[0])]]
     return wrong + (["notes changed"] if (folder / "notes.md").read_text() != "thesis" else [])
 
 
