@@ -48,8 +48,8 @@ class Evolved(CompiledPolicy):
 
     Notes
     -----
-    *Source:* none; the forces begin as Parker's. Made by ``python -m teamsight.analysis.evolution.evolve train``; see
-    docs/learned.md. A robot remembers up to 16 targets, and sees no more than these.
+    *Source:* none; the forces begin as Parker's. Made by ``teamsight evolve train``; see
+    docs/evolved.md. A robot remembers up to 16 targets, and sees no more than these.
     """
 
     constants: tuple[float, ...] = ()
@@ -116,7 +116,7 @@ def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _read(path: Path) -> tuple[float, ...]:
-    cure = "make it anew with `python -m teamsight.analysis.evolution.evolve train`"
+    cure = "make it anew with `teamsight evolve train`"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         schema, blocks = content["schema"], [content["constants"][name] for name in BLOCKS]
