@@ -11,6 +11,7 @@ from teamsight.core import checks
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
     "check_rows", "check_sectors", "check_sightings", "check_transitions", "check_work", "relays", "runs_within",
+    "workers_for",
 ]  # fmt: skip
 
 #: Runs of each cell of `reproduce`, which has thousands of cells.
@@ -24,6 +25,8 @@ LEAST_RISK = 1e-9
 
 # Agents × steps of one command: months of work.
 _MOST_AGENT_STEPS = 1e14
+# Agents × steps that take about a second, as long as worker processes take to start.
+_SHORT = 1e7
 # Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
 _MOST_SIGHTINGS = 2e8
 # Bytes of the recorded transitions; sorting them takes as much again.
@@ -173,6 +176,23 @@ def check_sectors(settings: Any) -> None:
             f"delta={settings.delta}: needs awareness 'ring', and this is {checks.shown(settings.awareness)}; leave "
             "--delta out, or give --awareness ring"
         )
+
+
+def workers_for(given: int | None, agent_steps: float) -> int:
+    """Return the number of worker processes: the given one, or the number of cores, or 1 for short work.
+
+    Parameters
+    ----------
+    given : int or None
+        The option ``--workers``.
+    agent_steps : float
+        Agents × steps × runs of the command.
+    """
+    from teamsight.analysis.runs.workers import cores
+
+    if given is not None:
+        return given
+    return cores() if agent_steps > _SHORT else 1
 
 
 def added_inputs(awareness: str, delta: int, robots: int) -> int:
