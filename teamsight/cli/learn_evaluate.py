@@ -165,8 +165,8 @@ def _print(
     say(
         f"{settings.learner} on {plural(len(memory), 'transition')}, reward {settings.reward}, discount "
         f"{settings.discount:g}: {plural(scenario.robots, 'robot')}, {plural(scenario.targets, 'target')}, "
-        f"R = {scenario.radius:g}, {plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, seed {scenario.seed}"
-        f"{_unusual(scenario)}"
+        f"R = {scenario.radius:g}, {plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, "
+        f"seed {scenario.seed}{_unusual(scenario)}"
     )
     wide_console().print(_summary_table(evaluation.summary(table)), highlight=False)
     say(f"{seconds:.1f} s")

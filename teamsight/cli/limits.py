@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
-from teamsight.core import checks
 
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
@@ -159,7 +158,7 @@ def runs_within(risk: float, runs: int | None) -> int:
 
 
 def check_sectors(settings: Any) -> None:
-    """Refuse ``--delta`` for a degree of awareness without a ring.
+    """Refuse ``--delta`` for a degree of awareness without sectors.
 
     Parameters
     ----------
@@ -171,10 +170,13 @@ def check_sectors(settings: Any) -> None:
     ValueError
         If both do not fit.
     """
-    if "delta" in settings.given and settings.awareness != "ring":
+    from teamsight.agents.awareness.registry import with_option
+
+    having = with_option("delta")
+    if "delta" in settings.given and settings.awareness not in having:
         raise ValueError(
-            f"delta={settings.delta}: needs awareness 'ring', and this is {checks.shown(settings.awareness)}; leave "
-            "--delta out, or give --awareness ring"
+            f"delta={settings.delta}: awareness {settings.awareness!r} has no sectors; leave --delta out, or give "
+            f"--awareness {' or '.join(having)}"
         )
 
 
@@ -203,14 +205,13 @@ def added_inputs(awareness: str, delta: int, robots: int) -> int:
     awareness : str
         The name of the degree.
     delta : int
-        Number of sectors, for the degree that has a ring.
+        Number of sectors, for degrees that have them.
     robots : int
         The team size.
     """
-    from teamsight.agents.awareness import AWARENESS, RingAwareness
+    from teamsight.agents.awareness.registry import awareness_named
 
-    degree = RingAwareness(delta) if awareness == "ring" else AWARENESS[awareness]()
-    return degree.width(robots).added
+    return awareness_named(awareness, {"delta": delta}).width(robots).added
 
 
 def relays(awareness: str) -> bool:
