@@ -17,7 +17,7 @@ from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.degrees import Degrees, Factory, FromSeed, degrees, degrees_with_bearings
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.run import Run, Worlds
+from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
@@ -163,7 +163,9 @@ def _measured(planned: Sequence[Run], pool: WorkerPool | None, progress: Progres
 
 def _first(run: Run) -> Degrees:
     """Make the first run in this process, where its errors keep their types and its kernels are compiled once."""
-    with contextlib.closing(Worlds()) as worlds:
+    from teamsight.agents.reused_worlds import ReusedWorlds
+
+    with contextlib.closing(ReusedWorlds()) as worlds:
         found: Degrees = run.make(worlds)
         if not (found.max_neighbours or found.largest_team or any(one.robots for one in found.met)):
             raise ValueError(

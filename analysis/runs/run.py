@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,6 +14,7 @@ from teamsight.analysis.runs.seeds import canonical
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.agents.reused_worlds import ReusedWorlds
 
 #: Advances a world by a number of steps and returns the result; a function of a module, so that workers find it.
 Measure = Callable[["World", int], Any]
@@ -118,9 +120,19 @@ class Run:
         """Return the run with a single step, which compiles everything that the run needs."""
         return replace(self, steps=1)
 
-    def make(self, worlds: Worlds) -> Any:
-        """Run the world and return what is measured."""
-        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
+    def make(self, worlds: ReusedWorlds, following: Sequence[object] = ()) -> Any:
+        """Run the world and return what is measured.
+
+        Parameters
+        ----------
+        worlds : ReusedWorlds
+            Begins the world, in the one of the run before if that is possible.
+        following : sequence
+            The jobs to be made next: runs of the same parameters are placed together.
+        """
+        alike = takewhile(lambda job: isinstance(job, Run) and job.parameters is self.parameters, following)
+        seeds = [run.seed for run in alike if isinstance(run, Run)]
+        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed, seeds), self.steps)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""
@@ -130,25 +142,6 @@ class Run:
             for name, text in texts.items()
         )
         return f"the run {named}steps={self.steps}, rng={self.seed}"
-
-
-class Worlds:
-    """The worlds of one process, of which one at a time is open."""
-
-    def __init__(self) -> None:
-        self._open: World | None = None
-
-    def begin(self, model: Model, parameters: Mapping[str, Any], seed: int) -> World:
-        """Return a world before its first step; it is valid until the next one is begun."""
-        self.close()
-        self._open = model(**parameters, rng=seed)
-        return self._open
-
-    def close(self) -> None:
-        """Close the world that is open. Idempotent."""
-        if self._open is not None:
-            self._open.close()
-            self._open = None
 
 
 def _name(function: object) -> str:

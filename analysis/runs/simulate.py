@@ -8,18 +8,23 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
-from teamsight.analysis.runs.run import Worlds
 from teamsight.analysis.runs.workers import JobError, WorkerPool, emit
 
+if TYPE_CHECKING:
+    from teamsight.agents.reused_worlds import ReusedWorlds
+
 #: Modules that a worker imports before its first job.
-IMPORTS = ("teamsight.agents.cmommt",)
+IMPORTS = ("teamsight.agents.reused_worlds",)
 # Cost of a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
 _CHUNK = 200_000.0
 # Chunks for each worker of a small batch, so that all of them take part and end together.
 _CHUNKS_PER_WORKER = 4
+
+# Jobs that a job is shown beyond itself.
+_LOOKAHEAD = 64
 
 #: Called with the work done and the work in all, in arbitrary units.
 Progress = Callable[[float, float], None]
@@ -47,8 +52,8 @@ class Job(Protocol):
     def shortest(self) -> Job | None:
         """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""
 
-    def make(self, worlds: Worlds) -> Any:
-        """Do the work in this process and return the result."""
+    def make(self, worlds: ReusedWorlds, following: Sequence[Job] = ()) -> Any:
+        """Do the work in this process and return the result; `following` are the jobs to be made next."""
 
     def describe(self) -> str:
         """Return the job in words, for errors."""
@@ -140,14 +145,15 @@ def _compile(jobs: Sequence[Job]) -> None:
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:
-    worlds = Worlds()
-    with contextlib.closing(worlds), _announcing():
-        return [_make_one(job, worlds) for job in jobs]
+    from teamsight.agents.reused_worlds import ReusedWorlds
+
+    with contextlib.closing(ReusedWorlds()) as worlds, _announcing():
+        return [_make_one(job, worlds, jobs[index + 1 : index + 1 + _LOOKAHEAD]) for index, job in enumerate(jobs)]
 
 
-def _make_one(job: Job, worlds: Worlds) -> Any:
+def _make_one(job: Job, worlds: ReusedWorlds, following: Sequence[Job]) -> Any:
     try:
-        return job.make(worlds)
+        return job.make(worlds, following)
     except Exception as error:
         raise JobError(f"{error} (in {job.describe()})") from error
 

@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.runs import checkpoint as module
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
-from teamsight.analysis.runs.run import OUTCOMES, Outcome, Run, Worlds
+from teamsight.analysis.runs.run import OUTCOMES, Outcome, Run
 
 EXPERIMENT = Experiment("walk", {"policy": "random-walk", "awareness": "none"}, ((3, 1.0), (4, 2.0), (5, 2.0)))
 ONE = {("a",): Outcome(0.5, 3)}
@@ -28,11 +29,11 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     """Runs in the order in which they are made, each in a chunk of its own."""
     runs: list[Run] = []
 
-    def make(run: Run, worlds: Worlds) -> Outcome:
+    def make(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
         runs.append(run)
         if len(runs) == 8:
             raise KeyboardInterrupt
-        return original(run, worlds)
+        return original(run, worlds, ())
 
     original = Run.make
     monkeypatch.setattr(Run, "make", make)

@@ -6,10 +6,11 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT
+from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.paper.experiments import catalogue
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables
-from teamsight.analysis.runs.run import Outcome, Run, Worlds
+from teamsight.analysis.runs.run import Outcome, Run
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.core.kernel import entry as kernel_entry
@@ -32,7 +33,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     """The runs that are made, none of which simulates anything."""
     found: list[Run] = []
 
-    def make(run: Run, worlds: Worlds) -> Outcome:
+    def make(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
         found.append(run)
         return Outcome(float(run.seed), len(found))
 
@@ -112,7 +113,7 @@ def test_progress_grows_to_the_whole() -> None:
 
 
 def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiles(run: Run, worlds: Worlds) -> Outcome:
+    def compiles(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
         kernel_entry.announce("some entry")
         return Outcome(0.5, 1)
 
