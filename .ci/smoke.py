@@ -23,7 +23,7 @@ def try_models() -> None:
     robots = world.add(Robot, 5, policy="a-cmommt", awareness="ring")
     world.senses(robots, world.add(Target, 5, policy="random-walk"))
     world.run(10)
-    assert len(world.history) == 10
+    assert len(world.recording.history) == 10
     print("the wheel works")
 
 

@@ -16,7 +16,6 @@ from teamsight.policies.interface import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
-    from teamsight.agents.model import World
 
 Floats = npt.NDArray[np.float64]
 
@@ -43,9 +42,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     team: ClassVar[str | None] = None
 
-    model: World
-
-    def __init__(self, model: World, group: Group, row: int) -> None:
+    def __init__(self, model: mesa.Model, group: Group, row: int) -> None:
         # Before mesa registers it: an agent whose class then fails is found by its group and taken out again.
         self.group, self._row = group, row
         super().__init__(model)
@@ -72,7 +69,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @position.setter
     def position(self, value: npt.ArrayLike) -> None:
-        self.model.place(self, value)
+        self.group.host.place(self, value)
 
     @property
     def pos(self) -> Floats | None:
@@ -100,9 +97,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
             raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
-        with deferred():
-            self.group.bodies.heading[self.row] = vector / length
-            self.model.refresh()
+        self.group.host.turn(self, vector / length)
 
     @property
     def speed(self) -> float:
@@ -111,7 +106,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @speed.setter
     def speed(self, value: float) -> None:
-        self.model.adjust_one(self, "speed", value)
+        self.group.host.adjust_one(self, "speed", value)
 
     @property
     def turn_limit(self) -> float:
@@ -120,7 +115,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @turn_limit.setter
     def turn_limit(self, value: float) -> None:
-        self.model.adjust_one(self, "turn_limit", value)
+        self.group.host.adjust_one(self, "turn_limit", value)
 
     @property
     def sensing_range(self) -> float:
@@ -129,7 +124,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @sensing_range.setter
     def sensing_range(self, value: float) -> None:
-        self.model.adjust_one(self, "sensing_range", value)
+        self.group.host.adjust_one(self, "sensing_range", value)
 
     @property
     def awareness_range(self) -> float:
@@ -138,7 +133,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @awareness_range.setter
     def awareness_range(self, value: float) -> None:
-        self.model.adjust_one(self, "awareness_range", value)
+        self.group.host.adjust_one(self, "awareness_range", value)
 
     @property
     def policy(self) -> Any:
@@ -161,7 +156,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
     @property
     def percept(self) -> PerceptOfOne:
         """What it knows now."""
-        self.model.perceive(self.group)
+        self.group.host.perceive(self.group)
         return percept_of_one(self.group.percept, self.row)
 
     def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
@@ -175,7 +170,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
         rng : numpy.random.Generator
             Its own random numbers for this tick.
         """
-        return self.model.policy_decision(self, percept, rng)
+        return self.group.host.decide(self, percept, rng)
 
     def remove(self) -> None:
         """Remove the agent from the world. Idempotent."""
@@ -183,11 +178,11 @@ class Body(mesa.Agent):  # type: ignore[misc]
             return
         leave = super().remove
         with deferred():
-            self.model.forget(self, leave)
+            self.group.host.remove(self, leave)
             self._row = -1
 
     def _within(self, kind: str) -> list[Any]:
-        self.model.look()
+        self.group.host.look()
         relation = self.group.relations.get(kind)
         if relation is None:
             return []

@@ -132,7 +132,6 @@ class CMOMMT(World):
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         numbers = checked_numbers(plan)
-        self.limits = numbers.limits
         super().__init__(numbers.arena, rng=rng, seed=seed)
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
@@ -145,7 +144,7 @@ class CMOMMT(World):
         )  # fmt: skip
         self.senses(self.robots, self.targets)
         self._let_targets_sense()
-        self._begin_to_collect()
+        self._stepper.begin_to_collect()
 
     @property
     def robots(self) -> Group:
@@ -195,10 +194,15 @@ class CMOMMT(World):
     def reset(self, rng: int | None = None) -> None:
         """Begin anew, also to collect; see `World.reset`."""
         super().reset(rng)
-        self._begin_to_collect()
+        self._draw_target_speeds()
+        self._stepper.begin_to_collect()
 
     def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
-        super()._begin(seed, start, run, states)
+        """Begin a run in the arrays that exist; see `StateKeeper.begin`."""
+        self._states.begin(seed, start, run, states)
+        self._draw_target_speeds()
+
+    def _draw_target_speeds(self) -> None:
         if self.settings["uniform_target_speed"]:
             self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
 
@@ -217,7 +221,7 @@ class CMOMMT(World):
         """
         numbers = checked_numbers(plan)
         self.settings.update(plan)
-        self._arena, self.limits = numbers.arena, numbers.limits
+        self._data.arena, self._data.limits = numbers.arena, numbers.limits
         for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
             group.first_abilities.speed[:] = speed
             group.first_abilities.sensing_range[:] = numbers.sensing_range
@@ -230,7 +234,7 @@ class CMOMMT(World):
         fastest = self.settings["target_speed"]
         if not self.settings["uniform_target_speed"]:
             return fastest
-        return fastest * uniforms(self.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
+        return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
 
 
 class Numbers(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import GROUP
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, Percept
+from teamsight.policies.interface import Action, Percept, PerceptOfOne
 from teamsight.policies.sound import SOUND
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn, motion
@@ -27,10 +27,31 @@ from teamsight.world.starts import Founders
 if TYPE_CHECKING:
     import mesa
 
-    from teamsight.agents.engine.python_policies import Deliberation
     from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
+
+
+class Host(Protocol):
+    """What groups and their agents ask of the world that they are in; see `teamsight.agents.membership`."""
+
+    def adjust(self, group: Group, **changes: Any) -> None: ...
+    def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
+    def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
+    def turn(self, agent: Any, heading: Floats) -> None: ...
+    def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
+    def look(self) -> tuple[int, int]: ...
+    def perceive(self, group: Group) -> None: ...
+    def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
+    def observers_of(self, agent: Any) -> list[Any]: ...
+
+
+class Decision(Protocol):
+    """A decision of a group whose policy is Python, while it is being made; see `Deliberation`."""
+
+    def decide(self) -> Action: ...
+    def memory(self) -> Any: ...
+    def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
 
 
 class Group:
@@ -69,7 +90,7 @@ class Group:
         ranges: tuple[Floats, Floats],
         policy: Any,
         awareness: Awareness,
-        adjust: Callable[..., None],
+        host: Host,
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
@@ -81,7 +102,7 @@ class Group:
         self.founders: Founders
         self.first_abilities: Abilities
         self.relations: dict[str, Relation] = {}
-        self._adjust = adjust
+        self.host = host
         self.begin(first_memory(policy, len(bodies)))
 
     def begin(self, memory: Any) -> None:
@@ -97,7 +118,7 @@ class Group:
         self.perception = Perception(size)
         # While a step is being made, the decision under way; and, after a step that failed once its policies with
         # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
-        self.deliberation: Deliberation | None = None
+        self.deliberation: Decision | None = None
         self.has_decided = False
 
     def restart(self, position: Floats, heading: Floats) -> None:
@@ -136,7 +157,7 @@ class Group:
 
     @policy.setter
     def policy(self, value: Any) -> None:
-        self._adjust(self, policy=value)
+        self.host.adjust(self, policy=value)
 
     @property
     def awareness(self) -> Awareness:
@@ -145,7 +166,7 @@ class Group:
 
     @awareness.setter
     def awareness(self, value: Awareness | str) -> None:
-        self._adjust(self, awareness=value)
+        self.host.adjust(self, awareness=value)
 
     @property
     def sensing_range(self) -> Floats:
@@ -154,7 +175,7 @@ class Group:
 
     @sensing_range.setter
     def sensing_range(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, sensing_range=value)
+        self.host.adjust(self, sensing_range=value)
 
     @property
     def awareness_range(self) -> Floats:
@@ -163,7 +184,7 @@ class Group:
 
     @awareness_range.setter
     def awareness_range(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, awareness_range=value)
+        self.host.adjust(self, awareness_range=value)
 
     @property
     def speed(self) -> Floats:
@@ -172,7 +193,7 @@ class Group:
 
     @speed.setter
     def speed(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, speed=value)
+        self.host.adjust(self, speed=value)
 
     @property
     def turn_limit(self) -> Floats:
@@ -181,7 +202,7 @@ class Group:
 
     @turn_limit.setter
     def turn_limit(self, value: npt.ArrayLike) -> None:
-        self._adjust(self, turn_limit=value)
+        self.host.adjust(self, turn_limit=value)
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Give the agents a property of the user's own, which is saved and restored with the world.
@@ -292,6 +313,11 @@ class Group:
         record["situate"] = situate_entry(self.awareness).address if perception.is_situated else 0
         record["advance"] = self._move.entry.address
         assert set(record.dtype.names) == set(GROUP.names or ())
+
+
+def team_of(groups: list[Group], group: Group) -> list[Group]:
+    """Return the groups that are teammates of a group, itself included; empty for one that is on no team."""
+    return [other for other in groups if other.team == group.team] if group.team is not None else []
 
 
 def first_memory(policy: Any, size: int) -> Any:

@@ -3,44 +3,42 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import mesa
-import numpy as np
+import networkx as nx
 import numpy.typing as npt
 
-from teamsight.agents import building, mesa_compat
+from teamsight.agents import mesa_compat
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.engine import present, python_policies
+from teamsight.agents.building import Plan
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.readings import Readings
-from teamsight.agents.recording.collector import HistoryCollector
-from teamsight.agents.recording.history import History
+from teamsight.agents.membership import Membership
+from teamsight.agents.recording.recording import Recording
+from teamsight.agents.recording.trajectory import neighbour_graph
 from teamsight.agents.resolve import policy_of
-from teamsight.agents.state import Stateful
-from teamsight.agents.stepping import Stepping
+from teamsight.agents.state import State, StateKeeper
+from teamsight.agents.stepping import Stepper
+from teamsight.agents.teammates import Teammates, proximity, teammates
+from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.core.interrupts import deferred
-from teamsight.policies.interface import PerceptOfOne
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
-from teamsight.world.clock import Clock
-from teamsight.world.limits import Limits
-from teamsight.world.noise import key_of
 
 
-class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
+class World(mesa.Model):  # type: ignore[misc]
     """A mesa model of groups of agents in an arena.
 
     Parameters
     ----------
     arena : Arena
-        Where everything happens: `Disc`, `Box` or `Torus`.
+        The arena: `Disc`, `Box`, `Torus`, or a class of your own.
     rng : int, optional
-        The seed; the model depends on it alone. By default a new one is drawn; see `seed_used`.
+        The seed. By default a new one is drawn; see `seed_used`.
     seed : int, optional
         Another name for `rng`.
 
@@ -49,21 +47,23 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
     groups : list of Group
         The groups, in the order in which they were added.
     clock : Clock
-        The SimPy environment that drives the model.
-    tick : int
-        How many steps have been made.
+        The SimPy environment of the world, in ticks: events and processes.
+    recording : Recording
+        The history, and the positions and transitions that were recorded.
+    running : bool
+        Whether `run` goes on; set it to False to stop.
 
     Raises
     ------
     TypeError
-        If `arena` is no arena, or a seed no whole number.
+        If `arena` is not an arena, or a seed is not a whole number.
     ValueError
         If a seed is negative, or `rng` and `seed` differ.
 
     Notes
     -----
-    One step is: events that are due → perceive → decide → advance → new sightings → record. `step` makes one; `run`
-    makes many at once, with the same kernels in the same order and hence the same result to the last bit.
+    One step is: process due events → perceive → decide → advance → find neighbours → record. `step` makes one step,
+    `run` many at once, with the same kernels in the same order. So the result is the same to the last bit.
 
     An operation that fails changes nothing.
     """
@@ -72,23 +72,18 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         if not isinstance(arena, Arena):
             shown = checks.shown(arena)
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self._arena = arena
-        if "limits" not in vars(self):
-            self.limits = Limits(arena)
-        self._seed_used = checks.seed(rng, seed)
-        self._tick = 0
-        super().__init__(rng=self._seed_used)
-        self.random = random.Random(self._seed_used)
+        self._data = data = WorldData(arena, checks.seed(rng, seed))
+        super().__init__(rng=data.seed)
+        self.random = random.Random(data.seed)
         self.agents.random = self.random
         mesa_compat.take_over_step(self)
-        self.clock = Clock()
-        self.key = key_of(self._seed_used)
-        self.groups: list[Group] = []
-        self.recorders: list[Callable[[World], Any]] = []
-        self._history = History()
-        self._engine = Engine(self)
-        self._collector: mesa.DataCollector = HistoryCollector()
-        self._warned: set[str] = set()
+        self.groups = data.groups
+        self.clock = data.timeline.clock
+        self._engine = Engine(data)
+        self.recording = Recording(data, self._engine)
+        self._members = Membership(self, data, self._engine)
+        self._stepper = Stepper(self, data, self._engine, self.recording, type(self).step is not World.step)
+        self._states = StateKeeper(self, data, self._engine, self.recording)
 
     policy = SettingOfGroups()
     awareness = SettingOfGroups()
@@ -103,13 +98,18 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
 
     @property
     def arena(self) -> Arena:
-        """Where everything happens; it cannot be changed, for everybody was placed in it."""
-        return self._arena
+        """The arena. It cannot be changed: all agents were placed in it."""
+        return self._data.arena
 
     @property
     def seed_used(self) -> int:
-        """The seed; `reset` takes another."""
-        return self._seed_used
+        """The seed. `reset` can set another."""
+        return self._data.seed
+
+    @property
+    def tick(self) -> int:
+        """The number of completed steps."""
+        return self._data.timeline.tick
 
     def add(
         self,
@@ -133,22 +133,22 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         agent_class : type
             `Robot`, `Target`, or a subclass.
         count : int
-            How many, at least 1.
+            The number of agents, at least 1.
         policy : Policy, callable or str
-            What decides for them: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or the
-            name of a policy.
+            The policy of all agents: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or
+            the name of a policy.
         policy_options : mapping of str to object, optional
             The options of a policy given by name: the parameters of its class.
         awareness : Awareness or str
-            What they perceive of teammates; an object or a name.
+            What they perceive of teammates: an object or a name.
         sensing_range, awareness_range : float or array_like, shape (count,)
-            How far they sense targets and teammates [length].
+            Distances within which they sense targets and teammates [length].
         speed : float or array_like, shape (count,)
-            The farthest they can go a step [length].
+            The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
-            The farthest they can turn a step [rad]; by default any way.
+            The largest angle they can turn in a step [rad]; unlimited by default.
         placement : {"uniform", "spread"} or array_like, shape (count, 2)
-            Where they begin: uniform over the area, spread so that sensing discs do not overlap, or there.
+            The initial positions: uniform over the area, spread so that sensing discs do not overlap, or given.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
 
@@ -161,28 +161,24 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             If a value is of the wrong type, shape or size, or the policy does not fit the degree of awareness.
         """
-        group = building.make_group(
-            self, agent_class, count,
-            building.Plan(
-                policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit,
-                placement, name,
-            ),
+        plan = Plan(
+            policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit, placement,
+            name,
         )  # fmt: skip
-        building.populate(self, group, agent_class)
-        return group
+        return self._members.add(agent_class, count, plan)
 
     def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another, within the observers' sensing range; policies see it in ``percept.targets``.
+        """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
 
         Parameters
         ----------
         observers, observed : Group
-            Both of this world.
+            Groups of this world.
 
         Raises
         ------
         ValueError
-            If a group is not of this world.
+            If a group is not in this world.
         """
         self._engine.senses(observers, observed)
 
@@ -198,12 +194,12 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         speed: npt.ArrayLike | None = None,
         turn_limit: npt.ArrayLike | None = None,
     ) -> None:
-        """Change what a group can do from the next step on; what is not given stays. A new policy remembers nothing.
+        """Change a group from the next step on; what is not given stays. A new policy starts with a new state.
 
         Parameters
         ----------
         group : Group
-            Of this world.
+            A group of this world.
         policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
             As for `add`.
 
@@ -212,96 +208,125 @@ class World(Readings, Stepping, Stateful, mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
-        self._check_undecided("adjust()", "plan it with world.at(world.now, …)")
-        if group not in self.groups:
-            raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
-        building.adjust(
-            self, group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
+        self._members.adjust(
+            group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
 
-    def adjust_one(self, agent: Body, name: str, value: float) -> None:
-        """Change what one agent can do; setting its attribute calls this.
+    def step(self) -> None:
+        """Make one step, unless an event stops the model before it."""
+        self._stepper.step()
+
+    def run(self, steps: int) -> None:
+        """Make `steps` steps, in one compiled call where nothing needs Python between them.
 
         Parameters
         ----------
-        agent : Body
-            Who.
-        name : {"speed", "turn_limit", "sensing_range", "awareness_range"}
-            What.
-        value : float
-            As for `add`.
+        steps : int
+            The number of steps, at least 0. Fewer are made if the model stops `running`.
 
         Raises
         ------
         TypeError, ValueError
-            As for `add`; then nothing is changed.
+            If `steps` is not a whole number of at least 0.
         """
-        building.adjust_one(self, agent, name, value)
+        self._stepper.run(steps)
 
-    def place(self, agent: Body, position: npt.ArrayLike) -> None:
-        """Put an agent somewhere in the arena.
+    def run_for(self, duration: int) -> None:
+        """Make this many steps: mesa's name for `run`."""
+        self.run(duration)
+
+    def run_until(self, end_time: int) -> None:
+        """Make steps until `tick` is `end_time`: mesa's name."""
+        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
+
+    @property
+    def observed(self) -> float:
+        """The fraction of targets that at least one robot senses now, in [0, 1]."""
+        return self._engine.present("observed")
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean over the completed steps of the fraction of targets that at least one robot senses, in [0, 1]."""
+        return self._data.history.observed_fraction
+
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean number of robots within a robot's awareness range now."""
+        return self._engine.present("mean_neighbours")
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest number of robots within any robot's awareness range in the completed steps."""
+        return self._data.history.max_neighbours
+
+    @property
+    def teammates(self) -> Teammates:
+        """All agents that are on a team now, in the order of groups; `proximity` counts through them."""
+        return teammates(self.groups)
+
+    @property
+    def proximity(self) -> NeighbourList:
+        """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
+        self._engine.prepare()
+        return proximity(self.groups)
+
+    def neighbour_graph(self) -> nx.Graph:
+        """Return the present graph of who is within whose awareness range; directed when ranges differ."""
+        self._engine.prepare()
+        return neighbour_graph(self.groups)
+
+    @property
+    def datacollector(self) -> mesa.DataCollector:
+        """mesa's data collector. One that is set collects at once, and then after every step.
+
+        A world starts with one that holds the history, from its first step on; see `HistoryCollector`.
+        """
+        return self.recording.collector
+
+    @datacollector.setter
+    def datacollector(self, collector: mesa.DataCollector) -> None:
+        if not callable(getattr(collector, "collect", None)):
+            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
+        self._engine.prepare()
+        collector.collect(self)
+        self.recording.collector = collector
+
+    def state(self) -> State:
+        """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
+        return self._states.save()
+
+    def restore(self, saved: State) -> None:
+        """Go back to a saved state of this world, or of one that was made in the same way.
+
+        Columns that were added since the state was saved stay as they are.
 
         Raises
         ------
+        TypeError
+            If `saved` is not a state.
         ValueError
-            If `position` is not two finite numbers, or lies outside the arena.
+            If the state is of a world with another arena, other groups or other policies; then nothing is changed.
         """
-        group, row = agent.group, agent.row
-        place = building.checked_positions(self.arena, position, (2,))
-        with deferred():
-            group.bodies.position[row] = place
-            self.refresh()
+        self._states.restore(saved)
 
-    def perceive(self, group: Group) -> None:
-        """Bring ``group.percept`` up to date; steps do so by themselves."""
-        self._engine.perceive(group)
+    def reset(self, rng: int | None = None) -> None:
+        """Begin anew: place all remaining agents again and start the clock at 0, without events.
 
-    def refresh(self) -> None:
-        """Say that something was moved by hand: sightings are found anew before they are read."""
-        self._engine.is_seen = False
-
-    def change(self) -> None:
-        """Say that groups have changed: the world is put together anew before the next step."""
-        self._engine.is_bound = False
-
-    def policy_decision(
-        self, agent: Body, percept: PerceptOfOne, rng: np.random.Generator
-    ) -> tuple[float, float]:
-        """Return (turn [rad], distance [length]) that the policy of an agent's group decides on a percept.
+        Abilities are again those with which the groups were added; policies and degrees of awareness stay those of now,
+        and so do the user's own columns.
 
         Parameters
         ----------
-        agent : Body
-            Who asks.
-        percept : PerceptOfOne
-            What it knows; it may differ from what it perceives.
-        rng : numpy.random.Generator
-            Its random numbers, for policies that are callables.
+        rng : int, optional
+            The seed; by default the present one.
         """
-        return python_policies.policy_decision(agent, percept, rng, self.tick, self.key)
-
-    @property
-    def moment(self) -> tuple[int, int]:
-        """What changes whenever anything may have moved."""
-        return self.tick, self._engine.looks
-
-    def observers_of(self, agent: Body) -> list[Any]:
-        """Return the agents that have this one in sensing range."""
-        self.look()
-        return present.observers_of(self._engine.relations, agent)
-
-    def forget(self, agent: Body, leave: Callable[[], None]) -> None:
-        """Take an agent out of its group's arrays; `leave` takes it out of mesa's sets."""
-        self._check_undecided("remove()", "plan it with world.at(world.now, robot.remove)")
-        building.drop(agent.group, agent, leave)
-        self.change()
-
-    def leave_out(self, group: Group) -> None:
-        """Forget what was said of a group that could not be added."""
-        self._engine.leave_out(group)
+        self._states.reset(rng)
 
     def close(self) -> None:
-        """Let go of everything; mesa 3.3 would otherwise keep every model that was ever made."""
+        """Release the model; mesa 3.3 would otherwise keep every model that was ever made."""
         self.running = False
         mesa_compat.release(self)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")

@@ -20,8 +20,6 @@ from teamsight.world.starts import Starts
 #: Parameters of `CMOMMT` that are written into the arrays of a built world.
 NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})
 
-# Attributes of a world that exist from their first change on.
-_SET_ON_THE_WAY = ("_jumps", "_inside")
 # Seeds whose starts are computed in one call: more would save nothing, and cost memory in large worlds.
 _STARTS_PER_CALL = 64
 
@@ -68,7 +66,7 @@ class ReusedWorlds:
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
-        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world):
+        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world._data):
             self._built = _Built(world, parameters)
         return world
 
@@ -86,7 +84,7 @@ class _Built:
         self.world = world
         self._kind = _without_numbers(parameters)
         self._numbers = _numbers(parameters)
-        self._trace, self._names = _trace(world), {*vars(world), *_SET_ON_THE_WAY}
+        self._trace, self._names = _trace(world), {*vars(world)}
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
 
@@ -106,18 +104,18 @@ class _Built:
             self._numbers, self._runs = numbers, {}
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
-        world._begin(seed, self._start, run, first_states(world))
-        world._collector = HistoryCollector()
-        world._warned.clear()
+        world._begin(seed, self._start, run, first_states(world._data))
+        world.recording.collector = HistoryCollector()
+        world._stepper.warned.clear()
         world.rng = np.random.default_rng(seed)
-        world._begin_to_collect()
+        world._stepper.begin_to_collect()
         return True
 
     def _run_of(self, seed: int, following: Sequence[int]) -> int:
         """Return which of the computed starts belongs to a seed."""
         if seed not in self._runs:
             seeds = list(dict.fromkeys([seed, *following[: _STARTS_PER_CALL - 1]]))
-            self._start = start_of(self.world, np.array([key_of(each) for each in seeds]))
+            self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
             self._runs = {each: run for run, each in enumerate(seeds)}
         return self._runs[seed]
 
@@ -138,7 +136,9 @@ def _numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
 def _trace(world: World) -> tuple[Any, ...]:
     """Return what changes when something is added to a world, taken away from it or exchanged."""
     groups = [(id(group), *map(id, group.rules), len(group), len(group.columns.arrays())) for group in world.groups]
-    return groups, len(world.recorders), type(world._collector), world._engine.extras, mesa_compat.has_events(world)
+    recording = world.recording
+    extras = world._engine.extras, mesa_compat.has_events(world)
+    return groups, len(recording.callbacks), type(recording.collector), *extras
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

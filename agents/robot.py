@@ -32,5 +32,5 @@ class Robot(Body):
     @property
     def situation(self) -> npt.NDArray[np.float32]:
         """The vector for learners, shape (width,): 16 heading-relative target sectors and what the degree adds (§8)."""
-        self.model.look()
-        return np.array(self.group.perception.situate(self.group.awareness, self.model.moment)[self.row])
+        moment = self.group.host.look()
+        return np.array(self.group.perception.situate(self.group.awareness, moment)[self.row])

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import copy
-import random
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import mesa
 import numpy as np
@@ -17,16 +16,14 @@ from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
+from teamsight.agents.recording.recording import Recording
+from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
-from teamsight.world.clock import Clock
 from teamsight.world.noise import key_of
 from teamsight.world.starts import Starts
-
-if TYPE_CHECKING:
-    from teamsight.agents.model import World
 
 
 class GroupState(NamedTuple):
@@ -66,120 +63,111 @@ class State(NamedTuple):
     collected: HistoryCollector | None
 
 
-class Stateful:
-    """What of a `World` has to do with saving it, going back, and beginning anew."""
+class StateKeeper:
+    """Saves, restores and resets a world.
 
-    clock: Clock
-    groups: list[Group]
-    key: npt.NDArray[np.uint64]
-    random: random.Random
-    running: bool
-    _tick: int
-    _jumps: int
-    _seed_used: int
-    _collector: mesa.DataCollector
-    _engine: Engine
-    _history: History
+    Parameters
+    ----------
+    model : mesa.Model
+        The model whose counters and random numbers go along.
+    data : WorldData
+        The data of the world.
+    engine : Engine
+        The engine of the world.
+    recording : Recording
+        The recording of the world.
+    """
 
-    def state(self) -> State:
-        """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
+    def __init__(self, model: mesa.Model, data: WorldData, engine: Engine, recording: Recording) -> None:
+        self._model, self._data, self._engine, self._recording = model, data, engine, recording
+
+    def save(self) -> State:
+        """Return a copy of all that changes in a run."""
         groups = tuple(
-            GroupState(
-                *_described_group(group), group.bodies, group.ranges, group.memory, group.columns.arrays()
-            )
-            for group in self.groups
-        )  # fmt: skip
-        collector = self._collector if isinstance(self._collector, HistoryCollector) else None
-        arena = _described(cast("World", self).arena)
-        return copy.deepcopy(State(self._seed_used, self._tick, arena, groups, self._history, collector))
+            GroupState(*_identified(group), group.bodies, group.ranges, group.memory, group.columns.arrays())
+            for group in self._data.groups
+        )
+        collector = self._recording.collector
+        collected = collector if isinstance(collector, HistoryCollector) else None
+        data = self._data
+        return copy.deepcopy(
+            State(data.seed, data.timeline.tick, _identified_arena(data.arena), groups, data.history, collected)
+        )
 
     def restore(self, saved: State) -> None:
-        """Go back to a saved state of this world, or of one that was made in the same way.
-
-        Columns that were added since the state was saved stay as they are.
-
-        Raises
-        ------
-        TypeError
-            If it is no state.
-        ValueError
-            If the state belongs to a world with another arena, other groups or other policies. Nothing has changed
-            then.
-        """
-        cast("World", self)._check_undecided("restore()", "plan it with world.at(world.now, …)")
-        if not isinstance(saved, State):
-            raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
-        arena = cast("World", self).arena
-        if saved.arena != _described(arena):
-            raise ValueError(
-                f"restore(…): the state is of a world in {_named(saved.arena)}, this one is {arena}; make one "
-                "like that"
-            )
-        mine = [(*_described_group(group), len(group)) for group in self.groups]
-        theirs = [(old.name, old.policy, old.awareness, len(old.bodies)) for old in saved.groups]
-        if mine != theirs:
-            differing = _difference(theirs, mine)
-            raise ValueError(f"restore(…): the state is of a world with {differing}; make one like that")
-        for group, old in zip(self.groups, saved.groups, strict=True):
-            if group.is_compiled and layout(old.memory) != layout(group.memory):
-                raise ValueError(
-                    f"restore(…): {group.name} remembered {layout(old.memory)}, and here {layout(group.memory)}; make "
-                    "a world whose policies have the same constants"
-                )
+        """Go back to a saved state; see `World.restore`."""
+        data, recording = self._data, self._recording
+        data.timeline.check_undecided("restore()", "plan it with world.clock.at(world.clock.now, …)")
+        _check_fits(saved, data)
         saved = copy.deepcopy(saved)
         with deferred():
-            for group, old in zip(self.groups, saved.groups, strict=True):
+            for group, old in zip(data.groups, saved.groups, strict=True):
                 old.bodies.identity[:] = group.bodies.identity
                 group.bodies, group.ranges = old.bodies, old.ranges
                 group.columns.replace(old.columns)
                 group.begin(old.memory)
-            if saved.collected is not None and isinstance(self._collector, HistoryCollector):
-                self._collector = saved.collected
-            self._go_on(saved.seed, saved.tick, saved.history)
+            if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
+                recording.collector = saved.collected
+            self._continue(saved.seed, saved.tick, saved.history)
 
     def reset(self, rng: int | None = None) -> None:
-        """Begin anew: everybody who is left is placed again, and the clock starts at 0 without events.
+        """Begin anew; see `World.reset`."""
+        data = self._data
+        data.timeline.check_undecided("reset()", "plan it with world.clock.at(world.clock.now, world.reset)")
+        seed = data.seed if rng is None else checks.seed(rng, None)
+        collector = _emptied(self._recording.collector)
+        # All that can fail comes first, before anything changes.
+        start, states = start_of(data, key_of(seed)[np.newaxis]), first_states(data)
+        with deferred():
+            self.begin(seed, start, 0, states)
+            self._recording.collector = collector
+        if not isinstance(collector, HistoryCollector):
+            collector.collect(self._model)
 
-        Abilities are again those with which the groups were added; policies and degrees of awareness stay those of now,
-        and so do the user's own columns.
+    def begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+        """Begin a run: place all agents again and set the clock to 0, without events.
 
         Parameters
         ----------
-        rng : int, optional
-            The seed; by default the one in use.
+        seed : int
+            The seed.
+        start : Starts
+            Where the founders of the groups begin.
+        run : int
+            Which run of `start`.
+        states : list
+            The initial state of each group's policy; see `first_states`.
         """
-        cast("World", self)._check_undecided("reset()", "plan it with world.at(world.now, world.reset)")
-        seed = self._seed_used if rng is None else checks.seed(rng, None)
-        collector = _emptied(self._collector)
-        world = cast("World", self)
-        # All that can fail comes first, before anything changes.
-        start, states = start_of(world, key_of(seed)[np.newaxis]), first_states(world)
-        with deferred():
-            self._begin(seed, start, 0, states)
-            self._collector = collector
-        if not isinstance(collector, HistoryCollector):
-            collector.collect(self)
+        is_kept = restart_groups(self._data, start, run, states)
+        self._model.random.seed(seed)
+        self._continue(seed, 0, History(), is_kept=is_kept)
 
-    def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
-        """Begin a run: place everybody again and set the clock to 0, without events."""
-        is_kept = restart_groups(cast("World", self), start, run, states)
-        self.random.seed(seed)
-        self._go_on(seed, 0, History(), is_kept=is_kept)
-
-    def _go_on(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
-        self._seed_used = seed
-        # In place: the kernels read it.
-        self.key[:] = key_of(seed)
-        self._jumps += tick - self._tick
-        self._tick = tick
-        mesa_compat.set_counters(cast("World", self), tick)
-        self.clock.begin(tick)
-        self.running = True
-        self._history = history
+    def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
+        self._data.begin(seed, tick, history)
+        mesa_compat.set_counters(self._model, tick)
+        self._model.running = True
         self._engine.forget(is_kept=is_kept)
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
-        raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
+
+def _check_fits(saved: State, data: WorldData) -> None:
+    """Refuse a state of a world with another arena, other groups or other policies."""
+    if not isinstance(saved, State):
+        raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
+    if saved.arena != _identified_arena(data.arena):
+        raise ValueError(
+            f"restore(…): the state is of a world in {_named(saved.arena)}, this one is {data.arena}; make one "
+            "like that"
+        )
+    mine = [(*_identified(group), len(group)) for group in data.groups]
+    theirs = [(old.name, old.policy, old.awareness, len(old.bodies)) for old in saved.groups]
+    if mine != theirs:
+        raise ValueError(f"restore(…): the state is of a world with {_difference(theirs, mine)}; make one like that")
+    for group, old in zip(data.groups, saved.groups, strict=True):
+        if group.is_compiled and layout(old.memory) != layout(group.memory):
+            raise ValueError(
+                f"restore(…): {group.name} remembered {layout(old.memory)}, and here {layout(group.memory)}; make "
+                "a world whose policies have the same constants"
+            )
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
@@ -190,7 +178,7 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _described_group(group: Group) -> tuple[str, str, str]:
+def _identified(group: Group) -> tuple[str, str, str]:
     """Return what tells a group from others: its name, policy and degree of awareness, with their constants."""
     policy = repr(group.policy)
     # What says only where it lies in memory would differ from itself once it was saved.
@@ -208,7 +196,7 @@ def _difference(theirs: list[Any], mine: list[Any]) -> str:
     return f"{one[0]} that have {first}, and {other[0]} have {second} here"
 
 
-def _described(arena: Arena) -> tuple[Any, ...]:
+def _identified_arena(arena: Arena) -> tuple[Any, ...]:
     """Return what tells an arena from others: equal for equal ones, also when one of them was saved in a file."""
     box = tuple(np.ravel(arena.bounds).tolist())
     return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box)

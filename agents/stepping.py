@@ -1,193 +1,195 @@
-"""Stepping: how a world advances, one step at a time or many in a compiled call."""
+"""Stepping: advance a world, one step at a time or many in one compiled call."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
 
 import mesa
 
-from teamsight.agents import building, mesa_compat
+from teamsight.agents import mesa_compat
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector, Rows
-from teamsight.agents.recording.history import History
-from teamsight.agents.timeline import Timeline
+from teamsight.agents.recording.recording import Recording
+from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 
-if TYPE_CHECKING:
-    from teamsight.agents.model import World
 
-
-class Stepping(Timeline):
-    """What of a `World` advances it.
+class Stepper:
+    """Advances a world.
 
     Whatever interrupts a step, such as Ctrl-C or an exception in a user's policy, the world is afterwards where its
     last completed step has left it, and `step` and `run` go on from there.
+
+    Parameters
+    ----------
+    model : mesa.Model
+        The model whose steps mesa counts.
+    data : WorldData
+        The data of the world.
+    engine : Engine
+        The engine of the world.
+    recording : Recording
+        The recording of the world.
+    overrides_step : bool
+        Whether the class of the model has a ``step`` of its own.
     """
 
-    groups: list[Group]
-    recorders: list[Callable[[World], Any]]
-    _collector: mesa.DataCollector
-    _engine: Engine
-    _history: History
-    _warned: set[str]
+    def __init__(
+        self, model: mesa.Model, data: WorldData, engine: Engine, recording: Recording, overrides_step: bool
+    ) -> None:
+        self._model, self._data, self._engine, self._recording = model, data, engine, recording
+        self._timeline = data.timeline
+        self._overrides_step = overrides_step
+        # The reasons for single steps of which the user was warned.
+        self.warned: set[str] = set()
 
     def step(self) -> None:
         """Make one step, unless an event stops the model before it."""
-        self._check_outside("step()")
-        tick = self.tick
-        goes_on = self._let_events_happen()
-        if self.tick != tick:
+        timeline = self._timeline
+        timeline.check_outside("step()")
+        tick = timeline.tick
+        goes_on = self._process_events()
+        if timeline.tick != tick:
             # An event has reset or restored the world, and its counters with it.
-            mesa_compat.count_steps(self._world, 1)
+            mesa_compat.count_steps(self._model, 1)
         if goes_on:
             self._make_step()
         else:
-            mesa_compat.count_steps(self._world, -1)
+            mesa_compat.count_steps(self._model, -1)
 
     def run(self, steps: int) -> None:
-        """Make `steps` steps, in one compiled call where nothing asks for Python.
-
-        Parameters
-        ----------
-        steps : int
-            How many, at least 0. A model that stops `running` makes fewer.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `steps` is no whole number of at least 0.
-        """
-        self._check_outside("run()")
-        # An event may reset the world, and its tick with it: so many steps are still made.
-        end = self.tick - self._jumps + checks.count("steps", steps, least=0)
+        """Make `steps` steps, in one compiled call where nothing needs Python between them."""
+        timeline, model = self._timeline, self._model
+        timeline.check_outside("run()")
+        # An event may reset the world, and its tick with it: the number of steps stays the same.
+        end = timeline.tick - timeline.jumps + checks.count("steps", steps, least=0)
         reason = self._needs_python()
-        if reason and steps > 0 and self.running and reason not in self._warned:
-            self._warned.add(reason)
-            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=2)
-        while (left := end + self._jumps - self.tick) > 0 and self.running:
-            if reason or mesa_compat.has_events(self._world):
+        if reason and steps > 0 and model.running and reason not in self.warned:
+            self.warned.add(reason)
+            warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
+        while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
+            if reason or mesa_compat.has_events(model):
                 # mesa has put its own wrapper, which counts, around the method.
-                mesa_step: Callable[[], None] = self.step
+                mesa_step: Callable[[], None] = model.step
                 mesa_step()
             else:
                 reason = self._run_to_next_event(left)
 
-    def run_for(self, duration: int) -> None:
-        """Make this many steps: mesa's other name for `run`."""
-        self.run(duration)
-
-    def run_until(self, end_time: int) -> None:
-        """Make steps until this many have been made: mesa's name."""
-        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
-
-    @property
-    def _world(self) -> World:
-        return cast("World", self)
+    def _process_events(self) -> bool:
+        """Process the events that are due; return False if one has stopped the model."""
+        was_running = self._model.running
+        self._timeline.process_events()
+        return bool(self._model.running or not was_running)
 
     def _run_to_next_event(self, most: int) -> str:
-        """Let the events happen that are due, make the steps up to the next one; return why the next need Python."""
-        if self.clock.ticks_until_event(self.tick) > 0:
-            # Nothing of the user's is called: the steps are made and counted as one.
+        """Process the events that are due and make the steps up to the next one; return why the next need Python."""
+        timeline, model = self._timeline, self._model
+        if timeline.clock.ticks_until_event(timeline.tick) > 0:
+            # No function of the user's is called: the steps are made and counted as one.
             with deferred():
-                tick = self.tick
+                tick = timeline.tick
                 try:
                     self._run_quiet_stretch(most)
                 finally:
-                    mesa_compat.count_steps(self._world, self.tick - tick)
+                    mesa_compat.count_steps(model, timeline.tick - tick)
             return ""
-        world = self._world
-        offset = world.steps - self.tick
+        offset = model.steps - timeline.tick
         try:
             # mesa counts a step before the events that precede it.
-            mesa_compat.count_steps(world, 1)
-            if not self._let_events_happen():
+            mesa_compat.count_steps(model, 1)
+            if not self._process_events():
                 return ""
             # An event may have brought in what needs Python.
             reason = self._needs_python()
-            if reason or mesa_compat.has_events(world):
+            if reason or mesa_compat.has_events(model):
                 self._make_step()
-                mesa_compat.end_step(world)
+                mesa_compat.end_step(model)
             else:
                 self._run_quiet_stretch(most)
             return reason
         finally:
-            mesa_compat.set_counters(world, offset + self.tick)
+            mesa_compat.set_counters(model, offset + timeline.tick)
 
     def _run_quiet_stretch(self, most: int) -> None:
-        """Make steps up to the next event, at most so many and no more than one call takes."""
-        quiet = max(self.clock.ticks_until_event(self.tick), 1)
+        """Make steps up to the next event, at most `most` and no more than one call takes."""
+        quiet = max(self._timeline.clock.ticks_until_event(self._timeline.tick), 1)
         self._run_stretch(int(min(most, quiet, self._engine.longest_call)))
 
     def _make_step(self) -> None:
-        for group in self.groups:
-            if building.steps_by_itself(group):
+        for group in self._data.groups:
+            if _overrides_step(group):
                 self._engine.prepare()
-                with self._calling("an agent's own step"):
+                with self._timeline.calling("an agent's own step"):
                     for agent in list(group.agents):
                         # Another may have removed it meanwhile.
                         if agent._row >= 0:
                             agent.step()
-        if all(group.is_compiled for group in self.groups):
+        if all(group.is_compiled for group in self._data.groups):
             self._run_stretch(1)
         else:
-            self._begin_to_collect()
-            before = self._before()
+            self.begin_to_collect()
+            before = self._rows_to_come()
             try:
                 self._engine.step()
             finally:
                 self._collect(before)
-        if self.recorders:
-            with self._calling("a recorder"):
-                for recorder in list(self.recorders):
-                    recorder(self._world)
-        if not isinstance(self._collector, HistoryCollector):
-            self._collector.collect(self)
+        if self._recording.callbacks:
+            with self._timeline.calling("a recorder"):
+                for callback in list(self._recording.callbacks):
+                    callback(self._model)
+        if not isinstance(self._recording.collector, HistoryCollector):
+            self._recording.collector.collect(self._model)
 
     def _run_stretch(self, steps: int) -> None:
-        self._begin_to_collect()
+        self.begin_to_collect()
         with deferred():
-            before = self._before()
+            before = self._rows_to_come()
             try:
                 self._engine.run(steps)
             finally:
                 self._collect(before)
 
-    def _begin_to_collect(self) -> None:
-        """Make everything ready, and collect what is there before the first step."""
+    def begin_to_collect(self) -> None:
+        """Make everything ready, and collect the present values before the first step."""
         self._engine.prepare()
-        if isinstance(self._collector, HistoryCollector) and not self._collector.has_begun:
-            self._collector.collect(self)
+        collector = self._recording.collector
+        if isinstance(collector, HistoryCollector) and not collector.has_begun:
+            collector.collect(self._model)
 
-    def _before(self) -> Rows:
-        """Return the rows of the present stretch that are still to come: none yet."""
-        stretch = self._engine.stretch
+    def _rows_to_come(self) -> Rows:
+        """Return the rows of the present stretch that are still to be written: none yet."""
+        stretch, history = self._engine.stretch, self._data.history
         return Rows(
-            stretch, stretch.rows, stretch.rows, self.tick, stretch.observed_sum, self._history.max_neighbours,
-            self._history.earlier,
+            stretch, stretch.rows, stretch.rows, self._timeline.tick, stretch.observed_sum, history.max_neighbours,
+            history.earlier,
         )  # fmt: skip
 
-    def _collect(self, before: Rows) -> None:
-        before.last, before.tick = before.stretch.rows, self.tick
-        if before.last > before.first and isinstance(self._collector, HistoryCollector):
-            self._collector.collect_rows(before)
+    def _collect(self, rows: Rows) -> None:
+        rows.last, rows.tick = rows.stretch.rows, self._timeline.tick
+        if rows.last > rows.first and isinstance(self._recording.collector, HistoryCollector):
+            self._recording.collector.collect_rows(rows)
 
     def _needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty when they can."""
-        if type(self).step is not Stepping.step:
-            return f"{type(self).__name__} overrides step"
-        if self.recorders:
+        if self._overrides_step:
+            return f"{type(self._model).__name__} overrides step"
+        if self._recording.callbacks:
             return "a recorder is a Python function"
-        if not isinstance(self._collector, HistoryCollector):
+        if not isinstance(self._recording.collector, HistoryCollector):
             return "a DataCollector collects after every step"
-        for group in self.groups:
-            if building.steps_by_itself(group):
+        for group in self._data.groups:
+            if _overrides_step(group):
                 return f"an agent class of {group.name} overrides step"
             if group.decides_alone:
                 return f"the agent class of {group.name} overrides decide"
             if not group.is_compiled:
                 return f"the policy of {group.name} is Python"
         return ""
+
+
+def _overrides_step(group: Group) -> bool:
+    """Whether the group's agents override mesa's ``step``."""
+    return bool(group.agents) and type(group.agents[0]).step is not mesa.Agent.step

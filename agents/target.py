@@ -13,7 +13,7 @@ class Target(Body):
     @property
     def observers(self) -> list[Any]:
         """The agents that have this target in sensing range."""
-        return self.model.observers_of(self)
+        return self.group.host.observers_of(self)
 
     @property
     def is_observed(self) -> bool:

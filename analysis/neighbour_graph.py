@@ -266,7 +266,7 @@ def over_trajectory(
     Parameters
     ----------
     trajectory : DataFrame
-        Columns time, x, y: one row an agent and time, of one group (select it from ``model.trajectory`` first). With a
+        Columns time, x, y: one row an agent and time, of one group from ``model.recording.trajectory``. With a
         column run, agents of different runs do not meet.
     awareness_range : float
         Within which distance robots sense each other [length].

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from teamsight import CMOMMT
+from teamsight.world.noise import key_of
 
 SOURCE = Path(__file__).with_name("plain.c")
 FLAGS = ["-O3", "-march=native", "-ffp-contract=off"]
@@ -46,11 +47,11 @@ class PlainC:
         bodies = np.concatenate([np.hstack([group.position, group.heading]) for group in (model.robots, model.targets)])
         # Hexadecimal, so that no bit is lost.
         start.write_text("\n".join(" ".join(float(value).hex() for value in row) for row in bodies))
-        key = [str(int(word)) for word in model.key]
+        key = [str(int(word)) for word in key_of(model.seed_used)]
         files = ["--start", str(start), "--history", str(history)]
         self.run(robots, targets, radius, steps, "--noise", "philox", "--key", *key, *files)
         model.run(steps)
-        counts = model.history * [targets, robots, 1]
+        counts = model.recording.history * [targets, robots, 1]
         model.close()
         differs = (np.rint(counts.to_numpy()) != np.loadtxt(history, ndmin=2)).any(axis=1)
         return int(np.argmax(differs)) + 1 if differs.any() else None

@@ -12,9 +12,9 @@ from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
 def record(path: Path) -> None:
     """Write the positions of a team's robots: columns time, robot, x, y."""
     model = CMOMMT(robots=20, radius=3.0, rng=1)
-    model.record_positions(every=5)
+    model.recording.record_positions(every=5)
     model.run(3000)
-    seen = model.trajectory
+    seen = model.recording.trajectory
     robots = seen[seen["group"] == "robots"].rename(columns={"identity": "robot"})
     robots[["time", "robot", "x", "y"]].to_csv(path, index=False)
 

@@ -14,19 +14,19 @@ from teamsight import CMOMMT
 def fog(model: CMOMMT, seen: list[tuple[float, float]]) -> Iterator[Any]:
     """Let fog rise every 100 ticks for 50, in which robots sense half as far; note what is observed."""
     while True:
-        yield model.timeout(100)
-        seen.append((model.now, model.observed))
+        yield model.clock.timeout(100)
+        seen.append((model.clock.now, model.observed))
         model.adjust(model.robots, sensing_range=0.5)
-        yield model.timeout(50)
-        seen.append((model.now, model.observed))
+        yield model.clock.timeout(50)
+        seen.append((model.clock.now, model.observed))
         model.adjust(model.robots, sensing_range=1.0)
 
 
 def main() -> None:
     model = CMOMMT(rng=1)
     seen: list[tuple[float, float]] = []
-    model.process(fog(model, seen))
-    model.at(200, model.robots[0].remove)
+    model.clock.process(fog(model, seen))
+    model.clock.at(200, model.robots[0].remove)
     model.run(600)
     for time, share in seen:
         print(f"tick {time:5.0f}: {share:.0%} observed")

@@ -6,22 +6,20 @@ writes into these same arrays, and nothing is bound again.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.group import Group, first_memory
+from teamsight.agents.world_data import WorldData
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 from teamsight.world.motion import is_watched
 from teamsight.world.starts import Starts, starts
 
-if TYPE_CHECKING:
-    from teamsight.agents.model import World
 
-
-def start_of(world: World, keys: npt.NDArray[np.uint64]) -> Starts:
+def start_of(data: WorldData, keys: npt.NDArray[np.uint64]) -> Starts:
     """Return where the founders of a world's groups begin under each of some keys.
 
     Raises
@@ -29,10 +27,10 @@ def start_of(world: World, keys: npt.NDArray[np.uint64]) -> Starts:
     ValueError
         If the arena places agents outside.
     """
-    return starts(world.arena, [group.founders for group in world.groups], keys)
+    return starts(data.arena, [group.founders for group in data.groups], keys)
 
 
-def first_states(world: World) -> list[Any]:
+def first_states(data: WorldData) -> list[Any]:
     """Return the state of each group's policy before its first decision.
 
     Raises
@@ -40,16 +38,16 @@ def first_states(world: World) -> list[Any]:
     TypeError, ValueError
         If a policy returns a state that its kernel cannot read.
     """
-    return [first_memory(group.policy, len(group)) for group in world.groups]
+    return [first_memory(group.policy, len(group)) for group in data.groups]
 
 
-def restart_groups(world: World, start: Starts, run: int, states: list[Any]) -> bool:
+def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) -> bool:
     """Put all groups back to the start of a run; return whether the records still describe them.
 
     Parameters
     ----------
-    world : World
-        The world.
+    data : WorldData
+        The data of the world.
     start : Starts
         Where the founders begin.
     run : int
@@ -57,9 +55,9 @@ def restart_groups(world: World, start: Starts, run: int, states: list[Any]) -> 
     states : list
         From `first_states`.
     """
-    keep = is_rewritable(world)
+    keep = is_rewritable(data)
     first = 0
-    for group, state in zip(world.groups, states, strict=True):
+    for group, state in zip(data.groups, states, strict=True):
         last = first + group.founders.size
         group.restart(start.position[run, first:last], start.heading[run, first:last])
         first = last
@@ -71,13 +69,13 @@ def restart_groups(world: World, start: Starts, run: int, states: list[Any]) -> 
     return keep
 
 
-def is_rewritable(world: World) -> bool:
+def is_rewritable(data: WorldData) -> bool:
     """Whether a new run can use the records as they are.
 
     Policies, degrees of awareness and arenas of a user's own may return other parameters than when they were bound, so
     a world that has any of them is bound again.
     """
-    return not is_watched(world.arena) and all(map(_is_shipped, world.groups))
+    return not is_watched(data.arena) and all(map(_is_shipped, data.groups))
 
 
 def _is_shipped(group: Group) -> bool:

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from teamsight.agents import building
 from teamsight.agents.engine.failures import check_places
 from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.group import Group, team_of
 from teamsight.agents.resolve import check_fit
-
-if TYPE_CHECKING:
-    from teamsight.agents.group import Group
-    from teamsight.agents.model import World
+from teamsight.agents.world_data import WorldData
 
 
-def connect(world: World, sensed: list[tuple[Group, Group]]) -> list[Relation]:
+def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation]:
     """Return the relations of a world and let each group know its own.
 
     Parameters
     ----------
-    world : World
-        Whose groups.
+    data : WorldData
+        The data of the world.
     sensed : list of tuple
         Pairs of a group that senses and a group that is sensed.
 
@@ -29,12 +24,12 @@ def connect(world: World, sensed: list[tuple[Group, Group]]) -> list[Relation]:
     ValueError
         If an agent is outside the arena, or a policy does not fit its degree of awareness; no group has changed then.
     """
-    check_places(world)
-    teams = {group.number: building.team_of(world.groups, group) for group in world.groups}
-    for group in world.groups:
+    check_places(data)
+    teams = {group.number: team_of(data.groups, group) for group in data.groups}
+    for group in data.groups:
         check_fit(group, teams[group.number])
     relations = []
-    for group in world.groups:
+    for group in data.groups:
         group.relations = {}
         targets = [observed for observers, observed in sensed if observers is group]
         for kind, others, reach in (
@@ -42,6 +37,6 @@ def connect(world: World, sensed: list[tuple[Group, Group]]) -> list[Relation]:
             ("teammates", teams[group.number], group.awareness_range),
         ):
             if others:
-                group.relations[kind] = Relation(kind, group, others, reach, world.arena)
+                group.relations[kind] = Relation(kind, group, others, reach, data.arena)
                 relations.append(group.relations[kind])
     return relations

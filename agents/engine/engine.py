@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teamsight.agents import building
 from teamsight.agents.engine import present
 from teamsight.agents.engine.connect import connect
 from teamsight.agents.engine.failures import check_places, failure, insatiable
@@ -14,16 +13,16 @@ from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
+from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transition_logs import ExperienceLogs
 from teamsight.agents.timeline import DECIDE
+from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
-    from teamsight.agents.group import Group
-    from teamsight.agents.model import World
     from teamsight.agents.recording.history import Stretch
     from teamsight.core.kernel import Entry
     from teamsight.policies.interface import Action
@@ -53,8 +52,8 @@ class Engine:
         The experience kept.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, data: WorldData) -> None:
+        self._data = data
         self._sensed: list[tuple[Group, Group]] = []
         self._every = 0
         self.relations: list[Relation] = []
@@ -63,12 +62,12 @@ class Engine:
         self.looks = 0
         self.trails: list[Trail] = []
         self.experience = ExperienceLogs()
-        self.stretch: Stretch = world._history.begin([])
+        self.stretch: Stretch = data.history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
         """Let one group sense another from now on."""
         for group in (observers, observed):
-            if group not in self._world.groups:
+            if group not in self._data.groups:
                 shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
                 raise ValueError(f"{shown}: both groups must have been added to this world")
         if (observers, observed) not in self._sensed:
@@ -85,8 +84,8 @@ class Engine:
         """Make everything ready for a step: records, buffers and sightings of the present positions."""
         if not self.is_bound:
             with deferred():
-                self.relations = connect(self._world, self._sensed)
-                self.stretch = self._world._history.begin(self.relations)
+                self.relations = connect(self._data, self._sensed)
+                self.stretch = self._data.history.begin(self.relations)
                 self._bind()
                 self.is_bound, self.is_seen = True, False
         if not self.is_seen:
@@ -108,7 +107,7 @@ class Engine:
 
         After a step that failed it makes that one only, on the decisions that stand.
         """
-        resumed = any(group.has_decided for group in self._world.groups)
+        resumed = any(group.has_decided for group in self._data.groups)
         if resumed:
             steps = 1
         self._make_room(steps)
@@ -120,8 +119,8 @@ class Engine:
 
     def step(self) -> None:
         """Make one step."""
-        world = self._world
-        if all(group.is_compiled for group in world.groups):
+        data = self._data
+        if all(group.is_compiled for group in data.groups):
             self.run(1)
             return
         self._make_room(1)
@@ -129,18 +128,18 @@ class Engine:
             self._call(END_STEP)
             return
         self._call(BEGIN_STEP)
-        deciding = [group for group in world.groups if not group.is_compiled]
+        deciding = [group for group in data.groups if not group.is_compiled]
         try:
             actions = self._decide(deciding)
             with deferred():
                 for group, action in zip(deciding, actions, strict=True):
                     group.action.heading[:], group.action.distance[:] = action
                 memories = [group.deliberation.memory() for group in deciding]  # type: ignore[union-attr]
-                tick = world.tick
+                tick = data.timeline.tick
                 try:
                     self._call(END_STEP)
                 finally:
-                    if world.tick > tick or self._phase:
+                    if data.timeline.tick > tick or self._phase:
                         for group, memory in zip(deciding, memories, strict=True):
                             group.memory = memory
         finally:
@@ -150,15 +149,15 @@ class Engine:
 
     def _decide(self, groups: list[Group]) -> list[Action]:
         """Let the policies decide that are Python."""
-        world = self._world
+        data = self._data
         for group in groups:
-            group.deliberation = Deliberation(group, world.tick, world.key, group.noise(world.tick))
-        with world._calling(DECIDE):
+            group.deliberation = Deliberation(group, data.timeline.tick, data.key, group.noise(data.timeline.tick))
+        with data.timeline.calling(DECIDE):
             return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
 
     def _decide_again(self) -> None:
         """From now on let all policies with kernels decide that had decided in a step that failed."""
-        for group in self._world.groups:
+        for group in self._data.groups:
             if group.has_decided:
                 group.has_decided = False
                 self.is_bound = False
@@ -166,7 +165,7 @@ class Engine:
     @property
     def longest_call(self) -> int:
         """How many steps to make in one call: so many that calls cost nothing, so few that Ctrl-C is heard at once."""
-        return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._world.groups)), 1), 1)
+        return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._data.groups)), 1), 1)
 
     def record_positions(self, every: int) -> None:
         """Keep positions each `every` steps, from now on."""
@@ -175,7 +174,7 @@ class Engine:
 
     def record_experience(self, group: Group) -> None:
         """Keep what the robots of a group meet, from now on."""
-        if group not in self._world.groups:
+        if group not in self._data.groups:
             raise ValueError(f"record_experience({checks.shown(group)}): the group must have been added to this world")
         if self.experience.record(group):
             self.is_bound = False
@@ -198,11 +197,11 @@ class Engine:
             self._group_records["noise_block"] = -1
             for met in self._met.values():
                 met[:] = 0
-            self.stretch = self._world._history.begin_like(self.stretch)
+            self.stretch = self._data.history.begin_like(self.stretch)
             return
         self.trails = []
         self.experience.forget()
-        self.stretch = self._world._history.begin([])
+        self.stretch = self._data.history.begin([])
 
     @property
     def extras(self) -> tuple[int, int, bool]:
@@ -224,42 +223,42 @@ class Engine:
 
     def _bind(self) -> None:
         """Write all records."""
-        world = self._world
-        bodies = sum(map(len, world.groups))
-        self._met = {self._side(group): np.zeros(bodies, np.int64) for group in world.groups}
+        data = self._data
+        bodies = sum(map(len, data.groups))
+        self._met = {self._side(group): np.zeros(bodies, np.int64) for group in data.groups}
         self._relation_records = np.zeros(len(self.relations), RELATION)
         for where in range(len(self.relations)):
             self._bind_relation(where)
-        self._group_records = np.zeros(len(world.groups), GROUP)
+        self._group_records = np.zeros(len(data.groups), GROUP)
         self._bind_groups()
         records = np.zeros(1, WORLD)
         self._world_record = records[0]
         self._address = records.ctypes.data
         self._kept = records
         record = self._world_record
-        record["key"], record["tick"], record["bodies"] = world.key.ctypes.data, world.tick, bodies
-        record["groups"], record["group_count"] = self._group_records.ctypes.data, len(world.groups)
+        record["key"], record["tick"], record["bodies"] = data.key.ctypes.data, data.timeline.tick, bodies
+        record["groups"], record["group_count"] = self._group_records.ctypes.data, len(data.groups)
         record["relations"], record["relation_count"] = self._relation_records.ctypes.data, len(self.relations)
         record["every"], record["phase"] = self._every, self._phase
-        self._kept_places = np.zeros((bodies if is_watched(world.arena) else 0, 6))
-        record["kept"] = self._kept_places.ctypes.data if is_watched(world.arena) else 0
+        self._kept_places = np.zeros((bodies if is_watched(data.arena) else 0, 6))
+        record["kept"] = self._kept_places.ctypes.data if is_watched(data.arena) else 0
         if self._every:
-            self.trails.append(Trail(world.groups, self._every, world.tick))
-        self.experience.begin(world.groups)
-        self.experience.bind(world.groups, self.relations)
+            self.trails.append(Trail(data.groups, self._every, data.timeline.tick))
+        self.experience.begin(data.groups)
+        self.experience.bind(data.groups, self.relations)
         record["logs"], record["log_count"] = self.experience.records.ctypes.data, len(self.experience.records)
 
     def _bind_relation(self, where: int) -> None:
         relation = self.relations[where]
         first_row, row = {}, 0
-        for group in self._world.groups:
+        for group in self._data.groups:
             first_row[group.number] = row
             row += len(group)
         relation.bind(self._relation_records[where], self._met[self._side(relation.observers)], first_row)
 
     def _bind_groups(self) -> None:
-        for group, record in zip(self._world.groups, self._group_records, strict=True):
-            group.bind(record, self._world.arena, building.team_of(self._world.groups, group))
+        for group, record in zip(self._data.groups, self._group_records, strict=True):
+            group.bind(record, self._data.arena, team_of(self._data.groups, group))
 
     @staticmethod
     def _side(group: Group) -> str | int:
@@ -275,7 +274,7 @@ class Engine:
             trail.make_room(steps // self._every + 1)
             record["trail"], record["trail_row"] = trail.raw.ctypes.data, trail.rows
         if self.experience.make_room(steps):
-            self.experience.bind(self._world.groups, self.relations)
+            self.experience.bind(self._data.groups, self.relations)
 
     def _call(self, entry: Entry) -> None:
         """Call the loop until it is done, making room whenever it asks for it.
@@ -294,7 +293,7 @@ class Engine:
                     place = status, where, tick
                     grown = place, grown[1] + 1 if grown[0] == place else 1
                     if grown[1] > _MOST_GROWTH:
-                        raise insatiable(self._world.groups[where])
+                        raise insatiable(self._data.groups[where])
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
@@ -302,15 +301,15 @@ class Engine:
 
     def _fail(self, status: int, where: int) -> ValueError:
         """Return what is to be raised when a step cannot be made; its decisions stand."""
-        groups = self._world.groups
+        groups = self._data.groups
         for group in groups if status == OUTSIDE else groups[: where + 1]:
             group.has_decided = group.is_compiled
         self.is_bound = False
-        return failure(self._world, status, where, int(self._world_record["tick"]))
+        return failure(self._data, status, where, int(self._world_record["tick"]))
 
     def _check_places(self) -> None:
         try:
-            check_places(self._world)
+            check_places(self._data)
         except ValueError:
             # So that no further step is made: whoever prepares one meets the same error.
             self.is_bound = False
@@ -322,15 +321,14 @@ class Engine:
             self.relations[where].grow(need)
             self._bind_relation(where)
         else:
-            self._world.groups[where].perception.grow(need)
+            self._data.groups[where].perception.grow(need)
         self._bind_groups()
         self.experience.read_back()
-        self.experience.bind(self._world.groups, self.relations)
+        self.experience.bind(self._data.groups, self.relations)
 
     def _read_back(self) -> None:
         record = self._world_record
-        self._world._tick = int(record["tick"])
-        self._world.clock.set(self._world._tick)
+        self._data.timeline.set(int(record["tick"]))
         # 1 only when there was no room for sightings: the step is then completed by the next call.
         self._phase = int(record["phase"])
         if record["history"]:

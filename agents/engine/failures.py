@@ -11,24 +11,24 @@ from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
-    from teamsight.agents.model import World
+    from teamsight.agents.world_data import WorldData
 
-def failure(world: World, status: int, where: int, tick: int) -> ValueError:
+def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
     """Return what is to be raised when a step cannot be made.
 
     Parameters
     ----------
-    world : World
-        Which world.
+    data : WorldData
+        The data of the world.
     status, where : int
         What the loop has returned, and the group in which that happened.
     tick : int
         How many steps were made before.
     """
-    group = world.groups[where]
+    group = data.groups[where]
     if status == OUTSIDE:
         return ValueError(
-            f"{world.arena}: its wall lets {group.name} out at tick {tick}; check the arena with check_arena()"
+            f"{data.arena}: its wall lets {group.name} out at tick {tick}; check the arena with check_arena()"
         )
     return ValueError(
         f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading no "
@@ -45,7 +45,7 @@ def insatiable(group: Group) -> ValueError:
     )
 
 
-def check_places(world: World) -> None:
+def check_places(data: WorldData) -> None:
     """Refuse agents that are outside an arena of a user's own; others have none outside.
 
     Raises
@@ -53,10 +53,10 @@ def check_places(world: World) -> None:
     ValueError
         Naming the group and the place.
     """
-    arena = world.arena
+    arena = data.arena
     if not is_watched(arena):
         return
-    for group in world.groups:
+    for group in data.groups:
         inside = np.asarray(arena.contains(group.bodies.position))
         if not inside.all():
             place = tuple(group.bodies.position[int(np.argmin(inside))].tolist())

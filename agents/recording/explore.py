@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.building import team_of
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, team_of
 from teamsight.agents.model import World
 from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.agents.recording.transitions import Experience
@@ -59,10 +58,10 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
 
 def meet(world: World, group: Group, steps: int) -> Experience:
     """Run a world from where it is and return what the robots of a group meet in these steps."""
-    world.record_experience(group)
-    before = len(world.experience(group).situation)
+    world.recording.record_transitions(group)
+    before = len(world.recording.transitions(group).situation)
     world.run(steps)
-    met = world.experience(group)
+    met = world.recording.transitions(group)
     facts = {name: fact[before:] for name, fact in met.facts.items()}
     return Experience(met.situation[before:], met.action[before:], met.next_situation[before:], facts)
 
@@ -94,7 +93,7 @@ def memory_of(parts: Iterable[Experience], group: Group, settings: Mapping[str, 
 
 def settings_of(world: World, group: Group) -> dict[str, Any]:
     """Return what tells a world's exploration from others, fit for JSON."""
-    world.look()
+    group.host.look()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     return {
         "awareness": repr(group.awareness),

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents import building
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import EXPERIENCE
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.transitions import ExperienceLog
 
 
@@ -52,7 +51,7 @@ class ExperienceLogs:
 
     def begin(self, groups: list[Group]) -> None:
         """Begin new logs: who is in a group, or on its team, may have changed."""
-        teams = [building.team_of(groups, group) for group in self._recorded]
+        teams = [team_of(groups, group) for group in self._recorded]
         begun = [
             ExperienceLog(group, sum(map(len, team))) for group, team in zip(self._recorded, teams, strict=True)
         ]

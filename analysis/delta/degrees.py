@@ -82,11 +82,11 @@ def degrees_with_bearings(world: World, steps: int) -> Degrees:
 
 
 def _steps_made(world: World) -> int:
-    return len(world.history) if world.tick else 0
+    return len(world.recording.history) if world.tick else 0
 
 
 def _largest(world: World, made: int) -> int:
     """Return the largest degree after the first `made` steps."""
     if not made:
         return int(world.max_neighbours)
-    return int(world.history["max_neighbours"].to_numpy()[made:].max(initial=0))
+    return int(world.recording.history["max_neighbours"].to_numpy()[made:].max(initial=0))

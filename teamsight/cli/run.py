@@ -34,7 +34,7 @@ def execute(**given: Any) -> None:
             model.run(min(stretch, settings.steps - start))
             watch("running", model.tick, settings.steps)
     taken = time.perf_counter() - began
-    history = model.history
+    history = model.recording.history
     if settings.save:  # before anything is printed, which may fail
         told = about | {"version": __version__}
         files.write_table(settings.save, history.reset_index(), told, force=settings.force)

@@ -40,11 +40,11 @@ def test_an_ability_that_is_set_is_that_of_an_adjustment(name: str, value: float
         model.step()
         assert getattr(model.robots[3], name) == pytest.approx(value)
         assert getattr(model.robots, name).tolist() == pytest.approx([value] * 10)
-        ends.append((model.robots.position.tolist(), model.history.to_dict()))
+        ends.append((model.robots.position.tolist(), model.recording.history.to_dict()))
     assert ends.count(ends[0]) == 4
     untouched = CMOMMT(radius=2.0, rng=5)
     untouched.run(21)
-    assert ends[0] != (untouched.robots.position.tolist(), untouched.history.to_dict())
+    assert ends[0] != (untouched.robots.position.tolist(), untouched.recording.history.to_dict())
 
 
 def test_one_robot_alone_is_changed_and_at_once() -> None:

@@ -28,21 +28,21 @@ def test_a_resource_of_simpy_serves_processes_of_the_world(advance: Callable[[Wo
     def charge(name: str) -> Generator[Any, Any, None]:
         with charger.request() as place:
             yield place
-            log.append((name, "begins", model.now))
+            log.append((name, "begins", model.clock.now))
             yield model.clock.timeout(2.5)
-        log.append((name, "ends", model.now))
+        log.append((name, "ends", model.clock.now))
         yield store.put(name)
         yield tank.get(2)
 
     def boss() -> Generator[Any, Any, None]:
         for _ in range(2):
-            log.append(((yield store.get()), "relayed", model.now))
+            log.append(((yield store.get()), "relayed", model.clock.now))
         yield simpy.AllOf(model.clock, [model.clock.timeout(1), simpy.Timeout(model.clock, 3)])
         log.append(("boss", "leaves", model.clock.now))
 
     advance(model, 3)
     for name in "ab":
-        model.process(charge(name))
+        model.clock.process(charge(name))
     model.clock.process(boss())
     advance(model, 20)
     assert log == [
@@ -59,9 +59,9 @@ def test_the_clock_is_in_step_with_the_tick(advance: Callable[[World, int], Any]
     assert isinstance(model.clock, simpy.Environment)
     for steps in (1, 4, 30):
         advance(model, steps)
-        assert model.clock.now == model.now == model.tick
+        assert model.clock.now == model.clock.now == model.tick
     # A delay counts from now, not from the last event.
-    simpy.Timeout(model.clock, 2).callbacks.append(lambda event: log.append(model.now))
+    simpy.Timeout(model.clock, 2).callbacks.append(lambda event: log.append(model.clock.now))
     advance(model, 2)
     assert log == []
     advance(model, 1)
@@ -78,21 +78,21 @@ def test_what_python_plans_within_a_step_happens_before_the_next() -> None:
 
     def plan(percept: Any, rng: Any) -> tuple[float, float]:
         if model.tick == 3 and not log:
-            model.at(3, lambda: log.append((model.now, model.tick)))
+            model.clock.at(3, lambda: log.append((model.clock.now, model.tick)))
         return 0.0, 0.0
 
     model = CMOMMT(robots=1, policy=plan, rng=1)
     with pytest.warns(UserWarning, match="one by one"):
         model.run(6)
     assert log == [(3.0, 4)]
-    assert model.now == 6.0
+    assert model.clock.now == 6.0
 
 
 def test_the_clock_cannot_be_run_without_the_world() -> None:
     model = CMOMMT(rng=1)
     with pytest.raises(TypeError, match=r"the world drives its clock; call world\.run\(steps\)"):
         model.clock.run(until=5)
-    assert model.now == 0
+    assert model.clock.now == 0
 
 
 def test_an_interrupted_process_goes_on_where_it_says() -> None:
@@ -100,12 +100,12 @@ def test_an_interrupted_process_goes_on_where_it_says() -> None:
 
     def patrol() -> Generator[Any, Any, None]:
         try:
-            yield model.timeout(50)
+            yield model.clock.timeout(50)
         except simpy.Interrupt as interrupt:
-            log.append((interrupt.cause, model.now))
+            log.append((interrupt.cause, model.clock.now))
 
-    process = model.process(patrol())
-    model.at(7.25, lambda: process.interrupt("fog"))
+    process = model.clock.process(patrol())
+    model.clock.at(7.25, lambda: process.interrupt("fog"))
     model.run(20)
     assert log == [("fog", 7.25)]
 
@@ -115,16 +115,16 @@ def test_a_resource_outlives_a_reset(again: str) -> None:
     model, log = CMOMMT(rng=1), []
     clock, charger = model.clock, simpy.Resource(model.clock)
     saved = model.state()
-    model.at(9, lambda: log.append("planned before"))
+    model.clock.at(9, lambda: log.append("planned before"))
     model.run(5)
     model.reset() if again == "reset" else model.restore(saved)
 
     def charge() -> Generator[Any, Any, None]:
         with charger.request() as place:
             yield place
-            log.append(model.now)
+            log.append(model.clock.now)
 
-    model.process(charge())
+    model.clock.process(charge())
     model.run(20)
     assert model.clock is clock
     assert log == [0]
@@ -133,13 +133,13 @@ def test_a_resource_outlives_a_reset(again: str) -> None:
 @roads
 def test_a_reset_in_an_event_keeps_the_counters_together(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
-    model.at(2, model.reset)
+    model.clock.at(2, model.reset)
     advance(model, 2)
     advance(model, 1)
-    assert (model.tick, model.steps, model.now, len(model.history)) == (1, 1, 1, 1)
+    assert (model.tick, model.steps, model.clock.now, len(model.recording.history)) == (1, 1, 1, 1)
     other = CMOMMT(rng=1)
     other.run(1)
-    assert model.history.equals(other.history)
+    assert model.recording.history.equals(other.recording.history)
 
 
 @roads
@@ -161,14 +161,14 @@ def test_the_world_does_not_advance_within_a_step(where: str, deed: str, advance
     policy: Any = again if where == "decide" else "random-walk"
     model.add(Impatient if where == "own step" else Robot, 2, policy=policy)
     if where == "event":
-        model.at(2, again)
+        model.clock.at(2, again)
     if where == "recorder":
-        model.recorders.append(again)
+        model.recording.callbacks.append(again)
     with pytest.raises(RuntimeError, match=rf"{deed}\(\): called in .*{where}.*; call it between steps"):
         advance(model, 5)
     armed.clear()
     advance(model, 2)
-    assert model.tick == model.steps == len(model.history)
+    assert model.tick == model.steps == len(model.recording.history)
 
 
 @pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -189,7 +189,7 @@ def test_groups_do_not_change_while_they_decide(deed: Callable[[Any], Any]) -> N
     armed = [True]
     model = World(CMOMMT(rng=1).arena, rng=1)
     model.add(Fickle, 4, policy="a-cmommt", awareness="pairwise")
-    with pytest.raises(RuntimeError, match=r"called in decide, while others are still to decide; plan it with world\.at"):
+    with pytest.raises(RuntimeError, match=r"called in decide, while others are still to decide; plan it with world\.clock\.at"):
         model.run(5)
     armed.clear()
     model.run(3)
@@ -214,7 +214,7 @@ def test_an_agent_that_another_has_removed_in_this_step_makes_none() -> None:
 
 def test_what_only_the_world_may_do_to_its_clock() -> None:
     model = CMOMMT(rng=1)
-    model.timeout(5)
+    model.clock.timeout(5)
     with pytest.raises(TypeError, match=r"the world drives its clock; call world\.step\(\)"):
         model.clock.step()
     with pytest.raises(ValueError, match="delay=nan: must be a finite number"):

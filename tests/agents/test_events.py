@@ -31,15 +31,15 @@ def test_an_event_takes_effect_before_the_step_that_starts_at_the_next_whole_tic
     model = CMOMMT(robots=1, targets=1, radius=5.0, policy="stationary", target_speed=0, rng=1)
     model.targets[0].position = (0.0, 4.0)
     model.robots[0].position = (0.0, -4.0)
-    model.at(time, lambda: setattr(model.robots[0], "position", (0.0, 4.0)))
+    model.clock.at(time, lambda: setattr(model.robots[0], "position", (0.0, 4.0)))
     advance(model, 6)
-    assert model.history.observed.tolist() == [float(step >= before) for step in range(1, 7)]
+    assert model.recording.history.observed.tolist() == [float(step >= before) for step in range(1, 7)]
 
 
 @roads
 def test_a_run_ends_before_the_events_of_its_last_tick(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
-    model.at(300, lambda: log.append(model.tick))
+    model.clock.at(300, lambda: log.append(model.tick))
     advance(model, 300)
     assert log == []
     advance(model, 1)
@@ -51,14 +51,14 @@ def test_the_exact_time_is_known_while_it_happens(advance: Callable[[World, int]
     model, log = CMOMMT(rng=1), []
 
     def note() -> None:
-        log.append((model.now, model.tick))
+        log.append((model.clock.now, model.tick))
 
-    model.at(2.5, note)
-    model.at(2.5, lambda: model.at(model.now + 0.75, note))
-    model.at(7, note)
+    model.clock.at(2.5, note)
+    model.clock.at(2.5, lambda: model.clock.at(model.clock.now + 0.75, note))
+    model.clock.at(7, note)
     advance(model, 10)
     assert log == [(2.5, 3), (3.25, 4), (7.0, 7)]
-    assert model.now == 10.0
+    assert model.clock.now == 10.0
 
 
 @roads
@@ -67,16 +67,16 @@ def test_a_process_is_a_plain_generator(advance: Callable[[World, int], Any]) ->
 
     def patrol(start: float) -> Generator[Any, Any, str]:
         for _ in range(3):
-            yield model.timeout(1.5)
-            log.append((model.now, model.tick))
+            yield model.clock.timeout(1.5)
+            log.append((model.clock.now, model.tick))
         return "done"
 
     def boss() -> Generator[Any, Any, None]:
-        result = yield model.process(patrol(0))
-        log.append((model.now, result))
+        result = yield model.clock.process(patrol(0))
+        log.append((model.clock.now, result))
 
     advance(model, 4)
-    model.process(boss())
+    model.clock.process(boss())
     advance(model, 10)
     assert log == [(5.5, 6), (7.0, 7), (8.5, 9), (8.5, "done")]
 
@@ -84,9 +84,9 @@ def test_a_process_is_a_plain_generator(advance: Callable[[World, int], Any]) ->
 def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
     # The event of 4.5 is due before the next step; planning another one must leave it its time.
     model, log = CMOMMT(rng=1), []
-    model.at(4.5, lambda: (log.append(model.now), model.at(model.now + 1, lambda: log.append(model.now))))
+    model.clock.at(4.5, lambda: (log.append(model.clock.now), model.clock.at(model.clock.now + 1, lambda: log.append(model.clock.now))))
     model.run(5)
-    model.at(7, lambda: log.append(model.now))
+    model.clock.at(7, lambda: log.append(model.clock.now))
     assert log == []
     model.run(5)
     assert log == [4.5, 5.5, 7.0]
@@ -98,7 +98,7 @@ def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
 ) -> None:
     model, log = CMOMMT(rng=1), []
     for name in "abc":
-        model.at(2, lambda name=name: log.append(name))
+        model.clock.at(2, lambda name=name: log.append(name))
     advance(model, 3)
     assert log == ["a", "b", "c"]
 
@@ -106,10 +106,10 @@ def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
 @roads
 def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
-    model.at(4, lambda: setattr(model, "running", False))
+    model.clock.at(4, lambda: setattr(model, "running", False))
     while model.running:
         advance(model, 10 if advance is ROADS[0] else 1)
-    assert (model.tick, model.steps, len(model.history), model.now) == (4, 4, 4, 4.0)
+    assert (model.tick, model.steps, len(model.recording.history), model.clock.now) == (4, 4, 4, 4.0)
     model.run(10)
     assert model.tick == 4
     model.running = True
@@ -120,24 +120,24 @@ def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> No
 @roads
 def test_an_error_in_an_event_is_raised_and_the_world_goes_on_from_its_last_step(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
-    model.at(4, lambda: 1 / 0)
+    model.clock.at(4, lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         advance(model, 10)
-    assert (model.tick, model.steps, model.now, len(model.history)) == (4, 4, 4.0, 4)
+    assert (model.tick, model.steps, model.clock.now, len(model.recording.history)) == (4, 4, 4.0, 4)
     advance(model, 6)
     undisturbed = CMOMMT(rng=1)
     undisturbed.run(10)
-    assert model.history.equals(undisturbed.history)
+    assert model.recording.history.equals(undisturbed.recording.history)
 
 
 @roads
 def test_an_error_in_a_process_is_raised_and_the_world_goes_on(advance: Callable[[World, int], Any]) -> None:
     def broken() -> Generator[Any, Any, None]:
-        yield model.timeout(3)
+        yield model.clock.timeout(3)
         raise KeyError("battery")
 
     model = CMOMMT(rng=1)
-    model.process(broken())
+    model.clock.process(broken())
     with pytest.raises(KeyError, match="battery"):
         advance(model, 10)
     assert model.tick == 3
@@ -187,7 +187,7 @@ def test_an_error_in_a_policy_is_raised_at_each_attempt(
     model = CMOMMT(policy=Failing(answer), rng=1)
     with pytest.raises((ValueError, TypeError, ZeroDivisionError), match=message):
         advance(model, 10)
-    assert (model.tick, model.steps, len(model.history)) == (3, 3, 3)
+    assert (model.tick, model.steps, len(model.recording.history)) == (3, 3, 3)
     # mesa 3.5 would from now on step without doing anything.
     with pytest.raises((ValueError, TypeError, ZeroDivisionError), match=message):
         advance(model, 1)
@@ -253,7 +253,7 @@ def test_an_agent_may_leave_in_its_own_step() -> None:
 @roads
 def test_mesas_counter_keeps_up_when_a_policy_fails(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
-    model.at(4, lambda: 1 / 0)
+    model.clock.at(4, lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         advance(model, 10)
     assert model.steps == 4

@@ -86,8 +86,8 @@ def facts(world: World) -> str:
     ]  # fmt: skip
     # As a text, in which what is no number equals itself.
     return repr([
-        groups, world.tick, world.steps, world.now, world.seed_used, world.running, world.max_neighbours,
-        world.observed_fraction, world.history.to_dict(), [len(agent.neighbours) for agent in world.agents if isinstance(agent, Robot)],
+        groups, world.tick, world.steps, world.clock.now, world.seed_used, world.running, world.max_neighbours,
+        world.observed_fraction, world.recording.history.to_dict(), [len(agent.neighbours) for agent in world.agents if isinstance(agent, Robot)],
         sorted(agent.unique_id for agent in world.agents), {k.__name__: len(v) for k, v in world.agents_by_type.items() if len(v)},
     ])  # fmt: skip
 
@@ -115,10 +115,10 @@ OPERATIONS: dict[str, Callable[[World], Any]] = {
     "restore: other groups": lambda w: w.restore(OTHER.state()),
     "restore: no state": lambda w: w.restore({}),  # type: ignore[arg-type]
     "reset: no seed": lambda w: w.reset(-1),
-    "at: has passed": lambda w: w.at(3, lambda: None),
-    "at: nothing to call": lambda w: w.at(9, None),  # type: ignore[arg-type]
-    "at: no number": lambda w: w.at(float("nan"), lambda: None),
-    "process: no generator": lambda w: w.process(lambda: None),  # type: ignore[arg-type]
+    "at: has passed": lambda w: w.clock.at(3, lambda: None),
+    "at: nothing to call": lambda w: w.clock.at(9, None),  # type: ignore[arg-type]
+    "at: no number": lambda w: w.clock.at(float("nan"), lambda: None),
+    "process: no generator": lambda w: w.clock.process(lambda: None),  # type: ignore[arg-type]
     "place: outside": lambda w: w.place(w.groups[0][0], (9, 9)),
     "speed of one": lambda w: setattr(w.groups[0][0], "speed", -1),
     "range of one": lambda w: setattr(w.groups[0][0], "awareness_range", 0),
@@ -126,7 +126,7 @@ OPERATIONS: dict[str, Callable[[World], Any]] = {
     "column: a name that agents have": lambda w: w.groups[0].add_column("speed"),
     "collector: its reporter fails": lambda w: setattr(w, "datacollector", _collector_that_fails()),
     "collector: none": lambda w: setattr(w, "datacollector", None),
-    "record: another world's group": lambda w: w.record_experience(STRANGER),
+    "record: another world's group": lambda w: w.recording.record_transitions(STRANGER),
     "run: no number": lambda w: w.run(2.5),  # type: ignore[arg-type]
 }  # fmt: skip
 
@@ -214,7 +214,7 @@ def test_what_an_agent_said_of_its_group_while_it_was_made_is_forgotten_with_it(
         def __init__(self, model: World, group: Any, row: int) -> None:
             super().__init__(model, group, row)
             model.senses(group, model.groups[0])
-            model.record_experience(group)
+            model.recording.record_transitions(group)
             raise RuntimeError("on second thoughts")
 
     world = World(Disc(1.0), rng=1)

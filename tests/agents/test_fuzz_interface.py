@@ -77,8 +77,8 @@ def facts(world: World) -> str:
     ]  # fmt: skip
     return repr(
         [
-            groups, world.tick, world.steps, world.now, world.running, world.observed_fraction, world.max_neighbours,
-            world.observed, world.mean_neighbours, world.history.to_dict(), len(world.agents),
+            groups, world.tick, world.steps, world.clock.now, world.running, world.observed_fraction, world.max_neighbours,
+            world.observed, world.mean_neighbours, world.recording.history.to_dict(), len(world.agents),
             world.datacollector.get_model_vars_dataframe().to_dict(),
         ]
     )  # fmt: skip
@@ -231,12 +231,12 @@ class Interface(RuleBasedStateMachine):
             elif deed == "speed" and world.groups and len(world.groups[0]):
                 world.groups[0][0].speed = 0.01
 
-        self.both(lambda world: world.at(world.now + delay, lambda: event(world)))
+        self.both(lambda world: world.clock.at(world.clock.now + delay, lambda: event(world)))
 
     @rule(time=nonsense, action=nonsense)
     def plan_nonsense(self, time: Any, action: Any) -> None:
-        self.both(lambda world: world.at(time, None if callable(action) else action))
-        self.both(lambda world: world.process(action))
+        self.both(lambda world: world.clock.at(time, None if callable(action) else action))
+        self.both(lambda world: world.clock.process(action))
 
     @rule(steps=st.sampled_from([None, True, "fast", -1, 1.5, math.nan, math.inf, 1j, b"x", [], [1.0], np.zeros(2), object()]))
     def run_nonsense(self, steps: Any) -> None:
@@ -271,7 +271,7 @@ class Interface(RuleBasedStateMachine):
             assert str(caught.value) == str(error)
             return
         assert one == facts(stepped)
-        assert run.tick == run.steps == run.now == len(run.history)
+        assert run.tick == run.steps == run.clock.now == len(run.recording.history)
         for group in run.groups:
             assert np.isfinite(group.position).all()
             assert run.arena.contains(group.position).all()

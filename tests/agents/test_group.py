@@ -26,7 +26,7 @@ def test_a_world_of_nobody() -> None:
     world = World(Disc(5.0), rng=1)
     world.run(3)
     world.step()
-    assert world.tick == len(world.history) == 4
+    assert world.tick == len(world.recording.history) == 4
     assert np.isnan(world.observed_fraction)
     assert world.max_neighbours == 0
 
@@ -34,10 +34,10 @@ def test_a_world_of_nobody() -> None:
 @pytest.mark.short
 def test_counts_are_those_of_the_positions() -> None:
     model = CMOMMT(radius=3.0, rng=int(np.random.default_rng().integers(2**31)))
-    model.record_positions()
+    model.recording.record_positions()
     model.run(30)
-    table = model.trajectory
-    for step, row in model.history.iterrows():
+    table = model.recording.trajectory
+    for step, row in model.recording.history.iterrows():
         now = table[table.time == step]
         robots, targets = (now[now.group == name][["x", "y"]].to_numpy() for name in ("robots", "targets"))
         near = np.hypot(*(robots[:, None] - robots[None]).transpose(2, 0, 1)) <= 1
@@ -48,7 +48,7 @@ def test_counts_are_those_of_the_positions() -> None:
             pytest.approx(degree.mean()),
             degree.max(),
         )
-    assert model.observed_fraction == pytest.approx(model.history.observed.mean(), rel=1e-12)
+    assert model.observed_fraction == pytest.approx(model.recording.history.observed.mean(), rel=1e-12)
 
 
 def test_two_groups_of_a_team_count_together() -> None:
@@ -57,8 +57,8 @@ def test_two_groups_of_a_team_count_together() -> None:
     for _ in range(2):
         world.senses(world.add(Robot, 2, policy=Stationary(), sensing_range=2.0, awareness_range=2.0), targets)
     world.run(2)
-    assert world.history.observed.tolist() == [1.0, 1.0]
-    assert world.history.mean_neighbours.tolist() == [3.0, 3.0]
+    assert world.recording.history.observed.tolist() == [1.0, 1.0]
+    assert world.recording.history.mean_neighbours.tolist() == [3.0, 3.0]
 
 
 def test_what_two_teams_observe_is_counted_once() -> None:
@@ -70,8 +70,8 @@ def test_what_two_teams_observe_is_counted_once() -> None:
     for kind in (Robot, Rival):
         world.senses(world.add(kind, 2, policy=Stationary(), sensing_range=2.0, awareness_range=2.0), targets)
     world.run(1)
-    assert world.history.mean_neighbours.tolist() == [1.0]
-    assert world.history.observed.tolist() == [1.0]
+    assert world.recording.history.mean_neighbours.tolist() == [1.0]
+    assert world.recording.history.observed.tolist() == [1.0]
 
 
 @pytest.mark.parametrize("equal", [True, False])
@@ -128,7 +128,7 @@ def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> Non
     with pytest.raises(ValueError, match=r"FailsLate: an action of robots at tick 20 is not finite.*check_policy\(\)"):
         for _ in range(30):
             model.run(30) if road == "run" else model.step()
-    assert (model.tick, len(model.history)) == (20, 20)
+    assert (model.tick, len(model.recording.history)) == (20, 20)
 
 
 @pytest.mark.parametrize("advance", [lambda model: model.run(30), lambda model: [model.step() for _ in range(30)]])
@@ -144,7 +144,7 @@ def test_a_kernel_that_answers_nonsense_is_refused_until_the_policy_is_another(a
         world.robots.policy = "a-cmommt"
         world.run(20)
     assert np.array_equal(model.robots.position, other.robots.position)
-    assert model.history.equals(other.history)
+    assert model.recording.history.equals(other.recording.history)
     assert model.observed_fraction == other.observed_fraction
 
 
@@ -202,13 +202,13 @@ def test_abilities_may_change_on_both_roads() -> None:
     ends: list[Any] = []
     for stepping in (False, True):
         model = CMOMMT(radius=2.0, rng=4)
-        model.at(5, lambda model=model: model.adjust(model.robots, speed=0.3, sensing_range=np.linspace(0.5, 1.5, 10)))
-        model.at(9, lambda model=model: model.adjust(model.robots, policy="centroid", awareness="shared"))
-        model.at(12, lambda model=model: model.adjust(model.robots, turn_limit=0.1, awareness_range=0.2))
+        model.clock.at(5, lambda model=model: model.adjust(model.robots, speed=0.3, sensing_range=np.linspace(0.5, 1.5, 10)))
+        model.clock.at(9, lambda model=model: model.adjust(model.robots, policy="centroid", awareness="shared"))
+        model.clock.at(12, lambda model=model: model.adjust(model.robots, turn_limit=0.1, awareness_range=0.2))
         for _ in range(20 if stepping else 0):
             model.step()
         model.run(0 if stepping else 20)
-        ends.append((model.robots.position.tobytes(), model.history))
+        ends.append((model.robots.position.tobytes(), model.recording.history))
         assert model.robots.awareness.name == "shared"
         assert model.robots.speed.tolist() == [0.3] * 10
         before, heading = model.robots.position.copy(), model.robots.heading.copy()

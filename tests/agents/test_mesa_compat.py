@@ -71,7 +71,7 @@ def test_counters_go_on_as_with_single_steps() -> None:
     for _ in range(17):
         stepped.step()
     for model in (run, stepped):
-        assert (model.tick, model.steps, model.now) == (17, 17, 17.0)
+        assert (model.tick, model.steps, model.clock.now) == (17, 17, 17.0)
         assert getattr(model, "time", 17.0) == 17.0
 
 
@@ -96,7 +96,7 @@ def test_a_users_collector() -> None:
             ]
         )
         assert tables[-1][0].tick.tolist() == list(range(7))
-        assert tables[-1][0].seen.tolist()[1:] == model.history.observed.tolist()
+        assert tables[-1][0].seen.tolist()[1:] == model.recording.history.observed.tolist()
         assert len(tables[-1][1]) == 7 * 7
     for one, other in zip(*tables, strict=True):
         pd.testing.assert_frame_equal(one, other)
@@ -107,10 +107,10 @@ def test_the_models_own_collector_holds_the_history() -> None:
     model.run(20)
     table = model.datacollector.get_model_vars_dataframe()
     assert len(table) == 21
-    assert table.observed.tolist()[1:] == model.history.observed.tolist()
-    assert table.observed_fraction.iloc[-1] == model.observed_fraction == pytest.approx(model.history.observed.mean())
-    assert table.max_neighbours.iloc[-1] == model.max_neighbours == model.history.max_neighbours.max()
-    assert table.mean_neighbours.tolist()[1:] == model.history.mean_neighbours.tolist()
+    assert table.observed.tolist()[1:] == model.recording.history.observed.tolist()
+    assert table.observed_fraction.iloc[-1] == model.observed_fraction == pytest.approx(model.recording.history.observed.mean())
+    assert table.max_neighbours.iloc[-1] == model.max_neighbours == model.recording.history.max_neighbours.max()
+    assert table.mean_neighbours.tolist()[1:] == model.recording.history.mean_neighbours.tolist()
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -147,7 +147,7 @@ def test_removing_an_agent() -> None:
     model.run(3)
     late = model.add(Robot, 2, policy=RandomWalk(), name="late")
     assert not set(late.identity.tolist()) & {*identities, *model.targets.identity.tolist()}
-    assert len(model.history) == 6
+    assert len(model.recording.history) == 6
 
 
 def test_removing_everybody() -> None:
@@ -157,7 +157,7 @@ def test_removing_everybody() -> None:
     model.run(2)
     model.step()
     assert len(model.agents) == len(model.robots) == len(model.targets) == 0
-    assert model.history.observed.isna().tolist() == [False, False, True, True, True]
+    assert model.recording.history.observed.isna().tolist() == [False, False, True, True, True]
     assert model.neighbour_graph().number_of_nodes() == 0
 
 
@@ -217,7 +217,7 @@ def test_a_model_is_a_mesa_model_of_ones_own() -> None:
 def test_mesas_run_for_makes_steps() -> None:
     model = CMOMMT(rng=1)
     model.run_for(5)
-    assert (model.tick, len(model.history)) == (5, 5)
+    assert (model.tick, len(model.recording.history)) == (5, 5)
 
 
 def test_both_names_of_the_seed() -> None:

@@ -118,7 +118,7 @@ def test_an_event_of_mesa_that_is_planned_by_one_of_ours_is_not_missed() -> None
     def note() -> None:
         log.append(model.tick)
 
-    model.at(2, lambda: model.schedule_event(note, after=2))
+    model.clock.at(2, lambda: model.schedule_event(note, after=2))
     model.run(10)
     assert log == [5]
     assert model.tick == 10
@@ -197,7 +197,7 @@ def test_a_plain_world_collects_its_history() -> None:
     assert len(tables[0]) == 11
     assert tables[0].equals(tables[1])
     assert tables[0].equals(tables[2])
-    assert tables[0].observed.tolist()[1:] == run.history.observed.tolist()
+    assert tables[0].observed.tolist()[1:] == run.recording.history.observed.tolist()
     assert np.isnan(tables[0].observed_fraction[0])
     run.reset()
     run.run(10)

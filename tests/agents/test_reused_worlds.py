@@ -52,8 +52,8 @@ def left_behind(world: CMOMMT) -> tuple[Any, ...]:
     collected = {name: np.array(values).tobytes() for name, values in world.datacollector.model_vars.items()}
     return (
         groups, world.observed_fraction, world.max_neighbours, world.mean_neighbours, world.tick, world.steps,
-        world.now, world.seed_used, world.settings, world.radius, str(world.arena), world.random.random(),
-        world.rng.random(), world.history.to_csv(), collected,
+        world.clock.now, world.seed_used, world.settings, world.radius, str(world.arena), world.random.random(),
+        world.rng.random(), world.recording.history.to_csv(), collected,
     )  # fmt: skip
 
 
@@ -91,9 +91,9 @@ CHANGES: dict[str, Any] = {
     "an agent is removed": lambda world: world.targets[0].remove(),
     "a policy is set": lambda world: setattr(world, "policy", "centroid"),
     "a degree is set": lambda world: setattr(world, "awareness", "none"),
-    "positions are recorded": lambda world: world.record_positions(),
+    "positions are recorded": lambda world: world.recording.record_positions(),
     "a column is added": lambda world: world.robots.add_column("battery"),
-    "a recorder is added": lambda world: world.recorders.append(lambda model: None),
+    "a recorder is added": lambda world: world.recording.callbacks.append(lambda model: None),
     "a group is added": lambda world: world.add(Robot, 2, policy="centroid"),
     "a group senses": lambda world: world.senses(world.targets, world.robots),
     "an attribute is set": lambda world: setattr(world, "mark", 1),
@@ -120,7 +120,7 @@ def test_a_world_to_which_something_was_done_is_not_used_again(change: str) -> N
     lambda world: setattr(world, "robot_speed", 0.7), lambda world: setattr(world.robots[0], "speed", 0.0),
     lambda world: setattr(world, "awareness_range", 2.0), lambda world: setattr(world.robots[1], "turn_limit", 0.1),
     lambda world: setattr(world.targets[1], "position", (0.0, 0.0)), lambda world: setattr(world, "running", False),
-    lambda world: world.at(3, lambda: pytest.fail("events do not outlive a run")), lambda world: world.step(),
+    lambda world: world.clock.at(3, lambda: pytest.fail("events do not outlive a run")), lambda world: world.step(),
 ])  # fmt: skip
 def test_what_a_run_changes_is_undone(change: Any) -> None:
     worlds = ReusedWorlds()

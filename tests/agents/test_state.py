@@ -21,7 +21,7 @@ def same(one: CMOMMT, other: CMOMMT) -> bool:
     return bool(
         np.array_equal(one.robots.position, other.robots.position)
         and np.array_equal(one.targets.position, other.targets.position)
-        and one.history.equals(other.history)
+        and one.recording.history.equals(other.recording.history)
         and (one.tick, one.steps, one.observed_fraction) == (other.tick, other.steps, other.observed_fraction)
     )
 
@@ -59,7 +59,7 @@ def test_a_state_is_a_copy() -> None:
 @pytest.mark.parametrize("settings", PARTS, ids=str)
 def test_a_reset_world_is_a_new_one(settings: dict[str, Any]) -> None:
     model = CMOMMT(rng=6, **settings)
-    model.at(30, lambda: pytest.fail("events do not outlive a reset"))
+    model.clock.at(30, lambda: pytest.fail("events do not outlive a reset"))
     model.run(20)
     for seed in (7, None):
         model.reset(seed)

@@ -132,7 +132,7 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
     assert f"{100 * model.observed_fraction:.1f} %" in out
     saved = pd.read_parquet(file)
     assert len(saved) == 130
-    assert saved["observed"].tolist() == model.history["observed"].tolist()
+    assert saved["observed"].tolist() == model.recording.history["observed"].tolist()
     assert saved.attrs["seed"] == 4
 
 

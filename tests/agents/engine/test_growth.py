@@ -49,7 +49,7 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     for other in (roomy, stepped):
         assert np.array_equal(model.robots.position, other.robots.position)
         assert np.array_equal(model.targets.position, other.targets.position)
-        assert model.history.equals(other.history)
+        assert model.recording.history.equals(other.recording.history)
         for a, b in zip(model.robots.sightings("teammates"), other.robots.sightings("teammates"), strict=True):
             assert np.array_equal(a, b)
 
@@ -69,7 +69,7 @@ def test_growing_from_hardly_any_room(awareness: str, monkeypatch: pytest.Monkey
     for _ in range(30):
         model.step()
     assert np.array_equal(reference.robots.position, model.robots.position)
-    assert reference.history.equals(model.history)
+    assert reference.recording.history.equals(model.recording.history)
 
 
 def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pytest.MonkeyPatch) -> None:

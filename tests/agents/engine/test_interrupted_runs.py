@@ -34,8 +34,8 @@ def same(one: CMOMMT, other: CMOMMT) -> bool:
     return bool(
         np.array_equal(one.robots.position, other.robots.position)
         and np.array_equal(one.targets.position, other.targets.position)
-        and one.history.equals(other.history)
-        and (one.tick, one.steps, one.now) == (other.tick, other.steps, other.now)
+        and one.recording.history.equals(other.recording.history)
+        and (one.tick, one.steps, one.clock.now) == (other.tick, other.steps, other.clock.now)
         and one.observed_fraction == other.observed_fraction
         and one.datacollector.get_model_vars_dataframe().equals(other.datacollector.get_model_vars_dataframe())
     )
@@ -65,7 +65,7 @@ def test_ctrl_c_in_a_compiled_run_leaves_whole_steps(monkeypatch: pytest.MonkeyP
         except KeyboardInterrupt:
             interrupts += 1
             assert model.tick > before or len(calls) < 4
-            assert model.tick == model.steps == model.now == len(model.history)
+            assert model.tick == model.steps == model.clock.now == len(model.recording.history)
             assert model.running
     monkeypatch.undo()
     assert interrupts > 10
@@ -151,7 +151,7 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
         world.run(steps) if road == "run" else [world.step() for _ in range(steps)]
 
     world, other = make(), make()
-    world.recorders.append(watch)
+    world.recording.callbacks.append(watch)
     advance(world, 5)
     fail[0] = True
     for _ in range(3):
@@ -160,13 +160,13 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
     fail[0] = False
     # A recorder is called when the step has been made.
     made = 8 if where == "recorder" else 5
-    assert (world.tick, world.steps, world.now, len(world.history)) == (made, made, made, made)
+    assert (world.tick, world.steps, world.clock.now, len(world.recording.history)) == (made, made, made, made)
     advance(world, 12 - made)
     advance(other, 12)
     for mine, theirs in zip(world.groups, other.groups, strict=True):
         assert np.array_equal(mine.position, theirs.position)
     assert world.groups[1].memory.tolist() == other.groups[1].memory.tolist() == [12.0] * 3
-    assert world.history.equals(other.history)
+    assert world.recording.history.equals(other.recording.history)
 
 
 class Straight:
@@ -211,7 +211,7 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, m
         try:
             model.run(40 - model.tick)
         except MemoryError:
-            assert len(model.history) == model.tick == model.steps
+            assert len(model.recording.history) == model.tick == model.steps
     monkeypatch.undo()
     assert failures[0] >= 2
     other.run(40)
@@ -222,7 +222,7 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, m
 
 def test_a_run_says_nothing_of_an_exception_that_is_over() -> None:
     model = CMOMMT(rng=1)
-    model.at(2, lambda: 1 / 0)
+    model.clock.at(2, lambda: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         model.run(10)
     assert model.running
@@ -236,9 +236,9 @@ def test_whoever_stops_a_model_stops_it() -> None:
     ]  # fmt: skip
     for advance in advances:
         model = CMOMMT(rng=1)
-        model.at(4.5, lambda model=model: setattr(model, "running", False))
+        model.clock.at(4.5, lambda model=model: setattr(model, "running", False))
         advance(model)
-        assert (model.tick, model.steps, model.now, len(model.history)) == (5, 5, 5.0, 5)
+        assert (model.tick, model.steps, model.clock.now, len(model.recording.history)) == (5, 5, 5.0, 5)
         assert len(model.datacollector.get_model_vars_dataframe()) == 6
         model.step()
         assert model.tick == 6

@@ -97,7 +97,7 @@ def test_a_wall_that_leaks_is_named_and_nobody_is_left_outside(arena: Arena, roa
         with pytest.raises(ValueError, match=re.escape(repr(arena)) + r": its wall lets robots out at tick \d+; .*check_arena\(\)"):
             advance(world, road)
         assert 5 < world.tick < 300
-        assert len(world.history) == world.tick == world.steps
+        assert len(world.recording.history) == world.tick == world.steps
         assert arena.contains(robots.position).all()
     other = World(arena, rng=1)
     others = other.add(Robot, 6, policy=RandomWalk(0.05), speed=0.05, placement=np.zeros((6, 2)))
@@ -117,7 +117,7 @@ def test_a_wall_that_leaks_within_the_box_is_named_after_the_call(road: str) -> 
     for _ in range(3):
         with pytest.raises(ValueError, match=r"Cross\(\): an agent of robots is at \(.*outside by contains\(\).*check_arena"):
             advance(world, road)
-        assert world.tick == world.steps == len(world.history) > 0
+        assert world.tick == world.steps == len(world.recording.history) > 0
 
 
 def test_a_placement_that_leaks_is_named_when_the_group_is_added() -> None:

@@ -43,7 +43,7 @@ def fingerprint(model: World) -> list[Any]:
         for agent in list(group)[:3]:
             percept = agent.percept
             seen += [*percept.targets, *percept.teammates, *percept.relayed, percept.moved]
-    seen += [model.history, model.trajectory]
+    seen += [model.recording.history, model.recording.trajectory]
     if hasattr(model, "datacollector"):
         seen += [model.datacollector.get_model_vars_dataframe()]
     return seen
@@ -137,7 +137,7 @@ def test_recording_positions(every: int) -> None:
 
     def make() -> World:
         model = CMOMMT(robots=4, targets=3, rng=seed)
-        model.record_positions(every)
+        model.recording.record_positions(every)
         return model
 
     assert_one_answer(make)
@@ -145,7 +145,7 @@ def test_recording_positions(every: int) -> None:
     plain.run(60)
     recorded.run(60)
     assert np.array_equal(plain.robots.position, recorded.robots.position)
-    table = recorded.trajectory
+    table = recorded.recording.trajectory
     assert table.time.unique().tolist() == list(range(every, 61, every))
     assert len(table) == 7 * (60 // every)
     if every == 1:
@@ -164,14 +164,14 @@ def test_events_between() -> None:
 
         def kick() -> Any:
             while True:
-                yield model.timeout(7.5)
-                model.robots[int(model.now) % len(model.robots)].position = (0.1 * model.now % 1, 0.2)
+                yield model.clock.timeout(7.5)
+                model.robots[int(model.clock.now) % len(model.robots)].position = (0.1 * model.clock.now % 1, 0.2)
 
-        model.at(12.5, teleport)
-        model.at(20, model.robots[3].remove)
-        model.at(20, model.targets[2].remove)
-        model.at(41.1, lambda: model.add(Robot, 2, policy="a-cmommt", awareness="shared", name="late"))
-        model.process(kick())
+        model.clock.at(12.5, teleport)
+        model.clock.at(20, model.robots[3].remove)
+        model.clock.at(20, model.targets[2].remove)
+        model.clock.at(41.1, lambda: model.add(Robot, 2, policy="a-cmommt", awareness="shared", name="late"))
+        model.clock.process(kick())
         return model
 
     assert_one_answer(make)
@@ -252,7 +252,7 @@ def test_a_policy_called_from_python_agrees_with_its_kernel_in_the_loop(policy: 
         warnings.simplefilter("ignore")
         plain.run(50)
     assert np.array_equal(compiled.robots.position, plain.robots.position)
-    assert compiled.history.equals(plain.history)
+    assert compiled.recording.history.equals(plain.recording.history)
 
 
 def test_running_says_once_why_it_steps() -> None:

@@ -56,13 +56,13 @@ def test_an_event_that_brings_python_into_a_run(late: str) -> None:
             if late == "group":
                 model.add(Robot, 2, policy=lambda percept, rng: (watch(model), 0.05), name="late")
             elif late == "recorder":
-                model.recorders.append(watch)
+                model.recording.callbacks.append(watch)
             else:
                 import mesa
 
                 model.datacollector = mesa.DataCollector({"tick": watch})
 
-        model.at(5, come)
+        model.clock.at(5, come)
         return model
 
     stepped = make()
@@ -78,6 +78,6 @@ def test_counters_in_an_event() -> None:
     seen: list[Any] = []
     for advance in (lambda model: model.run(5), lambda model: [model.step() for _ in range(5)]):
         model = CMOMMT(rng=1)
-        model.at(3, lambda model=model: seen.append((model.tick, model.now, model.steps)))
+        model.clock.at(3, lambda model=model: seen.append((model.tick, model.clock.now, model.steps)))
         advance(model)
     assert seen[0] == seen[1]

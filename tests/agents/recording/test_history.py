@@ -36,7 +36,7 @@ def test_what_changes_nothing_changes_no_last_bit(done: list[tuple[str, int]], t
     other = CMOMMT(robots=4, targets=targets, radius=2.0, rng=targets)
     other.run(model.tick)
     assert repr(model.observed_fraction) == repr(other.observed_fraction)
-    assert model.history.equals(other.history)
+    assert model.recording.history.equals(other.recording.history)
     mine, theirs = (world.datacollector.get_model_vars_dataframe() for world in (model, other))
     assert mine.equals(theirs)
 

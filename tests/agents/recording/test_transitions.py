@@ -126,13 +126,13 @@ WORLDS: dict[str, Callable[[], World]] = {
 def test_experience_is_what_an_observer_of_positions_writes_down(name: str) -> None:
     running, watched = WORLDS[name](), WORLDS[name]()
     for group in running.groups:
-        running.record_experience(group)
+        running.recording.record_transitions(group)
     running.run(STEPS)
     for number, group in enumerate(running.groups):
         if group.team is not None:
             expected = naive(watched, watched.groups[number], STEPS)
             watched.reset(watched.seed_used)
-            close(running.experience(group), expected)
+            close(running.recording.transitions(group), expected)
             assert len(expected.situation) == STEPS * len(group)
 
 
@@ -147,38 +147,38 @@ def test_the_naive_observer_sees_every_fact_happen() -> None:
 def test_both_roads_record_the_same_bits(name: str) -> None:
     def recorded(road: Callable[[World], Any]) -> list[bytes]:
         world = WORLDS[name]()
-        world.record_experience(world.groups[0])
+        world.recording.record_transitions(world.groups[0])
         road(world)
-        return bits(world.experience(world.groups[0]))
+        return bits(world.recording.transitions(world.groups[0]))
 
     once = recorded(lambda world: world.run(STEPS))
     assert recorded(lambda world: [world.step() for _ in range(STEPS)]) == once
     assert recorded(lambda world: [world.run(k) for k in (1, 0, 30, 9)]) == once
     assert recorded(lambda world: (world.run(7), world.step(), world.run(STEPS - 8))) == once
     again = WORLDS[name]()
-    again.record_experience(again.groups[0])
+    again.recording.record_transitions(again.groups[0])
     again.run(3)
     again.reset(again.seed_used)
     again.run(STEPS)
-    assert bits(again.experience(again.groups[0])) == once
+    assert bits(again.recording.transitions(again.groups[0])) == once
 
 
 def test_recording_changes_nothing() -> None:
     plain, recorded = paper(), paper()
-    recorded.record_experience(recorded.robots)
+    recorded.recording.record_transitions(recorded.robots)
     for world in (plain, recorded):
         world.run(STEPS)
-    assert plain.history.equals(recorded.history)
+    assert plain.recording.history.equals(recorded.recording.history)
     assert np.array_equal(plain.robots.position, recorded.robots.position)
 
 
 def test_a_robot_that_leaves_takes_its_pairs_no_further() -> None:
     world = paper()
-    world.record_experience(world.robots)
-    world.at(10, lambda: world.robots[2].remove())
-    world.at(20, lambda: setattr(world.robots[0], "position", (0.1, 0.2)))
+    world.recording.record_transitions(world.robots)
+    world.clock.at(10, lambda: world.robots[2].remove())
+    world.clock.at(20, lambda: setattr(world.robots[0], "position", (0.1, 0.2)))
     world.run(30)
-    met = world.experience(world.robots)
+    met = world.recording.transitions(world.robots)
     assert len(met.situation) == 10 * 5 + 20 * 4
     # Who is put somewhere by hand begins its next pair there; all others go on where they were.
     last, first = met.next_situation[50:].reshape(20, 4, -1)[:-1], met.situation[50:].reshape(20, 4, -1)[1:]
@@ -190,22 +190,22 @@ def test_a_robot_that_leaves_takes_its_pairs_no_further() -> None:
 def test_only_a_ring_stays_as_wide_as_it_is_when_the_team_grows() -> None:
     for degree, fits in (("ring", True), ("pairwise", False)):
         world = paper(awareness=degree)
-        world.record_experience(world.robots)
+        world.recording.record_transitions(world.robots)
         world.run(5)
         world.add(Robot, 2, policy=WALK, name="late")
         world.run(5)
         if fits:
-            assert len(world.experience(world.robots).situation) == 50
+            assert len(world.recording.transitions(world.robots).situation) == 50
         else:
             with pytest.raises(ValueError, match=r"24 and 28 components.*use RingAwareness"):
-                world.experience(world.robots)
+                world.recording.transitions(world.robots)
 
 
 def test_rotations_lie_within_half_a_turn() -> None:
     world = paper(policy=lambda percept, rng: (math.pi if rng.random() < 0.5 else -math.pi, 0.05))
-    world.record_experience(world.robots)
+    world.recording.record_transitions(world.robots)
     world.run(20)
-    rotation = world.experience(world.robots).action[:, 0]
+    rotation = world.recording.transitions(world.robots).action[:, 0]
     assert (rotation > 0).all()
     assert (np.abs(rotation - np.float32(math.pi)) < 1e-6).all()
 
@@ -213,8 +213,8 @@ def test_rotations_lie_within_half_a_turn() -> None:
 def test_what_was_not_recorded_is_asked_for_in_vain() -> None:
     world, other = paper(), paper()
     with pytest.raises(ValueError, match=r"none was recorded; call record_experience"):
-        world.experience(world.robots)
+        world.recording.transitions(world.robots)
     with pytest.raises(ValueError, match="must have been added to this world"):
-        world.record_experience(other.robots)
-    world.record_experience(world.robots)
-    assert world.experience(world.robots).situation.shape == (0, 32)
+        world.recording.record_transitions(other.robots)
+    world.recording.record_transitions(world.robots)
+    assert world.recording.transitions(world.robots).situation.shape == (0, 32)

@@ -42,16 +42,16 @@ def coming_and_going(seed: int) -> World:
 
     def come() -> None:
         guests = world.add(Robot, 4, policy=RandomWalk(), name="guests")
-        world.at(27, lambda: [guest.remove() for guest in list(guests)])
+        world.clock.at(27, lambda: [guest.remove() for guest in list(guests)])
 
-    world.at(25, come)
+    world.clock.at(25, come)
     return world
 
 
 def late(seed: int) -> World:
     """Nobody is on a team until tick 5."""
     world = World(Disc(0.4), rng=seed)
-    world.at(5, lambda: world.add(Robot, 3, policy=RandomWalk()))
+    world.clock.at(5, lambda: world.add(Robot, 3, policy=RandomWalk()))
     return world
 
 
@@ -98,8 +98,8 @@ def test_over_time_agrees_with_the_history(make: Callable[[int], World]) -> None
     world = make(int(np.random.default_rng().integers(2**31)))
     table = neighbour_graph.over_time(world, 40)
     assert table["time"].tolist() == list(range(41))
-    assert table["max_degree"].tolist()[1:] == world.history["max_neighbours"].tolist(), world.seed_used
-    assert table["mean_degree"].tolist()[1:] == pytest.approx(world.history["mean_neighbours"]), world.seed_used
+    assert table["max_degree"].tolist()[1:] == world.recording.history["max_neighbours"].tolist(), world.seed_used
+    assert table["mean_degree"].tolist()[1:] == pytest.approx(world.recording.history["mean_neighbours"]), world.seed_used
     networks = len(world.teammates.sizes)
     assert table["components"].iloc[-1] == networks
     assert table["largest_clique"].iloc[-1] == world.teammates.largest_team
@@ -117,7 +117,7 @@ def test_over_time_of_a_world_whose_robots_have_left() -> None:
 
 def test_over_time_ends_when_the_model_stops() -> None:
     world = two_groups(1)
-    world.at(3, lambda: setattr(world, "running", False))
+    world.clock.at(3, lambda: setattr(world, "running", False))
     table = neighbour_graph.over_time(world, 10)
     assert table["time"].is_unique
     assert table["time"].iloc[-1] == world.tick < 10

@@ -80,13 +80,13 @@ def test_bad_settings_are_refused_before_any_run() -> None:
 
 def test_graph_over_time_agrees_with_the_model_and_its_record() -> None:
     model = CMOMMT(robots=15, radius=3.0, policy="random-walk", rng=4)
-    model.record_positions(every=1)
+    model.recording.record_positions(every=1)
     stepped = neighbour_graph.over_time(model, 10)
     assert stepped["time"].tolist() == list(range(11))
-    assert stepped["max_degree"].tolist()[1:] == model.history["max_neighbours"].tolist()
+    assert stepped["max_degree"].tolist()[1:] == model.recording.history["max_neighbours"].tolist()
     own, theirs = neighbour_graph.to_networkx(model.proximity, model.robots.position), model.neighbour_graph()
     assert nx.is_isomorphic(own, theirs)
-    trajectory = model.trajectory
+    trajectory = model.recording.trajectory
     robots = trajectory[trajectory["group"] == trajectory["group"].iloc[0]]
     recorded = neighbour_graph.over_trajectory(robots, 1.0)
     common = stepped[stepped["time"].isin(recorded["time"])].reset_index(drop=True)
@@ -105,13 +105,13 @@ def test_over_time_takes_strides() -> None:
 
 def test_tracks_of_a_run_give_its_degrees() -> None:
     model = CMOMMT(robots=15, radius=3.0, policy="random-walk", rng=9)
-    model.record_positions(every=1)
+    model.recording.record_positions(every=1)
     model.run(60)
-    trajectory = model.trajectory
+    trajectory = model.recording.trajectory
     robots = trajectory[trajectory["group"] == trajectory["group"].iloc[0]].rename(columns={"identity": "robot"})
     found = from_trajectories.delta_from_trajectories(robots, 1.0, window=20.0, arena=model.arena, risk=0.5)
     degree = found.over_time.set_index("time")["max_degree"]
-    history = model.history["max_neighbours"]
+    history = model.recording.history["max_neighbours"]
     both = degree.index.intersection(history.index)
     assert len(both) >= 59
     assert degree[both].tolist() == history[both].tolist()

@@ -160,7 +160,7 @@ def test_a_learner_keeps_the_contract_and_both_roads(kind: Any) -> None:
     running.run(40)
     for _ in range(40):
         stepping.step()
-    assert running.history.equals(stepping.history)
+    assert running.recording.history.equals(stepping.history)
     assert running.robots.position.tobytes() == stepping.robots.position.tobytes()
     with pytest.raises(ValueError, match="learned from situations|reads 32 inputs"):
         CMOMMT(robots=4, awareness="none", policy=learner, rng=2)

@@ -1,0 +1,84 @@
+"""The recording of a world: its history, positions and transitions on demand, and the user's recorders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mesa
+import pandas as pd
+
+from teamsight.agents.engine.engine import Engine
+from teamsight.agents.group import Group
+from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.agents.recording.trajectory import trajectory_frame
+from teamsight.agents.recording.transitions import Experience, joined
+from teamsight.agents.world_data import WorldData
+from teamsight.core import checks
+
+
+class Recording:
+    """What a world keeps of its run. A world makes its own: ``world.recording``.
+
+    Parameters
+    ----------
+    data : WorldData
+        The data of the world.
+    engine : Engine
+        The engine of the world.
+
+    Attributes
+    ----------
+    callbacks : list of callable
+        Functions of the world, called after each step. Steps are then made one by one.
+    collector : mesa.DataCollector
+        The data collector of the world; see `World.datacollector`.
+    """
+
+    def __init__(self, data: WorldData, engine: Engine) -> None:
+        self._data, self._engine = data, engine
+        self.callbacks: list[Callable[[Any], Any]] = []
+        self.collector: mesa.DataCollector = HistoryCollector()
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
+        return self._data.history.frame()
+
+    def record_positions(self, every: int = 1) -> None:
+        """Record the positions of all agents from now on, at each tick that `every` divides; see `trajectory`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `every` is not a whole number of at least 1.
+        """
+        self._engine.record_positions(checks.count("every", every))
+
+    @property
+    def trajectory(self) -> pd.DataFrame:
+        """The recorded positions: time [ticks], group, identity, x, y [length]."""
+        return trajectory_frame(self._engine.trails)
+
+    def record_transitions(self, group: Group) -> None:
+        """Record the transitions of a group's robots from now on; see `transitions`.
+
+        `World.reset` and `World.restore` start the record anew.
+
+        Raises
+        ------
+        ValueError
+            If the group is not in this world.
+        """
+        self._engine.record_experience(group)
+
+    def transitions(self, group: Group) -> Experience:
+        """Return the recorded transitions of a group: one for each robot and step.
+
+        Raises
+        ------
+        ValueError
+            If none were recorded, or the width of the situation has changed meanwhile.
+        """
+        self._engine.prepare()
+        return joined(group, [log for log in self._engine.experience.logs if log.group is group])
