@@ -8,15 +8,15 @@ import tarfile
 import zipfile
 from pathlib import Path
 
-ROOMS = ("agents", "world", "policies", "analysis")
+FOLDERS = ("agents", "world", "policies", "analysis")
 
 
 def packaged(path: str) -> str | None:
-    """Return where a file of the repository lies in the package, or None if it is no part of it."""
+    """Return the place of a file of the repository in the package, or None if it is not part of it."""
     first, _, rest = path.partition("/")
     if first == "teamsight":
-        return None if rest in ROOMS else path
-    return f"teamsight/{path}" if first in ROOMS else None
+        return None if rest in FOLDERS else path
+    return f"teamsight/{path}" if first in FOLDERS else None
 
 
 def in_package(paths: list[str]) -> set[str]:
@@ -42,7 +42,7 @@ def main(folder: Path) -> int:
     for file in strange:
         print(f"{file}: in the wheel outside the package")
     if not {"teamsight/py.typed", "teamsight/agents/model.py", "teamsight/world/arena.py"} <= built:
-        print("the wheel lacks py.typed or a room")
+        print("the wheel lacks py.typed or a folder")
         return 1
     if missing or strange:
         return 1

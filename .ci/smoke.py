@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def try_models() -> None:
-    """Run the package's model by both roads, and a world of one's own."""
+    """Run the package's model on both paths, and a world composed of groups."""
     import teamsight
     from teamsight import CMOMMT, Robot, Target, Torus, World
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from itertools import islice, takewhile
 from typing import Any
 
 import numpy as np
@@ -35,14 +37,19 @@ class ReusedWorlds:
     def __init__(self) -> None:
         self._world: World | None = None
         self._built: _Built | None = None
+        self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
 
-    def begin(
-        self,
-        model: Callable[..., World],
-        parameters: Mapping[str, Any],
-        seed: int,
-        following: Sequence[int] = (),
-    ) -> World:
+    def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
+        """Announce the runs that will be begun, so that the starts of many can be computed in one call.
+
+        Parameters
+        ----------
+        runs : iterable of (mapping, int)
+            Parameters and seed of each, in order. Other runs may be begun all the same.
+        """
+        self._expected = deque(runs)
+
+    def begin(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int) -> World:
         """Return a world before its first step; it is valid until the next one is begun.
 
         Parameters
@@ -52,17 +59,16 @@ class ReusedWorlds:
         parameters : mapping
             Its keyword parameters.
         seed : int
-            The seed of this run.
-        following : sequence of int
-            Seeds of the next runs with the same parameters, if they are known: their starts are computed in the same
-            call.
+            The seed of the run.
 
         Raises
         ------
         TypeError, ValueError
             As for the model.
         """
-        if self._built is not None and self._built.begin(model, parameters, seed, following):
+        if self._expected and self._expected[0][1] == seed and _are_same(self._expected[0][0], parameters):
+            self._expected.popleft()
+        if self._built is not None and self._built.begin(model, parameters, seed, self._expected):
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
@@ -89,7 +95,11 @@ class _Built:
         self._runs: dict[int, int] = {}
 
     def begin(
-        self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, following: Sequence[int]
+        self,
+        model: Callable[..., World],
+        parameters: Mapping[str, Any],
+        seed: int,
+        expected: Iterable[tuple[Mapping[str, Any], int]],
     ) -> bool:
         """Begin a run if it can use this world; return whether it can."""
         world = self.world
@@ -102,6 +112,7 @@ class _Built:
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
             self._numbers, self._runs = numbers, {}
+        following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
         world._begin(seed, self._start, run, first_states(world._data))
@@ -111,10 +122,10 @@ class _Built:
         world._stepper.begin_to_collect()
         return True
 
-    def _run_of(self, seed: int, following: Sequence[int]) -> int:
+    def _run_of(self, seed: int, following: Iterable[int]) -> int:
         """Return which of the computed starts belongs to a seed."""
         if seed not in self._runs:
-            seeds = list(dict.fromkeys([seed, *following[: _STARTS_PER_CALL - 1]]))
+            seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
             self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
             self._runs = {each: run for run, each in enumerate(seeds)}
         return self._runs[seed]
@@ -142,6 +153,7 @@ def _trace(world: World) -> tuple[Any, ...]:
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    """Whether two mappings hold the same settings, as far as that can be known."""
     return one.keys() == other.keys() and all(_is_same(value, other[name]) for name, value in one.items())
 
 

@@ -1,7 +1,7 @@
 """The command line as a program: ``teamsight`` and ``python -m teamsight``.
 
-Ctrl-C ends the program with status 130 and one line, whenever it comes. So this module imports nothing that Python has
-not loaded before: the time in which Python itself would answer with a traceback is as short as it can be.
+Ctrl-C ends the program with status 130 and one line, at any time. So this module imports nothing that Python has not
+loaded before: until the handler below is set, Python itself would print a traceback.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 _INTERRUPTED = 130
-_ROOMS = ("teamsight.agents", "teamsight.analysis", "teamsight.policies", "teamsight.world")
+_PACKAGES = ("teamsight.agents", "teamsight.analysis", "teamsight.policies", "teamsight.world")
 
 
 def main() -> NoReturn:
     """Run the command line and exit; see `teamsight.cli.main`."""
-    # A program in the background of a shell ignores Ctrl-C, and goes on doing so.
+    # A program that a shell runs in the background ignores Ctrl-C; leave that as it is.
     if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
         _signal.signal(_signal.SIGINT, _interrupt)
     try:
@@ -31,7 +31,7 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         _leave("teamsight: interrupted\n")
     except SystemExit as end:
-        # All is done. Python would answer Ctrl-C with a traceback while it clears up.
+        # The work is done. While Python shuts down, Ctrl-C would print a traceback.
         _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
         if end.code == _INTERRUPTED:
             _leave()
@@ -40,35 +40,35 @@ def main() -> NoReturn:
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     if _is_loading(frame):
-        # Modules that are interrupted while they load report other errors instead, or go on half loaded. Nothing has
-        # begun that would have to be cleared up.
+        # A module that is interrupted while it loads may raise another error, or stay half loaded. No work has begun,
+        # so there is nothing to clean up.
         try:
             os.write(2, b"teamsight: interrupted\n")
-        finally:  # nobody may be there to read it
+        finally:  # standard error may be closed
             os._exit(_INTERRUPTED)
     raise KeyboardInterrupt
 
 
 def _is_loading(frame: FrameType | None) -> bool:
-    """Say whether the command line is importing what it needs, and no work is under way meanwhile."""
+    """Return whether modules are being imported while no work is in progress."""
     loading = working = False
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
-            # What a module runs when it is imported is no work.
+            # Code that a module runs while it is imported is not work.
             loading, working = True, False
-        elif str(frame.f_globals.get("__name__")).startswith(_ROOMS):
+        elif str(frame.f_globals.get("__name__")).startswith(_PACKAGES):
             working = True
         frame = frame.f_back
     return loading and not working
 
 
 def _leave(message: str = "") -> NoReturn:
-    """End after an interrupt; Python itself may end by the signal instead of the status."""
+    """Exit after an interrupt; Python itself may exit by the signal instead of with the status."""
     _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
     import atexit
     import contextlib
 
-    with contextlib.suppress(OSError, ValueError, AttributeError):  # nobody may be there to read it
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # standard error may be closed
         sys.stderr.write(message)
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):

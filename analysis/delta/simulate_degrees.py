@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.delta import sector_occupancy, team_conditions
 from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.degrees import Degrees, Factory, FromSeed, degrees, degrees_with_bearings
@@ -163,8 +164,6 @@ def _measured(planned: Sequence[Run], pool: WorkerPool | None, progress: Progres
 
 def _first(run: Run) -> Degrees:
     """Make the first run in this process, where its errors keep their types and its kernels are compiled once."""
-    from teamsight.agents.reused_worlds import ReusedWorlds
-
     with contextlib.closing(ReusedWorlds()) as worlds:
         found: Degrees = run.make(worlds)
         if not (found.max_neighbours or found.largest_team or any(one.robots for one in found.met)):

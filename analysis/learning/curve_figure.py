@@ -170,8 +170,9 @@ def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
         axes.plot(ordered["transitions"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
         if known:
             axes.fill_between(
-                ordered["transitions"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
-            )
+                ordered["transitions"], 100 * ordered["low"], 100 * ordered["high"],
+                color=colour, alpha=0.1, linewidth=0,
+            )  # fmt: skip
     axes.set_xscale("log")
     marks = sorted(points["transitions"].unique())
     if len(marks) > _MOST_MARKS:

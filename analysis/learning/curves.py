@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +66,7 @@ class Curves:
     learners: tuple[str, ...] = ("lazy", "tabular", "linear")
     samples: tuple[int, ...] = SAMPLES
     memories: int = 10
-    worlds: int = 2
+    worlds: int = 4
     robots: int = 5
     targets: int = 15
     radius: float = 3.0
@@ -167,7 +166,7 @@ class CurveJob:
         """See `Job`."""
         return f"the learning curves, {self.degree or 'policies that do not learn'}, memory {self.memory}"
 
-    def make(self, worlds: ReusedWorlds, following: Sequence[object] = ()) -> list[dict[str, Any]]:
+    def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
         """Return the rows of the job; see `make_curves`."""
         return _learnt_rows(self) if self.degree else _designed_rows(self)
 

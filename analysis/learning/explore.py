@@ -87,8 +87,8 @@ class Exploration:
         limits.runs(self.runs)
         if self.transitions > limits.MOST_TRANSITIONS:
             raise ValueError(
-                f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.transitions:.1e} transitions, "
-                f"at most {limits.MOST_TRANSITIONS:.0e} fit in memory; give less of one"
+                f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.transitions:.1e} "
+                f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; give less of one"
             )
         checks.count("seed", self.seed, least=0)
 

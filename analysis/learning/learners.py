@@ -80,7 +80,8 @@ def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Objective, Progress], 
 
 
 def _sheppard(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
-    return SheppardLazyQ(inputs, objective.reward, discount=objective.discount, capacity=max(len(memory), 600), memory=memory)
+    capacity = max(len(memory), 600)
+    return SheppardLazyQ(inputs, objective.reward, discount=objective.discount, capacity=capacity, memory=memory)
 
 
 #: Every learner by name.

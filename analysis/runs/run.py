@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import takewhile
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -120,19 +119,9 @@ class Run:
         """Return the run with a single step, which compiles everything that the run needs."""
         return replace(self, steps=1)
 
-    def make(self, worlds: ReusedWorlds, following: Sequence[object] = ()) -> Any:
-        """Run the world and return what is measured.
-
-        Parameters
-        ----------
-        worlds : ReusedWorlds
-            Begins the world, in the one of the run before if that is possible.
-        following : sequence
-            The jobs to be made next: runs of the same parameters are placed together.
-        """
-        alike = takewhile(lambda job: isinstance(job, Run) and job.parameters is self.parameters, following)
-        seeds = [run.seed for run in alike if isinstance(run, Run)]
-        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed, seeds), self.steps)
+    def make(self, worlds: ReusedWorlds) -> Any:
+        """Run the world and return what is measured."""
+        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""

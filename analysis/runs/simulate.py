@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.workers import JobError, WorkerPool, emit
 
 if TYPE_CHECKING:
@@ -22,9 +23,6 @@ IMPORTS = ("teamsight.agents.reused_worlds",)
 _CHUNK = 200_000.0
 # Chunks for each worker of a small batch, so that all of them take part and end together.
 _CHUNKS_PER_WORKER = 4
-
-# Jobs that a job is shown beyond itself.
-_LOOKAHEAD = 64
 
 #: Called with the work done and the work in all, in arbitrary units.
 Progress = Callable[[float, float], None]
@@ -52,8 +50,8 @@ class Job(Protocol):
     def shortest(self) -> Job | None:
         """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""
 
-    def make(self, worlds: ReusedWorlds, following: Sequence[Job] = ()) -> Any:
-        """Do the work in this process and return the result; `following` are the jobs to be made next."""
+    def make(self, worlds: ReusedWorlds) -> Any:
+        """Do the work in this process and return the result."""
 
     def describe(self) -> str:
         """Return the job in words, for errors."""
@@ -145,15 +143,18 @@ def _compile(jobs: Sequence[Job]) -> None:
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:
+    # Slow to import: only where worlds are made.
     from teamsight.agents.reused_worlds import ReusedWorlds
 
-    with contextlib.closing(ReusedWorlds()) as worlds, _announcing():
-        return [_make_one(job, worlds, jobs[index + 1 : index + 1 + _LOOKAHEAD]) for index, job in enumerate(jobs)]
+    worlds = ReusedWorlds()
+    worlds.expect((job.parameters, job.seed) for job in jobs if isinstance(job, Run))
+    with contextlib.closing(worlds), _announcing():
+        return [_make_one(job, worlds) for job in jobs]
 
 
-def _make_one(job: Job, worlds: ReusedWorlds, following: Sequence[Job]) -> Any:
+def _make_one(job: Job, worlds: ReusedWorlds) -> Any:
     try:
-        return job.make(worlds, following)
+        return job.make(worlds)
     except Exception as error:
         raise JobError(f"{error} (in {job.describe()})") from error
 

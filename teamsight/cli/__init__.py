@@ -1,4 +1,4 @@
-"""The command line: ``teamsight reproduce``, ``teamsight delta`` and ``teamsight run``."""
+"""The command line: one file for each command; `main` lists them."""
 
 from __future__ import annotations
 

@@ -1,93 +1,166 @@
-"""``teamsight delta``: how many neighbours a robot must be ready for, by simulation or from recorded positions."""
+"""``teamsight delta``: choose δ by simulation, or from recorded positions."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli import limits, values
+from teamsight.cli.options import Settings
 from teamsight.cli.paths import check_apart
-from teamsight.cli.settings import SimulatedDeltaSettings, TracksDeltaSettings
-from teamsight.cli.show import say, watching, wide_console
 
 if TYPE_CHECKING:
     from teamsight.analysis.delta.report import DeltaReport
 
-_ONLY_TRACKS, _BOTH = {"tracks", "window", "sort"}, {"risk", "awareness_range", "out", "force"}
+_RECORDED = ("window", "sort")
+_SIMULATED = ("robots", "targets", "radius", "policy", "preset", "runs", "steps", "seed", "workers")
+# Recorded positions may be in any unit.
+_SHORTEST, _LONGEST = 1e-15, 1e18
 
 
-def execute(**given: Any) -> None:
-    """Choose δ and print the report."""
-    said = {name: value for name, value in given.items() if value is not None}
-    if "tracks" in said:
-        _refuse(said, set(said) - _ONLY_TRACKS - _BOTH, "is told by the tracks; leave it out")
-        _from_tracks(TracksDeltaSettings(**said))
-    else:
-        _refuse(said, set(said) & _ONLY_TRACKS, "is for recorded positions; give --tracks too, or leave it out")
-        _from_simulation(SimulatedDeltaSettings(**said))
+class DeltaSettings(Settings):
+    """Settings of ``teamsight delta``."""
+
+    robots: int = values.agents(30, "Number of robots.")
+    targets: int = values.agents(15, "Number of targets; only policies that follow targets depend on it.")
+    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
+    policy: str = values.policy("random-walk")
+    preset: str | None = values.preset()
+    awareness_range: float = values.number(
+        1.0,
+        "Distance within which two robots are neighbours.",
+        least=_SHORTEST,
+        most=_LONGEST,
+        shown="1; required with --trajectories",
+    )
+    risk: float = values.number(
+        0.01,
+        "Maximum probability that any robot has more than δ neighbours during a run.",
+        least=limits.LEAST_RISK,
+        most=1.0,
+    )
+    runs: int | None = values.runs(None, "Number of runs to simulate.", shown="10 / risk")
+    steps: int = values.steps(600)
+    seed: int = values.seed(0, "Seed of all runs.")
+    workers: int | None = values.workers()
+    trajectories: Path | None = values.file(
+        "Read recorded positions instead of simulating: CSV or Parquet with the columns time, robot, x, y and, for "
+        "several recordings, run."
+    )
+    window: float | None = values.number(
+        None,
+        "Duration for which the risk is stated, in the unit of the time column.",
+        least=_SHORTEST,
+        most=_LONGEST,
+        shown="a run if there are ten or more, otherwise 1/20 of the record",
+    )
+    sort: bool = values.flag("Sort recorded positions whose times are out of order.")
+    out: Path | None = values.folder(None, "Write tables, report and figure to this folder.")
+    force: bool = values.force()
+
+    def check(self) -> None:
+        """Refuse options of a simulation with recorded positions, and the other way round."""
+        if self.trajectories:
+            self._refuse(_SIMULATED, "cannot be combined with --trajectories, which determines it; leave it out")
+            if "awareness_range" not in self.given:
+                raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
+            return
+        self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
+        from teamsight.world.limits import length
+
+        length("awareness_range", self.awareness_range)
+        runs = limits.runs_within(self.risk, self.runs)
+        limits.check_work(self.robots, self.targets, self.steps, runs)
+        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range)
+
+    def _refuse(self, names: tuple[str, ...], reason: str) -> None:
+        for name in names:
+            if name in self.given:
+                raise ValueError(f"--{name}={getattr(self, name)}: {reason}")
+
+    def about(self) -> dict[str, Any]:
+        """Return the settings that distinguish a report from others, fit for JSON."""
+        unused = _SIMULATED if self.trajectories else _RECORDED
+        found = self.values(without=(*unused, "workers", "out", "force"))
+        return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
 
 
-def _refuse(said: dict[str, Any], names: set[str], reason: str) -> None:
-    if names:
-        name = sorted(names)[0]
-        raise ValueError(f"{name}={said[name]}: {reason}")
+def delta(settings: DeltaSettings) -> None:
+    """Choose δ: how many neighbours does a robot have at most?
 
+    Simulates a world, or reads recorded positions. Prints the smallest δ for which the probability that any robot has
+    more than δ neighbours during a run is at most the risk, with its confidence interval; how many of these neighbours
+    a ring of δ sectors shows; and how many inputs δ costs compared with the other degrees of awareness.
 
-def _from_simulation(settings: SimulatedDeltaSettings) -> None:
-    from teamsight.analysis.delta.choose import choose_delta
-
+    \b
+    Examples:
+      teamsight delta --robots 30 --radius 5
+      teamsight delta --robots 30 --radius 2 --policy a-cmommt --risk 0.001
+      teamsight delta --trajectories trajectories.csv --awareness-range 1.0 --window 60
+    """
     _prepare(settings)
-    # The degree of awareness is geometry: it does not depend on what the robots know; the policy may.
-    world = settings.model_dump(exclude={"risk", "runs", "steps", "seed", "out", "force"}, exclude_none=True)
-    with watching() as watch:
-        report = choose_delta(
+    report = _recorded(settings) if settings.trajectories else _simulated(settings)
+    _show(report, settings)
+
+
+def _simulated(settings: DeltaSettings) -> DeltaReport:
+    from teamsight.analysis.delta.choose import choose_delta
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import watching
+
+    # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
+    world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "preset"))
+    with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
+        return choose_delta(
             world,
+            pool=pool,
             runs=settings.runs,
             steps=settings.steps,
             risk=settings.risk,
             rng=settings.seed,
-            progress=lambda done, total: watch("exploring", done, total),
+            progress=lambda done, total: watch("simulating", done, total),
         )
-    _show(report, settings)
 
 
-def _from_tracks(settings: TracksDeltaSettings) -> None:
+def _recorded(settings: DeltaSettings) -> DeltaReport:
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories, read_trajectories
-    from teamsight.analysis.delta.report import files_in
+    from teamsight.cli.show import watching
 
-    for file in files_in(settings.out) if settings.out else ():
-        check_apart("out", file, "tracks", settings.tracks)
-    _prepare(settings)
+    assert settings.trajectories is not None
     with watching() as watch:
-        tracks = read_trajectories(
-            settings.tracks, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
+        trajectories = read_trajectories(
+            settings.trajectories, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
         )
-        report = delta_from_trajectories(
-            tracks,
+        return delta_from_trajectories(
+            trajectories,
             settings.awareness_range,
             risk=settings.risk,
             window=settings.window,
             progress=lambda done, total: watch("counting", done, total),
         )
-    _show(report, settings)
 
 
-def _asked(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> dict[str, Any]:
-    """Return what tells a report from others."""
-    return settings.model_dump(mode="json", exclude={"out", "force"}, exclude_none=True)
+def _prepare(settings: DeltaSettings) -> None:
+    """Check that the report can be written, before the work."""
+    if settings.out is None:
+        return
+    from teamsight.analysis.delta.report import check_report, files_in
+    from teamsight.analysis.runs.files import prepare_folder
+
+    if settings.trajectories:
+        for file in files_in(settings.out):
+            check_apart("out", file, "trajectories", settings.trajectories)
+    check_report(settings.out, {"settings": settings.about()}, force=settings.force)
+    prepare_folder(settings.out)
 
 
-def _prepare(settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
-    if settings.out:
-        from teamsight.analysis.delta.report import check_report
-        from teamsight.analysis.runs.files import prepare_folder
+def _show(report: DeltaReport, settings: DeltaSettings) -> None:
+    from teamsight.cli.show import say, wide_console
 
-        check_report(settings.out, {"settings": _asked(settings)}, force=settings.force)
-        prepare_folder(settings.out)
-
-
-def _show(report: DeltaReport, settings: SimulatedDeltaSettings | TracksDeltaSettings) -> None:
     files = []
-    if settings.out:  # before anything is printed, which may fail
-        files = report.save(settings.out, force=settings.force, settings=_asked(settings))
+    if settings.out:  # before anything is printed, since printing may fail
+        files = report.save(settings.out, force=settings.force, settings=settings.about())
     wide_console().print(report)
     if settings.out:
         say(f"{len(files)} files in {settings.out}")

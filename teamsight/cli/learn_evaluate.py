@@ -1,73 +1,101 @@
-"""``teamsight learn evaluate``: what robots observe that learned from a memory, beside what they are measured by."""
+"""``teamsight learn evaluate``: learn from a memory, and compare with other policies on the same worlds."""
 
 from __future__ import annotations
 
 import math
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.learn_settings import EvaluateSettings
-from teamsight.cli.paths import check_apart
-from teamsight.cli.show import Watch, interval, plural, say, watching, wide_console
+from teamsight.cli.options import Option, Settings
+from teamsight.cli.paths import check_apart, file
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.analysis.learning.evaluation import Contenders, Stage
+    from teamsight.analysis.learning.evaluation import Contenders, Scenario
+    from teamsight.cli.show import Watch
     from teamsight.policies.memory import LazyMemory
 
-# Longer searches are announced [s].
+# Searches of the nearest situations that take longer are announced [s].
 _LONG = 30
 
 
-def execute(**given: Any) -> None:
-    """Learn, put to the test, and print what was observed."""
-    settings = EvaluateSettings(**given)
+class EvaluateSettings(Settings):
+    """Settings of ``teamsight learn evaluate``."""
+
+    memory: Path = Option(file, None, "Memory to learn from.", "MEMORY", kind="argument", required=True)  # type: ignore[assignment]
+    learner: str = values.choice("lazy", "Learner: {names}.", values.LEARNERS)
+    reward: str = values.reward("own")
+    k: int | None = values.matches()
+    discount: float = values.discount(0.7)
+    robots: int | None = values.agents(None, "Number of robots.", shown="as many as explored")
+    targets: int = values.agents(15, "Number of targets.")
+    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
+    runs: int = values.runs(30, "Number of worlds.")
+    steps: int = values.steps(600, "Number of steps in each world.")
+    seed: int = values.seed(0, "Seed of the worlds. None of them was explored, whatever the seed.")
+    workers: int | None = values.workers()
+    sample: int | None = values.count(
+        None, "Number of transitions to learn from; they are drawn with the seed.", shown="all"
+    )
+    save: Path | None = values.file("Write one row per policy and world to this Parquet file.")
+    force: bool = values.force()
+
+    def check(self) -> None:
+        """Refuse worlds that are too large."""
+        robots = self.robots or 1
+        limits.check_work(robots, self.targets, self.steps, self.runs)
+        limits.check_sightings(robots, self.targets, self.radius, 1.0)
+
+
+def evaluate(settings: EvaluateSettings) -> None:
+    """Learn from a memory, and measure what robots then observe.
+
+    Compares on the same worlds: the cooperative learner, which uses all inputs; the collective learner, which uses the
+    robot's own inputs of the same transitions; A-CMOMMT; the policy 'evolved'; and a random walk. Speeds and sensing
+    ranges are those of the exploration.
+
+    \b
+    Examples:
+      teamsight learn evaluate memory.safetensors
+      teamsight learn evaluate memory.safetensors --learner tabular --reward team --robots 10 --radius 4
+      teamsight learn evaluate many.safetensors --sample 30000
+      teamsight learn evaluate memory.safetensors --k 20 --discount 0.9 --runs 100 --save runs.parquet
+    """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import check_lesson
-    from teamsight.analysis.learning.provenance import differing
+    from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
     from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import watching
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
-    check_lesson((settings.learner,), settings.reward, settings.k)
+    check_objective((settings.learner,), settings.reward, settings.k)
     memory = _memory(settings)
-    check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
-    stage = _stage(settings, memory)
-    about = settings.model_dump(mode="json", exclude={"save", "memory", "workers", "force"})
-    about |= {"robots": stage.robots, "memory": memory.digest, "explored": dict(memory.settings)}
+    check_objective((settings.learner,), settings.reward, settings.k, len(memory))
+    scenario = _scenario(settings, memory)
+    about = settings.values(without=("save", "memory", "workers", "force"))
+    about |= {"robots": scenario.robots, "memory": memory.digest, "explored": dict(memory.settings)}
     if settings.save:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"), watching() as watch:
         policies = _learned(settings, memory, watch)
-        with WorkerPool(settings.workers, IMPORTS, watch.tell) as pool:
-            table = evaluation.evaluate(policies, stage, pool, lambda done, total: watch("simulating", done, total))
-    if settings.save:  # before anything is printed, which may fail
+        with WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
+            table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
+    if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
-    for name, values in differing(memory).items():
-        say(
-            f"note: {name} was not the same in all explorations ({', '.join(map(str, values))}); here it is the default"
-        )
-    say(
-        f"{settings.learner} on {plural(len(memory), 'pair')}, reward {settings.reward}, "
-        f"discount {settings.discount:g}: {plural(stage.robots, 'robot')}, "
-        f"{plural(stage.targets, 'target')}, R = {stage.radius:g}, "
-        f"{plural(stage.runs, 'world')} of {plural(stage.steps, 'step')}, seed {stage.seed}{_unusual(stage)}"
-    )
-    wide_console().print(_shown(evaluation.summary(table)), highlight=False)
-    say(f"{time.perf_counter() - began:.1f} s")
-    if settings.save:
-        say(f"every run in {settings.save}")
+    _print(table, settings, memory, scenario, time.perf_counter() - began)
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
-    """Return the pairs to learn from: all that the file holds, or as many of them as were asked for."""
+    """Return the transitions to learn from."""
     from teamsight.policies.memory import LazyMemory
 
     memory = LazyMemory.load(settings.memory)
@@ -75,15 +103,15 @@ def _memory(settings: EvaluateSettings) -> LazyMemory:
         return memory
     if settings.sample > len(memory):
         raise ValueError(
-            f"sample={settings.sample}: the memory has {len(memory)} pairs; ask for fewer, or explore for longer"
+            f"sample={settings.sample}: the memory has only {len(memory)} transitions; give a smaller sample, or "
+            "explore longer"
         )
     return memory.sample(settings.sample, settings.seed)
 
 
-def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
-    """Return the worlds, in which robots are as many, as fast and as far-sighted as they were when they explored."""
+def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
+    """Return the worlds; team size, speeds and ranges are those of the exploration."""
     from teamsight.analysis.learning import evaluation
-    from teamsight.cli import limits
     from teamsight.core import checks
 
     explored = memory.settings.get("robots", 5)
@@ -93,48 +121,71 @@ def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     limits.check_work(robots, settings.targets, settings.steps, settings.runs)
     limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
-    world = evaluation.bodies_of(memory)
-    return evaluation.Stage(
-        robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, world
+    bodies = evaluation.bodies_of(memory)
+    return evaluation.Scenario(
+        robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, bodies
     )
 
 
 def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import REWARDS, Lesson, search_seconds
+    from teamsight.analysis.learning.learners import REWARDS, Objective, search_seconds
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
-    lesson = Lesson(REWARDS[settings.reward], settings.k, settings.discount)
-    expected = search_seconds(settings.learner, memory, lesson)
+    objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)
+    expected = search_seconds(settings.learner, memory, objective)
     if expected > _LONG:
-        watch.tell(
-            f"learning from {len(memory)} pairs takes about {expected / 60:.0f} min, since each is compared with all "
-            "others; --sample 30000 takes seconds, and --discount 0 none"
+        watch.print(
+            f"learning from {len(memory)} transitions takes about {expected / 60:.0f} min, since each is compared with "
+            "all others; --sample 30000 takes seconds, and --discount 0 needs no comparison"
         )
     watch("learning", 0, 1)
     try:
         return evaluation.contenders(
-            settings.learner, memory, lesson, lambda done, total: watch("learning", done, total)
+            settings.learner, memory, objective, lambda done, total: watch("learning", done, total)
         )
     except TooManyStatesError as error:
-        told = str(error).partition(". ")[0]
+        wrong = str(error).partition(". ")[0]
         raise ValueError(
-            f"learner={settings.learner}: {told}; give --learner linear or lazy, or explore with a degree of awareness "
-            "that adds fewer inputs"
+            f"learner={settings.learner}: {wrong}; give --learner linear or lazy, or explore with a degree of "
+            "awareness that adds fewer inputs"
         ) from error
 
 
-def _unusual(stage: Stage) -> str:
-    """Tell in what the robots of these worlds differ from those of others, as explored."""
+def _print(
+    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, scenario: Scenario, seconds: float
+) -> None:
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.provenance import differing
+    from teamsight.cli.show import plural, say, wide_console
+
+    for name, found in differing(memory).items():
+        say(f"note: {name} differs between the explorations ({', '.join(map(str, found))}); the default is used here")
+    say(
+        f"{settings.learner} on {plural(len(memory), 'transition')}, reward {settings.reward}, discount "
+        f"{settings.discount:g}: {plural(scenario.robots, 'robot')}, {plural(scenario.targets, 'target')}, "
+        f"R = {scenario.radius:g}, {plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, "
+        f"seed {scenario.seed}{_unusual(scenario)}"
+    )
+    wide_console().print(_summary_table(evaluation.summary(table)), highlight=False)
+    say(f"{seconds:.1f} s")
+    if settings.save:
+        say(f"every run in {settings.save}")
+
+
+def _unusual(scenario: Scenario) -> str:
+    """Return the speeds and ranges of the exploration that are not the defaults."""
     from teamsight.agents.cmommt import DEFAULTS
 
-    told = [f"{name} {value:g}" for name, value in stage.bodies.items() if value != DEFAULTS[name]]
-    return f"; as explored, {', '.join(told)}" if told else ""
+    found = [f"{name} {value:g}" for name, value in scenario.bodies.items() if value != DEFAULTS[name]]
+    return f"; as explored, {', '.join(found)}" if found else ""
 
 
-def _shown(summary: pd.DataFrame) -> Any:
+def _summary_table(summary: pd.DataFrame) -> Any:
     from rich import box
     from rich.table import Table
+
+    from teamsight.cli.show import interval
 
     table = Table(box=box.SIMPLE_HEAD)
     first = str(summary["policy"].iloc[0])
@@ -145,7 +196,7 @@ def _shown(summary: pd.DataFrame) -> Any:
         more = ""
         if row["policy"] != first:
             more = f"{interval(row['more'], row['more_low'], row['more_high'], '+.1f')} points"
-        # A share is never below 0 or above 1, whatever a few runs let one believe; one run tells no interval at all.
+        # The interval of a few runs may exceed what a fraction can be; a single run has no interval.
         low = max(row["low"], 0.0) if math.isfinite(row["low"]) else row["low"]
         observed = interval(row["mean"], low, min(row["high"], 1.0), ".1f")
         table.add_row(str(row["policy"]), f"{observed} %", more)

@@ -1,38 +1,93 @@
-"""``teamsight learn explore``: a lazy memory from an exploration and from other memories."""
+"""``teamsight learn explore``: record transitions of exploring robots in a lazy memory."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.learn_settings import ExploreSettings
-from teamsight.cli.show import plural, say, watching
+from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.analysis.learning.explore import Exploration
+    from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.policies.memory import LazyMemory
 
 
-def execute(**given: Any) -> None:
-    """Explore, and write the memory."""
-    settings = ExploreSettings(**given)
+def _distances() -> Iterable[str]:
+    return ("random", "full")
+
+
+class ExploreSettings(Settings):
+    """Settings of ``teamsight learn explore``."""
+
+    out: Path = values.file("Where to write the memory.", required=True)
+    robots: int = values.agents(5, "Number of robots in each world.")
+    targets: int = values.agents(10, "Number of targets in each world.")
+    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
+    steps: int = values.steps(120, "Number of steps in each world.")
+    runs: int = values.runs(1, "Number of worlds; each gives robots × steps transitions.")
+    awareness: str = values.awareness("ring", "Degree of awareness that determines the situations: {names}.")
+    delta: int = values.sectors(16)
+    policy: str = values.policy("random-walk", "Policy of the robots while they explore: {names}.")
+    distance: str = values.choice(
+        "random", "Distance that random walkers move per step, as a fraction of their speed: {names}.", _distances
+    )
+    robot_speed: float = values.length(0.1, "Maximum distance that a robot moves per step, in sensing ranges.")
+    seed: int = values.seed(0, "Seed of the exploration.")
+    workers: int | None = values.workers()
+    merge: tuple[Path, ...] = values.file("Add the transitions of this memory; may be repeated.", many=True)
+    append: bool = values.flag("Add to the transitions that FILE holds.")
+    force: bool = values.flag("Overwrite FILE, whatever it holds.")
+
+    def check(self) -> None:
+        """Refuse options that do not fit together, and explorations that are too large."""
+        limits.check_sectors(self)
+        limits.check_work(self.robots, self.targets, self.steps, self.runs)
+        relayed = limits.relays(self.awareness)
+        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed)
+        added = limits.added_inputs(self.awareness, self.delta, self.robots)
+        limits.check_transitions(self.robots, self.steps, self.runs, added)
+        if self.policy != "random-walk" and "distance" in self.given:
+            raise ValueError(
+                f"distance={self.distance}: applies to the policy random-walk, and this is {self.policy}; leave it out"
+            )
+
+
+def explore(settings: ExploreSettings) -> None:
+    """Let robots explore, and record their transitions.
+
+    A transition is a situation, the action taken and the next situation. The random walk turns in any direction and
+    moves any distance within its speed, as in the paper. A long exploration that is interrupted keeps its finished
+    parts beside FILE, and the same command continues from there. A file with other settings is replaced only with
+    --force.
+
+    \b
+    Examples:
+      teamsight learn explore --out memory.safetensors
+      teamsight learn explore --out many.safetensors --runs 1000 --workers 2
+      teamsight learn explore --out memory.safetensors --seed 1 --append
+      teamsight learn explore --out shared.safetensors --awareness shared --runs 16 --robots 8
+    """
     from teamsight.analysis.learning import provenance
-    from teamsight.analysis.learning.explore import forget_parts
-    from teamsight.analysis.runs.files import check_folder, prepare_folder
+    from teamsight.analysis.learning.explore import TRANSITIONS, forget
+    from teamsight.analysis.runs.checkpoint import Checkpoint
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.cli.show import say
     from teamsight.policies.memory import LazyMemory
 
     plan = plan_of(settings)
-    parts = settings.out.with_name(settings.out.name + ".parts")
+    checkpoint = Checkpoint(settings.out.with_name(settings.out.name + ".checkpoint"), TRANSITIONS)
     if plan.is_long:
-        check_folder(parts)
+        checkpoint.check()
     sources = [LazyMemory.load(path) for path in settings.merge]
     held = _held(settings)
     prepare_folder(settings.out.parent)
     if held is not None:
-        wanted = [plan.settings(), *(one for source in sources for one in provenance.explorations_of(source))]
-        if all(one in provenance.explorations_of(held) for one in wanted):
-            _tell(settings.out, held, "holds these pairs already: ")
+        if _holds_all(held, plan, sources):
+            _describe(settings.out, held, "already holds these transitions: ")
             return
         if not settings.append:
             raise ValueError(
@@ -42,57 +97,55 @@ def execute(**given: Any) -> None:
         sources.insert(0, held)
     sources = provenance.distinct(sources)
     provenance.check_alike(plan, sources)
-    with when_stopped(lambda: _kept(plan, parts)):
+    with when_stopped(lambda: _kept(plan, checkpoint)):
         if not any(plan.settings() in provenance.explorations_of(source) for source in sources):
-            sources.append(_explored(plan, settings.workers, parts))
+            sources.append(_explored(plan, settings.workers, checkpoint))
         memory = sources[0].merge(*sources[1:])
         memory.save(settings.out, force=settings.force)
     if plan.is_long:
-        forget_parts(plan, parts)
-    _tell(settings.out, memory)
-    for name, values in provenance.differing(memory).items():
-        say(f"note: {name} was not the same in all explorations: {', '.join(map(str, values))}")
+        forget(plan, checkpoint)
+    _describe(settings.out, memory)
+    for name, found in provenance.differing(memory).items():
+        say(f"note: {name} differs between the explorations: {', '.join(map(str, found))}")
 
 
 def plan_of(settings: ExploreSettings) -> Exploration:
-    """Return the exploration that the settings ask for."""
+    """Return the exploration that the settings describe."""
     from teamsight.agents.awareness import AWARENESS, RingAwareness
     from teamsight.analysis.learning.explore import Exploration
+    from teamsight.policies.handmade.random_walk import RandomWalk
 
-    degree = AWARENESS[settings.awareness]
+    policy: Any = settings.policy
+    if policy == "random-walk":
+        policy = RandomWalk(random_distance=settings.distance == "random")
     return Exploration(
         robots=settings.robots,
         targets=settings.targets,
         radius=settings.radius,
         steps=settings.steps,
         runs=settings.runs,
-        awareness=degree() if settings.delta is None else RingAwareness(settings.delta),
-        policy=_explorer(settings),
+        awareness=RingAwareness(settings.delta) if settings.awareness == "ring" else AWARENESS[settings.awareness](),
+        policy=policy,
         seed=settings.seed,
         world={"robot_speed": settings.robot_speed},
     )
 
 
-def _explorer(settings: ExploreSettings) -> Any:
-    from teamsight.policies.handmade.random_walk import RandomWalk
+def _holds_all(held: LazyMemory, plan: Exploration, sources: list[LazyMemory]) -> bool:
+    """Return whether a memory holds the transitions of an exploration and of other memories."""
+    from teamsight.analysis.learning.provenance import explorations_of
 
-    if settings.policy == "random-walk":
-        return RandomWalk(random_distance=settings.distance == "random")
-    if settings.distance != "random":
-        raise ValueError(
-            f"distance={settings.distance}: is for random walkers, and {settings.policy} goes as far as it decides; "
-            "leave it out"
-        )
-    return settings.policy
+    wanted = [plan.settings(), *(one for source in sources for one in explorations_of(source))]
+    return all(one in explorations_of(held) for one in wanted)
 
 
 def _held(settings: ExploreSettings) -> LazyMemory | None:
-    """Return the memory that stands where the new one goes, unless it is to be replaced; with both, it is added to."""
+    """Return the memory that the output file holds, or None if there is none or it is to be replaced."""
     from teamsight.core.files import check_place
     from teamsight.policies.memory import LazyMemory
 
     if settings.out.is_dir():
-        raise ValueError(f"out={settings.out}: is a folder; give a file, such as {settings.out / 'pairs.safetensors'}")
+        raise ValueError(f"out={settings.out}: is a folder; give a file, such as {settings.out / 'memory.safetensors'}")
     if not check_place(settings.out) or (settings.force and not settings.append):
         return None
     try:
@@ -100,39 +153,43 @@ def _held(settings: ExploreSettings) -> LazyMemory | None:
     except ValueError as error:
         if settings.force:
             return None
-        # What is wrong with the file is told there, but the cure here is another.
-        told = str(error).partition(";")[0]
-        raise ValueError(f"{told}; give --force to replace it, or another file") from error
+        # The message says what is wrong with the file, but here the cure is another.
+        wrong = str(error).partition(";")[0]
+        raise ValueError(f"{wrong}; give --force to replace it, or another file") from error
 
 
-def _explored(plan: Exploration, workers: int, parts: Path) -> LazyMemory:
+def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) -> LazyMemory:
     from teamsight.analysis.learning.explore import explore
-    from teamsight.analysis.runs.workers import WorkerPool
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import watching
 
-    with watching() as watch, WorkerPool(workers, ("teamsight.analysis.learning.explore",), watch.tell) as pool:
+    # A short exploration is made in this process.
+    count = (workers or cores()) if plan.is_long else 1
+    with watching() as watch, WorkerPool(count, ("teamsight.analysis.learning.explore",), watch.print) as pool:
         return explore(
             plan,
-            folder=parts if plan.is_long else None,
             pool=pool,
+            checkpoint=checkpoint if plan.is_long else None,
             progress=lambda done, total: watch("exploring", done, total),
         )
 
 
-def _kept(plan: Exploration, parts: Path) -> str:
-    """Tell what an interrupted exploration leaves behind."""
-    from teamsight.analysis.learning.explore import forget_parts, kept_pairs
+def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:
+    """Return what an interrupted exploration leaves behind."""
+    from teamsight.analysis.learning.explore import kept_transitions
 
-    kept = kept_pairs(plan, parts) if plan.is_long else 0
+    kept = kept_transitions(plan, checkpoint) if plan.is_long else 0
     if kept:
-        return f"{kept} of {plan.pairs} pairs are kept in {parts}; the same command goes on from there"
-    if plan.is_long:
-        forget_parts(plan, parts)
-    return "nothing was kept, since no part of the exploration was done"
+        place = f"{kept} of {plan.transitions} transitions are kept in {checkpoint.path}"
+        return f"{place}; the same command continues from there"
+    return "nothing was kept, since no part of the exploration was finished"
 
 
-def _tell(path: Path, memory: LazyMemory, before: str = "") -> None:
+def _describe(path: Path, memory: LazyMemory, before: str = "") -> None:
+    from teamsight.cli.show import plural, say
+
     size = path.stat().st_size / 1e6
     say(
-        f"{path}: {before}{plural(len(memory), 'pair')}, {memory.own} + {memory.added} inputs, {size:.1f} MB, "
+        f"{path}: {before}{plural(len(memory), 'transition')}, {memory.own} + {memory.added} inputs, {size:.1f} MB, "
         f"digest {memory.digest}"
     )

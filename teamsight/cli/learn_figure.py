@@ -1,4 +1,4 @@
-"""``teamsight learn figure``: learning curves, their tables and their picture."""
+"""``teamsight learn figure``: learning curves, their tables and their figure."""
 
 from __future__ import annotations
 
@@ -6,83 +6,157 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.learn_settings import FigureSettings
-from teamsight.cli.show import interval, plural, say, watching
+from teamsight.cli.options import Option, Settings
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.learning.curves import Curves
+    from teamsight.analysis.runs.checkpoint import Checkpoint
 
 _FILES = ("learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet")
 _PICTURE = "learning-curves.png"
-# What --quick sets where nothing was given.
+# What --quick sets where the option is not given.
 _QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 3, "worlds": 2}
-_FULL: dict[str, Any] = {"memories": 10, "worlds": 4}
+# Numbers of samples of one figure.
+_MOST_SAMPLES = 100
+# Steps of each explored world, as in the paper.
+_EXPLORED_STEPS = 120
 
 
-def execute(**given: Any) -> None:
-    """Make the learning curves and draw them."""
-    settings = FigureSettings(**given)
+def _samples(name: str, text: str) -> tuple[int, ...]:
+    found = set()
+    for part in text.split(","):
+        try:
+            found.add(checks.count(name, values.number_in(part)))
+        except TypeError:
+            raise ValueError(f"{name}={checks.shown(text)}: must be whole numbers, as in 150,600") from None
+    if len(found) > _MOST_SAMPLES:
+        raise ValueError(f"{name}: are {len(found)} numbers, at most {_MOST_SAMPLES}; leave some out")
+    return tuple(sorted(found))
+
+
+class FigureSettings(Settings):
+    """Settings of ``teamsight learn figure``."""
+
+    out: Path = values.folder(Path("results"), "Folder for the results.")
+    learners: tuple[str, ...] = values.choices(
+        ("lazy", "tabular", "linear"), "Learners, separated by commas: {names}.", values.LEARNERS, "learner"
+    )
+    samples: tuple[int, ...] = Option(
+        _samples, (150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
+        "Numbers of transitions to learn from, separated by commas.", "NUMBERS",
+        "150,300,600,… doubled up to 38400",
+    )  # type: ignore[assignment]  # fmt: skip
+    memories: int = values.runs(10, "Number of explorations over which each curve is averaged.")
+    worlds: int = values.runs(4, "Number of worlds in which each learner is tested, for each exploration.")
+    reward: str = values.reward("own")
+    k: int | None = values.matches()
+    discount: float = values.discount(0.7)
+    robots: int = values.agents(5, "Number of robots, when exploring and when tested.")
+    targets: int = values.agents(15, "Number of targets.")
+    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
+    steps: int = values.steps(600, "Number of steps of each test.")
+    seed: int = values.seed(0, "Seed of all explorations and tests.")
+    workers: int | None = values.workers()
+    quick: bool = values.flag("Use --samples 150,600,2400 --memories 3 --worlds 2 where these are not given.")
+    force: bool = values.flag("Replace curves of other settings, and files that teamsight did not write.")
+
+    def check(self) -> None:
+        """Set what ``--quick`` sets, and refuse curves that are too much work."""
+        if self.quick:
+            for name, value in _QUICK.items():
+                if name not in self.given:
+                    setattr(self, name, value)
+        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed=True)
+        explored = -(-max(self.samples) // (self.robots * _EXPLORED_STEPS))
+        degrees = tuple(values.DEGREES())
+        added = max(limits.added_inputs(degree, 16, self.robots) for degree in degrees)
+        limits.check_transitions(self.robots, _EXPLORED_STEPS, explored, added)
+        tests = float(self.memories) * self.worlds * (len(degrees) * len(self.learners) * len(self.samples) + 2)
+        limits.check_rows(tests, f"memories={self.memories}, worlds={self.worlds}, {len(self.samples)} samples")
+        limits.check_work(self.robots, self.targets, self.steps, int(tests))
+
+
+def figure(settings: FigureSettings) -> None:
+    """Draw learning curves: each learner under each degree of awareness.
+
+    Each learner learns from equal numbers of transitions under every degree. Writes learning-curves.png and three
+    tables: every test, the points of the curves, and the gain by awareness. An interrupted command keeps what is
+    finished in FOLDER, and the same command continues from there. It takes about eight minutes on two cores; with
+    --quick, seconds. Figure 11 of the paper is `teamsight reproduce 11`.
+
+    \b
+    Examples:
+      teamsight learn figure
+      teamsight learn figure --quick --out quick
+      teamsight learn figure --learners lazy,pessimistic,linear --reward team --robots 8
+    """
     from teamsight import __version__
     from teamsight.analysis.learning.curve_figure import draw
     from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
-    from teamsight.analysis.learning.curves import forget_lectures, make_curves
-    from teamsight.analysis.learning.learners import check_lesson
+    from teamsight.analysis.learning.curves import curve_jobs, make_curves
+    from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
+    from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.simulate import IMPORTS
     from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import say, watching
 
     curves = curves_of(settings)
-    check_lesson(curves.learners, curves.reward, curves.k, min(curves.samples))
+    check_objective(curves.learners, curves.reward, curves.k, min(curves.samples))
     folder = files.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
     for name in _FILES:
         files.check_replaceable(folder / name, about, force=settings.force)
-    # The picture tells no settings; they are those of the tables beside it.
+    # The figure has no settings; they are those of the tables beside it.
     files.check_replaceable(folder / _PICTURE, force=settings.force)
-    parts = folder / "learning-curves.parts"
-    files.check_folder(parts)
+    checkpoint = Checkpoint(folder / "learning-curves.checkpoint")
+    checkpoint.check()
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(curves, parts)):
-        with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.tell) as pool:
-            table = make_curves(curves, pool, folder=parts, progress=lambda done, total: watch("learning", done, total))
+    with when_stopped(lambda: _kept(curves, checkpoint)):
+        with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
+            table = make_curves(
+                curves, pool, checkpoint=checkpoint, progress=lambda done, total: watch("learning", done, total)
+            )
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
             files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
         files.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
-    forget_lectures(curves, parts)
-    _show_gains(gains[gains["pairs"] == max(curves.samples)])
+    checkpoint.forget(job.key for job in curve_jobs(curves))
+    _show_gains(gains[gains["transitions"] == max(curves.samples)])
     say(f"learning curves in {folder} after {time.perf_counter() - began:.0f} s")
 
 
 def curves_of(settings: FigureSettings) -> Curves:
-    """Return the curves that the settings ask for."""
+    """Return the curves that the settings describe."""
     from teamsight.analysis.learning.curves import Curves
 
-    given: dict[str, Any] = settings.model_dump(exclude={"out", "workers", "force", "quick"})
-    left_open = _QUICK if settings.quick else _FULL
-    chosen = {name: left_open.get(name) if value is None else value for name, value in given.items()}
-    return Curves(**{name: value for name, value in chosen.items() if value is not None})
+    return Curves(**settings.values(without=("out", "workers", "force", "quick")))
 
 
-def _kept(curves: Curves, parts: Path) -> str:
-    """Tell what interrupted curves leave behind."""
-    from teamsight.analysis.learning.curves import forget_lectures, kept_lectures
+def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
+    """Return what interrupted curves leave behind."""
+    from teamsight.analysis.learning.curves import curve_jobs
+    from teamsight.cli.show import plural
 
-    kept, total = kept_lectures(curves, parts)
-    if kept:
-        return f"{kept} of {plural(total, 'part')} are kept in {parts}; the same command goes on from there"
-    forget_lectures(curves, parts)
-    return "nothing was kept, since no part of the curves was done"
+    jobs = curve_jobs(curves)
+    if kept := checkpoint.count(job.key for job in jobs):
+        place = f"{kept} of {plural(len(jobs), 'part')} are kept in {checkpoint.path}"
+        return f"{place}; the same command continues from there"
+    return "nothing was kept, since no part of the curves was finished"
 
 
 def _show_gains(gains: pd.DataFrame) -> None:
     from teamsight.analysis.search_space import GROWTH
+    from teamsight.cli.show import interval, plural, say
 
     for row in gains.to_dict("records"):
         say(
-            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), from {plural(row['pairs'], 'pair')}: "
+            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), "
+            f"from {plural(row['transitions'], 'transition')}: "
             f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
         )

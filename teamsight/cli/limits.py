@@ -1,140 +1,200 @@
-"""Limits of what one command makes: each is refused with the count that it would make, before any work."""
+"""Limits on what one command simulates and writes; they are checked before any work."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
+from teamsight.core import checks
 
 __all__ = [
-    "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_STEPS", "STEPS_CURE", "added_inputs",
-    "check_pairs", "check_rows", "check_sightings", "check_work", "runs_within",
+    "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
+    "check_rows", "check_sectors", "check_sightings", "check_transitions", "check_work", "relays", "runs_within",
 ]  # fmt: skip
 
-#: What to do instead of a run of more steps.
-STEPS_CURE = "give fewer steps, or another seed for more of them"
 #: Runs of each cell of `reproduce`, which has thousands of cells.
 MOST_CELL_RUNS = 1_000
-#: Agents of a kind: each pair of them may be neighbours.
+#: Agents of one kind: any two of them may be neighbours.
 MOST_AGENTS = 1_000_000
-#: The least risk: what would need more runs than anybody can make.
+#: Sectors of a ring: finer than a degree of arc is of no use, and each sector costs memory for every transition.
+MOST_SECTORS = 360
+#: The smallest risk: a smaller one would need more runs than `MOST_RUNS` by far.
 LEAST_RISK = 1e-9
 
-# Steps of single robots and targets that a command makes: months of work.
+# Agents × steps of one command: months of work.
 _MOST_AGENT_STEPS = 1e14
-# Neighbours, sensed targets and relayed targets of all robots in one step, which lie in memory together.
+# Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
 _MOST_SIGHTINGS = 2e8
-# Bytes of the pairs that are explored; to put them in order takes as much again, and more.
+# Bytes of the recorded transitions; sorting them takes as much again.
 _MOST_BYTES = 5e9
-# Of the arena, so that its sensing range, which is 1, and its speeds are within the limits of a world.
+# Radius of the arena: beyond it the sensing range, which is 1, or the speeds would exceed the limits of a world.
 _LEAST_RADIUS, _MOST_RADIUS = 1e-3, 1e8
-# Rows that a command writes.
+# Rows of a table.
 _MOST_ROWS = 2e6
 _FACTS, _OWN = 9, 16
 
 
 def check_work(robots: int, targets: int, steps: int, runs: int = 1) -> None:
-    """Refuse more agent steps than a command can make.
+    """Refuse more agent steps than a command can simulate.
+
+    Parameters
+    ----------
+    robots, targets, steps, runs : int
+        The number of each; of robots, targets and steps in one run.
 
     Raises
     ------
     ValueError
-        Naming their number.
+        If their product is too large.
     """
     made = float(robots + targets) * steps * runs
     if made > _MOST_AGENT_STEPS:
         counts = f"robots={robots}, targets={targets}, steps={steps}" + (f", runs={runs}" if runs > 1 else "")
-        raise ValueError(f"{counts}: makes {made:.1e} agent steps, at most {_MOST_AGENT_STEPS:g}; give less of one")
+        raise ValueError(f"{counts}: makes {made:.1e} agent steps, at most {_MOST_AGENT_STEPS:g}; reduce one of them")
 
 
-def check_sightings(robots: int, targets: int, radius: float, awareness_range: float, shared: bool = False) -> None:
-    """Refuse a world in which the robots have more neighbours than fit in memory.
+def check_sightings(robots: int, targets: int, radius: float, awareness_range: float, relayed: bool = False) -> None:
+    """Refuse a world whose neighbours and sensed targets do not fit in memory.
 
     Parameters
     ----------
     robots, targets : int
-        How many there are.
+        The number of each.
     radius : float
-        Of the arena [sensing ranges].
+        Radius of the arena [sensing ranges].
     awareness_range : float
-        Within which distance two robots are neighbours [sensing ranges].
-    shared : bool
+        Distance within which two robots are neighbours [sensing ranges].
+    relayed : bool
         Whether teammates report the targets that they sense.
 
     Raises
     ------
     ValueError
-        Naming their number, or the radius.
+        If there are too many, or the radius is outside its limits.
     """
     if not _LEAST_RADIUS <= radius <= _MOST_RADIUS:
         raise ValueError(
-            f"radius={radius:g}: must be {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, or its ranges and "
-            "speeds drown in rounding; give another radius"
+            f"radius={radius:g}: must be {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, or rounding errors "
+            "dominate; give another radius"
         )
-    edges = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
+    neighbours = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
     sensed = targets * min(1.0, 1 / radius**2)
-    made = edges * (1.0 + sensed if shared else 1.0) + robots * sensed
+    made = neighbours * (1.0 + sensed if relayed else 1.0) + robots * sensed
     if made > _MOST_SIGHTINGS:
         raise ValueError(
-            f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} sightings a step, at most "
-            f"{_MOST_SIGHTINGS:g} fit in memory; give fewer robots, or a larger radius"
+            f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} sightings per step, at "
+            f"most {_MOST_SIGHTINGS:g} fit in memory; give fewer robots, or a larger radius"
         )
 
 
-def check_pairs(robots: int, steps: int, runs: int, added: int) -> None:
-    """Refuse an exploration whose pairs would not fit in memory.
+def check_transitions(robots: int, steps: int, runs: int, added: int) -> None:
+    """Refuse an exploration whose transitions do not fit in memory.
 
     Parameters
     ----------
     robots, steps, runs : int
-        What is explored; there are as many pairs as their product.
+        Their product is the number of transitions.
     added : int
         Inputs of a situation that the degree of awareness adds.
 
     Raises
     ------
     ValueError
-        Naming the number of pairs and their size.
+        If the transitions need too much memory.
     """
-    pairs, numbers = robots * steps * runs, 2 * (_OWN + added + 1) + _FACTS
-    if 4.0 * pairs * numbers > _MOST_BYTES:
+    transitions, numbers = robots * steps * runs, 2 * (_OWN + added + 1) + _FACTS
+    if 4.0 * transitions * numbers > _MOST_BYTES:
         raise ValueError(
-            f"robots={robots}, steps={steps}, runs={runs}: makes {pairs:.1e} pairs of {numbers} numbers, "
-            f"{4 * pairs * numbers / 1e9:.3g} GB, at most {_MOST_BYTES / 1e9:g} GB; give less of one, or a degree of "
-            "awareness that adds fewer inputs"
+            f"robots={robots}, steps={steps}, runs={runs}: makes {transitions:.1e} transitions of {numbers} numbers, "
+            f"{4 * transitions * numbers / 1e9:.3g} GB, at most {_MOST_BYTES / 1e9:g} GB; reduce one of them, or give "
+            "a degree of awareness that adds fewer inputs"
         )
 
 
 def check_rows(rows: float, what: str) -> None:
-    """Refuse a table of more rows than a command writes.
+    """Refuse a table with too many rows.
+
+    Parameters
+    ----------
+    rows : float
+        The number of rows.
+    what : str
+        The options that determine it.
 
     Raises
     ------
     ValueError
-        Naming `what` makes them, and their number.
+        If there are too many.
     """
     if rows > _MOST_ROWS:
-        raise ValueError(f"{what}: makes {rows:.1e} rows, at most {_MOST_ROWS:g}; give less of one")
+        raise ValueError(f"{what}: makes {rows:.1e} rows, at most {_MOST_ROWS:g}; reduce one of them")
 
 
 def runs_within(risk: float, runs: int | None) -> int:
-    """Return the runs that a risk asks for, or those given.
+    """Return the number of runs: the given one, or the 10 / risk that a risk needs.
+
+    Parameters
+    ----------
+    risk : float
+        The risk.
+    runs : int or None
+        The number of runs that was given.
 
     Raises
     ------
     ValueError
-        If they are too many.
+        If the risk needs too many runs.
     """
-    asked = math.ceil(10 / risk) if runs is None else runs
-    if asked > MOST_RUNS:
+    needed = math.ceil(10 / risk) if runs is None else runs
+    if needed > MOST_RUNS:
         raise ValueError(
-            f"risk={risk:g}: asks for 10 / risk = {asked:.1e} runs, at most {MOST_RUNS}; give a risk of at least "
+            f"risk={risk:g}: needs 10 / risk = {needed:.1e} runs, at most {MOST_RUNS}; give a risk of at least "
             f"{10 / MOST_RUNS:g}, or --runs"
         )
-    return asked
+    return needed
 
 
-def added_inputs(awareness: str, delta: int | None, robots: int) -> int:
-    """Return how many inputs a degree of awareness adds to a situation, by its name."""
-    per_teammate = {"pairwise": 2, "shared": _OWN}.get(awareness, 0)
-    return (delta or _OWN) if awareness == "ring" else per_teammate * (robots - 1)
+def check_sectors(settings: Any) -> None:
+    """Refuse ``--delta`` for a degree of awareness without a ring.
+
+    Parameters
+    ----------
+    settings : Settings
+        With the options ``awareness`` and ``delta``.
+
+    Raises
+    ------
+    ValueError
+        If both do not fit.
+    """
+    if "delta" in settings.given and settings.awareness != "ring":
+        raise ValueError(
+            f"delta={settings.delta}: needs awareness 'ring', and this is {checks.shown(settings.awareness)}; leave "
+            "--delta out, or give --awareness ring"
+        )
+
+
+def added_inputs(awareness: str, delta: int, robots: int) -> int:
+    """Return how many inputs a degree of awareness adds to a situation.
+
+    Parameters
+    ----------
+    awareness : str
+        The name of the degree.
+    delta : int
+        Number of sectors, for the degree that has a ring.
+    robots : int
+        The team size.
+    """
+    from teamsight.agents.awareness import AWARENESS, RingAwareness
+
+    degree = RingAwareness(delta) if awareness == "ring" else AWARENESS[awareness]()
+    return degree.width(robots).added
+
+
+def relays(awareness: str) -> bool:
+    """Return whether teammates report the targets that they sense, under a degree of awareness."""
+    from teamsight.agents.awareness import AWARENESS
+
+    return "relayed" in AWARENESS[awareness].delivers

@@ -1,21 +1,166 @@
-"""What all commands share: options that are texts, and groups that suggest the nearest command."""
+"""The declaration of commands: each option once, with its type, check, default and help.
+
+A command's settings are a class whose attributes are options; `command` makes click's parameters from it. Nothing slow
+is imported here, so that ``--help`` answers at once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import click
 
-F = TypeVar("F", bound=Callable[..., Any])
+S = TypeVar("S", bound="Settings")
 
 
-class Commands(click.Group):
-    """A group that suggests the nearest command for one that it does not know."""
+class InputError(Exception):
+    """Everything that is wrong with the options of one command line."""
+
+    def __init__(self, messages: Iterable[str]) -> None:
+        self.messages = list(messages)
+        super().__init__("; ".join(self.messages))
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option or argument of a command.
+
+    Parameters
+    ----------
+    check : callable
+        Takes the option's name and text and returns its value; raises ValueError or TypeError.
+    default : Any
+        The value where the option is not given.
+    help : str
+        One sentence; ``{names}`` stands for the names that may be given.
+    metavar : str
+        What stands for the value in the help.
+    shown : str
+        The default in the help, where it is not the value itself.
+    names : callable, optional
+        Returns the names that may be given.
+    kind : {"option", "flag", "argument"}
+        How it stands on the command line.
+    many : bool
+        Whether it may be given several times.
+    required : bool
+        Whether it must be given.
+    """
+
+    check: Callable[[str, Any], Any]
+    default: Any
+    help: str
+    metavar: str = "TEXT"
+    shown: str = ""
+    names: Callable[[], Iterable[str]] | None = None
+    kind: str = "option"
+    many: bool = False
+    required: bool = False
+
+    def help_text(self) -> str:
+        """Return the help with the names that may be given."""
+        return self.help.format(names=", ".join(self.names())) if self.names else self.help
+
+    def default_text(self) -> str:
+        """Return the default as the help shows it, or an empty text where there is none."""
+        if self.shown or self.default is None or self.default == () or self.kind == "flag":
+            return self.shown
+        return f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
+
+    def parameter(self, name: str) -> click.Parameter:
+        """Return the parameter of click; the text is checked by `Settings`, which reports all errors at once."""
+        if self.kind == "argument":
+            return click.Argument([name], nargs=-1 if self.many else 1, required=self.required, metavar=self.metavar)
+        flag = "--" + name.replace("_", "-")
+        if self.kind == "flag":
+            return _Option([flag], declared=self, is_flag=True)
+        return _Option([flag], declared=self, metavar=self.metavar, required=self.required, multiple=self.many)
+
+
+class _Option(click.Option):
+    """An option of click whose help is made when it is shown, since names may have to be imported."""
+
+    def __init__(self, declarations: list[str], declared: Option, **further: Any) -> None:
+        super().__init__(declarations, **further)
+        self._declared = declared
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        if record is None:
+            return None
+        default = self._declared.default_text()
+        extra = "  [required]" if self.required else f"  [default: {default}]" if default else ""
+        return record[0], self._declared.help_text() + extra
+
+
+class Settings:
+    """The checked options of one command line, as attributes.
+
+    Parameters
+    ----------
+    **texts
+        The text of each option, or None where it was not given.
+
+    Raises
+    ------
+    InputError
+        With one message for each option that is wrong; `check` runs only if all options are right.
+    """
+
+    #: The names of the options that were given.
+    given: frozenset[str]
+
+    def __init__(self, **texts: Any) -> None:
+        messages = []
+        self.given = frozenset(name for name, text in texts.items() if text not in (None, (), False))
+        for name, option in self.options().items():
+            value = option.default
+            if name in self.given:
+                try:
+                    value = option.check(name, texts[name])
+                except (TypeError, ValueError) as error:
+                    messages.append(str(error))
+            setattr(self, name, value)
+        if messages:
+            raise InputError(messages)
+        self.check()
+
+    @classmethod
+    def options(cls) -> dict[str, Option]:
+        """Return the options by name, in the order of their declaration."""
+        return {name: value for name, value in vars(cls).items() if isinstance(value, Option)}
+
+    def check(self) -> None:
+        """Check what several options must satisfy together.
+
+        Raises
+        ------
+        ValueError, TypeError
+            Naming the values, the limit and the cure.
+        """
+
+    def values(self, names: Collection[str] = (), *, without: Collection[str] = ()) -> dict[str, Any]:
+        """Return options by name, except those that are None.
+
+        Parameters
+        ----------
+        names : collection of str
+            Which; all where none are named.
+        without : collection of str
+            Which are left out.
+        """
+        chosen = [name for name in self.options() if (not names or name in names) and name not in without]
+        return {name: value for name in chosen if (value := getattr(self, name)) is not None}
+
+
+class Group(click.Group):
+    """A group of commands that suggests the nearest command for an unknown name."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if not args:
-            # To ask for nothing is to ask what there is, and no mistake.
+            # A group without a command shows its help, and that is no error.
             click.echo(ctx.get_help())
             ctx.exit()
         return super().parse_args(ctx, args)
@@ -26,8 +171,24 @@ class Commands(click.Group):
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
 
-def text(*names: str, default: Any = None, metavar: str = "TEXT", **kwargs: Any) -> Callable[[F], F]:
-    """Return an option whose text is checked by the command's settings, which report all that is wrong at once."""
-    if default is not None:
-        kwargs["default"] = str(default)
-    return click.option(*names, metavar=metavar, type=str, **kwargs)
+def add_command(group: click.Group, work: Callable[[S], None], settings: type[S]) -> None:
+    """Add a command to a group.
+
+    Parameters
+    ----------
+    group : click.Group
+        The group.
+    work : callable
+        What the command does; its name is the command's name, and its docstring the help.
+    settings : type
+        The command's options.
+    """
+    group.add_command(
+        click.Command(
+            work.__name__,
+            callback=lambda **texts: work(settings(**texts)),
+            params=[option.parameter(name) for name, option in settings.options().items()],
+            help=work.__doc__,
+            short_help=(work.__doc__ or "").partition("\n")[0],
+        )
+    )

@@ -1,4 +1,4 @@
-"""Paths as options: the home folder expanded, and refused at once where no file or folder can be meant."""
+"""Paths as options: the home folder is expanded, and what cannot be a path is refused."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import contextlib
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Any
-
-from pydantic import BeforeValidator, ValidationInfo
 
 from teamsight.core import checks
 
@@ -16,14 +13,57 @@ from teamsight.core import checks
 _ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")
 
 
-def _path(value: Any, info: ValidationInfo, wanted: str) -> Path | None:
-    if value is None:
-        return None
-    text, name = os.fspath(value), info.field_name
+def file(name: str, text: str) -> Path:
+    """Return the path of a file to read or to write.
+
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    text : str
+        The path as it was given.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be the path of a file.
+    """
+    path = _path(name, text, "a file")
+    if os.path.basename(text) in ("", ".", ".."):
+        raise ValueError(f"{name}={checks.shown(text)}: is a folder; give a file")
+    return path
+
+
+def folder(name: str, text: str) -> Path:
+    """Return the path of a folder; see `file`."""
+    return _path(name, text, "a folder")
+
+
+def check_apart(option: str, path: Path, name: str, read: Path) -> None:
+    """Refuse to overwrite a file that the command reads, even with ``--force``.
+
+    Parameters
+    ----------
+    option, path : str, Path
+        The option that names the output, and a file that would be written.
+    name, read : str, Path
+        What the file that is read is called, and its path.
+
+    Raises
+    ------
+    ValueError
+        If both are the same file.
+    """
+    with contextlib.suppress(OSError):  # one of them does not exist
+        if os.path.samefile(path, read):
+            raise ValueError(f"{option}={path}: is the {name} file, which would be overwritten; give another place")
+
+
+def _path(name: str, text: str, wanted: str) -> Path:
     if not text.strip():
         raise ValueError(f"{name}={checks.shown(text)}: is empty; give {wanted}")
     if "\0" in text:
-        raise ValueError(f"{name}={checks.shown(text)}: holds a null character, as no path can; give {wanted}")
+        raise ValueError(f"{name}={checks.shown(text)}: contains a null character; give {wanted}")
     if _ADDRESS.match(text):
         raise ValueError(f"{name}={checks.shown(text)}: is an address; give {wanted} on this machine")
     # Shells expand "~" neither in quotes nor behind "=".
@@ -31,42 +71,5 @@ def _path(value: Any, info: ValidationInfo, wanted: str) -> Path | None:
     if expanded.startswith("~"):
         raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
     path = Path(expanded)
-    # The path of ./~ has lost what tells it from the home folder.
+    # pathlib drops the "./" of "./~", and the result would be expanded again.
     return path.absolute() if os.fspath(path).startswith("~") else path
-
-
-def check_apart(option: str, path: Path, name: str, read: Path) -> None:
-    """Refuse to write over the file that a command reads, also when forced.
-
-    Parameters
-    ----------
-    option, path : str, Path
-        The option that tells where to write, and a file that would be written.
-    name, read : str, Path
-        What the file that is read is called, and its path.
-
-    Raises
-    ------
-    ValueError
-        If both are one file.
-    """
-    with contextlib.suppress(OSError):  # one of them is not there
-        if os.path.samefile(path, read):
-            raise ValueError(f"{option}={path}: is the file of the {name}, which would be lost; give another place")
-
-
-def _folder(value: Any, info: ValidationInfo) -> Path | None:
-    return _path(value, info, "a folder")
-
-
-def _file(value: Any, info: ValidationInfo) -> Path | None:
-    path = _path(value, info, "a file")
-    if path is not None and os.path.basename(os.fspath(value)) in ("", ".", ".."):
-        raise ValueError(f"{info.field_name}={checks.shown(os.fspath(value))}: is a folder; give a file")
-    return path
-
-
-#: Options that name a file, to be read or to be written.
-FilePath = Annotated[Path, BeforeValidator(_file)]
-#: Options that name a folder.
-FolderPath = Annotated[Path, BeforeValidator(_folder)]

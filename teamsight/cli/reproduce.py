@@ -3,25 +3,67 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.settings import LEDGER, ReproduceSettings
-from teamsight.cli.show import say, show_ledger, watching
+from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from teamsight.analysis.paper.reproduce import Plan
 
+_LEDGER = "ledger"
 
-def execute(**given: Any) -> None:
-    """Make what was asked for and print the ledger."""
-    settings = ReproduceSettings(**given)
-    from teamsight.analysis.paper.reproduce import check_results, reproduce
+
+def _figures() -> Iterable[str]:
+    from teamsight.analysis.paper.figures import FIGURES
+
+    return (*FIGURES, _LEDGER)
+
+
+class ReproduceSettings(Settings):
+    """Settings of ``teamsight reproduce``."""
+
+    figures: tuple[str, ...] = values.argument("FIGURE", _figures, many=True)
+    out: Path = values.folder(Path("results"), "Folder for the results.")
+    runs: int = values.count(5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
+    steps: int = values.steps(600)
+    workers: int | None = values.workers()
+    seed: int = values.seed(2000, "Seed of all runs.")
+    preset: str = values.choice(
+        "touzet2000",
+        "Settings for which figures are drawn: {names}, or defaults, which leaves all parameters at their defaults.",
+        values.PRESETS,
+        more=("defaults",),
+    )
+    quick: bool = values.flag("Use a coarse grid of team sizes and radii.")
+    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+
+
+def reproduce(settings: ReproduceSettings) -> None:
+    """Draw the paper's figures and check its claims.
+
+    FIGURE is 2 to 11, 'delta' (observed targets against δ) or 'ledger' (the claims alone); by default all are made.
+    Each figure is written as a PNG file and a Parquet table with the seed of every run. The ledger lists which of the
+    paper's claims hold, and by which rule, for the preset and for the default settings. An interrupted command
+    continues where it stopped when it is run again.
+
+    \b
+    Examples:
+      teamsight reproduce                         everything, into results/
+      teamsight reproduce 4 5 --out neighbours    the two figures on neighbours
+      teamsight reproduce 11                      lazy learning: what awareness adds
+      teamsight reproduce --quick --workers 1     a first look
+      teamsight reproduce ledger --seed 7         the claims with other random numbers
+    """
+    from teamsight.analysis.paper.reproduce import check_results
+    from teamsight.analysis.paper.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.analysis.runs.simulate import IMPORTS
     from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import say, show_ledger, watching
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
@@ -30,19 +72,38 @@ def execute(**given: Any) -> None:
     with (
         when_stopped(lambda: _kept(folder)),
         watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.tell) as pool,
+        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
     ):
-        ledger = reproduce(plan, folder, pool, watch, force=settings.force)
+        ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
-    for line in lines_of(plan, folder):
+    for line in _summaries(plan, folder):
         say(line)
     made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
     say(f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s")
 
 
-def lines_of(plan: Plan, folder: Path) -> list[str]:
-    """Return a line for each of the figures made that does not speak for itself."""
+def plan_of(settings: ReproduceSettings) -> Plan:
+    """Return the plan that the settings describe."""
+    from teamsight.agents.presets import PRESETS
+    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
+    from teamsight.analysis.runs.experiment import PAPER, QUICK
+
+    everything = not settings.figures
+    return Plan(
+        settings={settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}},
+        figures=tuple(name for name in FIGURES if everything or name in settings.figures),
+        ledger=everything or _LEDGER in settings.figures,
+        grid=QUICK if settings.quick else PAPER,
+        runs=settings.runs,
+        steps=settings.steps,
+        root=settings.seed,
+    )
+
+
+def _summaries(plan: Plan, folder: Path) -> list[str]:
+    """Return one line for each figure that has a summary."""
     import pandas as pd
 
     from teamsight.analysis.paper.figures import FIGURES
@@ -56,28 +117,8 @@ def lines_of(plan: Plan, folder: Path) -> list[str]:
 
 
 def _kept(folder: Path) -> str:
-    """Tell what is left behind."""
+    """Return what an interrupted command leaves behind."""
     from teamsight.analysis.paper.reproduce import checkpoint_in
 
     kept = checkpoint_in(folder).count()
-    return f"{kept} runs are kept in {folder}; the same command goes on from there" if kept else "nothing was kept"
-
-
-def plan_of(settings: ReproduceSettings) -> Plan:
-    """Return the plan that the settings ask for."""
-    from teamsight.agents.presets import PRESETS
-    from teamsight.analysis.paper.figures import FIGURES
-    from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
-    from teamsight.analysis.runs.experiment import PAPER, QUICK
-
-    named = {settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}}
-    everything = not settings.figures
-    return Plan(
-        settings=named,
-        figures=tuple(name for name in FIGURES if everything or name in settings.figures),
-        ledger=everything or LEDGER in settings.figures,
-        grid=QUICK if settings.quick else PAPER,
-        runs=settings.runs,
-        steps=settings.steps,
-        root=settings.seed,
-    )
+    return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"

@@ -1,48 +1,91 @@
-"""``teamsight run``: one world."""
+"""``teamsight run``: simulate one world."""
 
 from __future__ import annotations
 
 import time
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from teamsight.cli.settings import RunSettings
-from teamsight.cli.show import say, watching, wide_console
+from teamsight.cli import limits, values
+from teamsight.cli.options import Settings
 
-# Stretches in which a long run reports its progress.
-_STRETCHES = 50
+if TYPE_CHECKING:
+    from teamsight.agents.cmommt import CMOMMT
+
+# Number of parts of a long run, after each of which the progress is shown.
+_PARTS = 50
 
 
-def execute(**given: Any) -> None:
-    """Run the world, print what it observed, and store its history if asked to."""
-    settings = RunSettings(**given)
-    from rich.table import Table
+class RunSettings(Settings):
+    """Settings of ``teamsight run``."""
 
+    robots: int = values.agents(10, "Number of robots.")
+    targets: int = values.agents(15, "Number of targets.")
+    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
+    policy: str = values.policy("a-cmommt")
+    awareness: str = values.awareness("pairwise")
+    delta: int = values.sectors(16)
+    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
+    steps: int = values.steps(600, "Number of steps.")
+    seed: int = values.seed(0, "Seed of the world.")
+    preset: str | None = values.preset()
+    save: Path | None = values.file("Write the history, one row per step, to this Parquet file.")
+    force: bool = values.force()
+
+    def check(self) -> None:
+        """Refuse a number of sectors without a ring, and worlds that are too large."""
+        limits.check_sectors(self)
+        limits.check_work(self.robots, self.targets, self.steps)
+        relayed = limits.relays(self.awareness)
+        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range, relayed)
+
+
+def run(settings: RunSettings) -> None:
+    """Simulate one world and print how much its team observes.
+
+    \b
+    Examples:
+      teamsight run --policy a-cmommt --robots 10 --radius 5
+      teamsight run --policy centroid --awareness none --robots 30 --radius 3 --seed 7
+      teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
+    """
     from teamsight import __version__
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.runs import files
+    from teamsight.cli.show import watching
 
-    world = settings.model_dump(exclude={"steps", "seed", "save", "force"}, exclude_none=True)
-    about = world | {"steps": settings.steps, "seed": settings.seed}
-    model = CMOMMT(**world, rng=settings.seed)
+    parameters = settings.values(without=("steps", "seed", "save", "force"))
+    if settings.awareness != "ring":
+        del parameters["delta"]
+    about = parameters | {"steps": settings.steps, "seed": settings.seed}
+    world = CMOMMT(**parameters, rng=settings.seed)
     if settings.save:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with watching() as watch:
-        stretch = -(-settings.steps // _STRETCHES)
-        for start in range(0, settings.steps, stretch):
-            model.run(min(stretch, settings.steps - start))
-            watch("running", model.tick, settings.steps)
+        part = -(-settings.steps // _PARTS)
+        for start in range(0, settings.steps, part):
+            world.run(min(part, settings.steps - start))
+            watch("running", world.tick, settings.steps)
     taken = time.perf_counter() - began
-    history = model.recording.history
-    if settings.save:  # before anything is printed, which may fail
-        told = about | {"version": __version__}
-        files.write_table(settings.save, history.reset_index(), told, force=settings.force)
+    if settings.save:  # before anything is printed, since printing may fail
+        table = world.recording.history.reset_index()
+        files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
+    _print(world, settings, taken)
+
+
+def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
+    from rich.table import Table
+
+    from teamsight.cli.show import say, wide_console
+
+    history = world.recording.history
     table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_row("observed targets, mean over the run", f"{100 * model.observed_fraction:.1f} %")
+    table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")
     table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
     table.add_row("neighbours of a robot, mean", f"{history['mean_neighbours'].mean():.2f}")
-    table.add_row("neighbours of a robot, largest", f"{model.max_neighbours}")
+    table.add_row("neighbours of a robot, maximum", f"{world.max_neighbours}")
     table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
     wide_console().print(table, highlight=False)
     if settings.save:

@@ -1,4 +1,4 @@
-"""Progress with the time left, and tables, on the terminal."""
+"""What commands print: progress with the time left, tables and lines."""
 
 from __future__ import annotations
 
@@ -21,33 +21,39 @@ from rich.progress import (
 from rich.table import Table
 
 from teamsight.cli.errors import printable
-from teamsight.cli.streams import Forgiving, give_up, named
+from teamsight.cli.streams import LossyStream, give_up, named
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.claims import Ledger
 
 
 class Watch:
-    """Shows work as it is done: one bar a phase, and lines above the bars."""
+    """Shows progress: one bar for each phase, and lines above the bars.
+
+    Parameters
+    ----------
+    progress : Progress
+        What draws the bars.
+    """
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
         self._bars: dict[str, TaskID] = {}
 
     def __call__(self, phase: str, done: float, total: float) -> None:
-        """Show that `done` of `total` is done in `phase`."""
+        """Show how much of a phase is done."""
         if phase not in self._bars:
             self._bars[phase] = self._progress.add_task(phase, total=total)
         self._progress.update(self._bars[phase], completed=done, total=total)
 
-    def tell(self, line: str) -> None:
-        """Show a line."""
+    def print(self, line: str) -> None:
+        """Print a line above the bars."""
         self._progress.console.print(line, highlight=False, markup=False)
 
 
 @contextlib.contextmanager
 def watching() -> Iterator[Watch]:
-    """Give a watch on standard error; where that is no terminal, only its lines appear."""
+    """Show progress on standard error; if that is no terminal, only lines are printed."""
     columns = (
         TextColumn("{task.description:<12}"),
         BarColumn(bar_width=32),
@@ -58,30 +64,30 @@ def watching() -> Iterator[Watch]:
     )
     console = Console(stderr=True)
     if sys.stderr is not None:
-        console.file = cast(TextIO, Forgiving(sys.stderr))
+        console.file = cast(TextIO, LossyStream(sys.stderr))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield Watch(progress)
 
 
 def plural(count: int, noun: str) -> str:
-    """Return the number and the noun, in the plural unless it is one."""
+    """Return the number and the noun, in the plural unless the number is 1."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def interval(middle: float, low: float, high: float, how: str) -> str:
-    """Write a mean and its 95 % interval in percent; one run leaves the interval unknown."""
+    """Return a mean and its 95 % confidence interval in percent; a single run has no interval."""
     if low == float("-inf"):
         return f"{100 * middle:{how}}"
     return f"{100 * middle:{how}} ({100 * low:{how}} to {100 * high:{how}})"
 
 
 def say(line: str) -> None:
-    """Print a line as it is, never folded."""
+    """Print a line without wrapping it."""
     wide_console().print(printable(line), highlight=False, soft_wrap=True, markup=False)
 
 
 def show_ledger(ledger: Ledger) -> None:
-    """Print the ledger with one column for each setting."""
+    """Print the ledger, one column for each setting."""
     console = wide_console()
     table = Table(title="The paper's claims", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("claim", no_wrap=True)
@@ -102,7 +108,7 @@ def show_ledger(ledger: Ledger) -> None:
 
 
 class _Output(Console):
-    """Standard output: what is wrong with it is named, and what nobody reads any more goes nowhere."""
+    """Standard output whose errors have a name; after its reader has gone away, output is discarded."""
 
     def print(self, *objects: Any, **how: Any) -> None:
         try:
@@ -115,6 +121,6 @@ class _Output(Console):
 
 
 def wide_console() -> Console:
-    """Return the console of standard output; into a file or pipe lines are long rather than folded."""
+    """Return the console of standard output; in a file or pipe, lines are long rather than wrapped."""
     console = _Output()
     return console if console.is_terminal else _Output(width=180)

@@ -1,4 +1,4 @@
-"""Standard output and standard error that cannot be written: which of them failed, and an end without a complaint."""
+"""Standard output and standard error that cannot be written: find out which failed, and exit without a traceback."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _OF_WRITING = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO} if hasattr(er
 
 
 def flush(output: TextIO | None) -> None:
-    """Write what waits for standard output, unless there is none.
+    """Flush standard output, if there is one.
 
     Raises
     ------
@@ -26,14 +26,14 @@ def flush(output: TextIO | None) -> None:
 
 
 def failure_of(output: TextIO | None, error: OSError) -> OSError | None:
-    """Return what is wrong with standard output, None if nothing is; nothing more is written to it then.
+    """Return the error of standard output, or None if it has none; after an error, its output is discarded.
 
     Parameters
     ----------
     output : TextIO or None
         Standard output.
     error : OSError
-        What ended the command. Errors in writing files are of other types, or have names; so one without is of it.
+        What ended the command. Errors of files are of other types or have a file name; one without is of the output.
     """
     try:
         flush(output)
@@ -48,12 +48,12 @@ def failure_of(output: TextIO | None, error: OSError) -> OSError | None:
 
 
 def named(error: OSError) -> OSError:
-    """Return an error of standard output, which has no name of a file, with one."""
+    """Return an error of standard output with a name in place of the file name that it lacks."""
     return OSError(error.errno, error.strerror or str(error), OUTPUT)
 
 
 def settle() -> None:
-    """Give up what waits for a stream that cannot be written; Python would end with a status of its own."""
+    """Discard the buffers of streams that cannot be written; otherwise Python would exit with a status of its own."""
     for stream in (sys.__stdout__, sys.__stderr__, sys.stdout, sys.stderr):  # click may have wrapped them
         if stream is not None:
             try:
@@ -63,20 +63,20 @@ def settle() -> None:
 
 
 def give_up(stream: TextIO) -> None:
-    """Let what is written to a stream go nowhere from now on."""
+    """Discard what is written to a stream from now on."""
     with contextlib.suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stream.fileno())
         os.close(nowhere)
 
 
-class Forgiving:
-    """A stream that tells of progress: that it cannot be written is no reason to lose the results.
+class LossyStream:
+    """A stream for progress, which ignores errors: they must not lose the results.
 
     Parameters
     ----------
     stream : TextIO
-        What is written to.
+        The stream.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -86,12 +86,12 @@ class Forgiving:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text, if the stream takes it."""
+        """Write a text; errors are ignored."""
         with contextlib.suppress(OSError):
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Pass on what was written, if the stream takes it."""
+        """Flush the stream; errors are ignored."""
         with contextlib.suppress(OSError):
             self._stream.flush()

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-# Only what Python has loaded before is imported: until the command line can handle Ctrl-C, each millisecond counts.
-
-
+# No other module is imported, since `import teamsight` must be fast: see `teamsight.__main__`.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -12,16 +10,16 @@ if TYPE_CHECKING:
 
 
 def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package whose public names live in its modules.
+    """Return the ``__getattr__`` of a package whose public names are defined in its modules, and set its ``__dir__``.
 
     Parameters
     ----------
     package : str
-        Its ``__name__``.
+        The package's ``__name__``.
     homes : dict of str to str
         For each public name, the module that defines it.
     names : dict
-        Its ``globals()``.
+        The package's ``globals()``.
     """
 
     def __getattr__(name: str) -> Any:  # noqa: N807
@@ -32,4 +30,5 @@ def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Ca
         names[name] = getattr(importlib.import_module(homes[name]), name)
         return names[name]
 
+    names["__dir__"] = lambda: sorted(names.get("__all__", homes))
     return __getattr__

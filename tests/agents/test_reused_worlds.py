@@ -68,11 +68,13 @@ def test_a_reused_world_gives_the_bits_of_a_new_one(data: st.DataObject) -> None
     worlds = ReusedWorlds()
     seen = set()
     seeds = data.draw(st.lists(st.integers(0, 2**53), min_size=2, max_size=4))
-    numbers: dict[str, Any] = {}
-    for place, seed in enumerate(seeds):
-        numbers = numbers if data.draw(st.booleans()) else data.draw(NUMBERS)
-        parameters = kind | numbers
-        world = worlds.begin(CMOMMT, parameters, seed, seeds[place + 1 :])
+    numbers: list[dict[str, Any]] = [{}]
+    for _ in seeds:
+        numbers.append(numbers[-1] if data.draw(st.booleans()) else data.draw(NUMBERS))
+    runs = [(kind | some, seed) for some, seed in zip(numbers[1:], seeds, strict=True)]
+    worlds.expect(runs[data.draw(st.integers(0, 1)) :])
+    for parameters, seed in runs:
+        world = worlds.begin(CMOMMT, parameters, seed)
         new = CMOMMT(**parameters, rng=seed)
         steps = data.draw(st.integers(0, 40))
         for each in (world, new):

@@ -17,11 +17,11 @@ PATHS = (
     "r.parquet", "deep/er/r.parquet", "here/r.parquet", "~/r.parquet", "~nobody-of-this-name/r", "~", ".", "..x", "here", "here/", "",
     " ", "r.parquet/", "x\ny.parquet", "é✓.parquet", "n" * 240, "n" * 300, "n" * 5000, "file:/r", "s3:/bucket/r.parquet", "http://r/r",
     "notes.md", "table.parquet", "notes.md/x", "link", "dangling", "pipe", "folder-link/r.parquet", "ours.parquet", "r.parquet.gz",
-    "\x1b[31mr", "-r", "[red]r", "[/]r", "\udcffr", "r\0", "memory.safetensors", "a/../r.parquet", "tracks.csv", "CON", "x|y", "%s%n{0}",
+    "\x1b[31mr", "-r", "[red]r", "[/]r", "\udcffr", "r\0", "memory.safetensors", "a/../r.parquet", "trajectories.csv", "CON", "x|y", "%s%n{0}",
 )  # fmt: skip
 MEMORIES = ("memory.safetensors", "damaged.safetensors", "notes.md", "pipe", "none", "here", "table.parquet", "link", "")
 ODD_MEMORIES = tuple(f"odd-{number}" for number in range(15))
-TRACKS = ("tracks.csv", "[red]tracks.csv", "notes.md", "table.parquet", "none.csv", "here", "empty.csv", "memory.safetensors", "[/]none")
+TRAJECTORIES = ("trajectories.csv", "[red]trajectories.csv", "notes.md", "table.parquet", "none.csv", "here", "empty.csv", "memory.safetensors", "[/]none")
 
 COUNT = (("1", "2", "3", "2.0", "1e0", "+3", " 2 "), HUGE, SMALL, ODD)
 LENGTH = (("1", "1.5", "2", "1e0", ".5"), HUGE, SMALL, ODD)
@@ -65,7 +65,7 @@ OPTIONS = {
     ("delta",): {
         "--robots": COUNT, "--targets": COUNT, "--radius": LENGTH, "--policy": POLICY, "--preset": PRESET, "--awareness-range": LENGTH,
         "--risk": (("0.5", "0.9", "1"), HUGE, (*SMALL, "1e-12"), ODD), "--runs": (("1", "3"), (*HUGE, "1000000000"), SMALL, ODD),
-        "--steps": STEPS, "--seed": SEED, "--tracks": (TRACKS,), "--window": LENGTH, "--out": PATH,
+        "--steps": STEPS, "--seed": SEED, "--trajectories": (TRAJECTORIES,), "--window": LENGTH, "--out": PATH,
     },
     ("reproduce",): {
         "--out": PATH, "--runs": (("1",), (*HUGE, "100000"), SMALL, ODD), "--steps": STEPS, "--workers": WORKERS, "--seed": SEED,
@@ -110,9 +110,9 @@ def command_line(noise: random.Random) -> list[str]:
     options = dict(OPTIONS[command])
     if command != ("delta",) or noise.random() < 0.7:
         line += BASE[command]
-        options.pop("--tracks", None)
+        options.pop("--trajectories", None)
     else:
-        line += ["--tracks", noise.choice(TRACKS), "--awareness-range", "1", *noise.choice(([], ["--window", "5"]))]
+        line += ["--trajectories", noise.choice(TRAJECTORIES), "--awareness-range", "1", *noise.choice(([], ["--window", "5"]))]
     if command == ("learn", "explore") or noise.random() < 0.3:
         where = next(name for name in ("--out", "--save") if name in options)
         line += [where, noise.choice(PATHS)]

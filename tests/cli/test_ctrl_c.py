@@ -9,7 +9,8 @@ from typing import NoReturn
 
 import pytest
 
-from teamsight.cli import main, run
+from teamsight.cli import main
+from teamsight.cli.run import RunSettings
 
 ROOT = Path(__file__).parents[2]
 
@@ -78,10 +79,10 @@ def test_a_program_in_the_background_goes_on_ignoring_it() -> None:
 
 
 def call(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, error: BaseException) -> tuple[int, str]:
-    def fail(**given: object) -> NoReturn:
+    def fail(settings: RunSettings) -> NoReturn:
         raise error
 
-    monkeypatch.setattr(run, "execute", fail)
+    monkeypatch.setattr(RunSettings, "check", fail)
     with pytest.raises(SystemExit) as left:
         main(["run"])
     return int(left.value.code or 0), capsys.readouterr().err.strip()
@@ -93,14 +94,14 @@ def test_what_python_makes_of_an_interrupt_is_one(
 ) -> None:
     error = RuntimeError("Error calling __set_name__ on 'Field' instance")
     error.__cause__ = KeyboardInterrupt()
-    status, told = call(capsys, monkeypatch, error)
+    status, message = call(capsys, monkeypatch, error)
     assert status == 130
-    assert told.startswith("teamsight: interrupted")
-    assert "\n" not in told
+    assert message.startswith("teamsight: interrupted")
+    assert "\n" not in message
 
 
 @pytest.mark.short
-def test_an_error_in_handling_an_interrupt_is_told(
+def test_an_error_in_handling_an_interrupt_is_reported(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     error = OSError(28, "No space left on device", "kept.parquet")
@@ -111,6 +112,6 @@ def test_an_error_in_handling_an_interrupt_is_told(
 @pytest.mark.short
 def test_the_end_of_a_file_is_no_interrupt(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("TEAMSIGHT_TRACEBACK", raising=False)
-    status, told = call(capsys, monkeypatch, EOFError("Ran out of input"))
+    status, message = call(capsys, monkeypatch, EOFError("Ran out of input"))
     assert status == 2
-    assert told.startswith("teamsight: EOFError: Ran out of input")
+    assert message.startswith("teamsight: EOFError: Ran out of input")

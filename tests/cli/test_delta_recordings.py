@@ -1,4 +1,4 @@
-"""``teamsight delta --tracks`` with a file of several recordings."""
+"""``teamsight delta --trajectories`` with a file of several recordings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from teamsight.cli import main
 
 def call(capsys: pytest.CaptureFixture[str], file: Path, *arguments: str) -> tuple[int, str, str]:
     with pytest.raises(SystemExit) as left:
-        main(["delta", "--tracks", str(file), "--awareness-range", "1", *arguments])
+        main(["delta", "--trajectories", str(file), "--awareness-range", "1", *arguments])
     out, err = capsys.readouterr()
     return int(left.value.code or 0), " ".join(out.split()), err
 
@@ -27,7 +27,7 @@ def file(tmp_path: Path) -> Path:
         for t in range(14)
         for robot in (1, 2)
     ]
-    place = tmp_path / "tracks.csv"
+    place = tmp_path / "trajectories.csv"
     pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"]).to_csv(place, index=False)
     return place
 
@@ -50,7 +50,7 @@ def test_a_window_longer_than_all_recordings_is_refused(capsys: pytest.CaptureFi
     assert "window=20: longer than the longest of 12 pieces, 14; give a window of at most 14" in err
 
 
-def test_recordings_without_a_number_are_told_the_cure(capsys: pytest.CaptureFixture[str], file: Path) -> None:
+def test_recordings_without_a_number_are_reported_the_cure(capsys: pytest.CaptureFixture[str], file: Path) -> None:
     pd.read_csv(file).drop(columns="run").to_csv(file, index=False)
     status, out, err = call(capsys, file)
     assert (status, out) == (2, "")

@@ -48,9 +48,9 @@ def make_files(folder: Path) -> dict[str, bytes]:
     noise = np.random.default_rng(1)
     time, robot = (grid.ravel() for grid in np.meshgrid(np.arange(40.0), np.arange(3), indexing="ij"))
     place = noise.uniform(-2, 2, (len(time), 2))
-    tracks = pd.DataFrame({"time": time, "robot": robot, "x": place[:, 0], "y": place[:, 1]})
-    for name in ("tracks.csv", "[red]tracks.csv"):
-        tracks.to_csv(folder / name, index=False)
+    trajectories = pd.DataFrame({"time": time, "robot": robot, "x": place[:, 0], "y": place[:, 1]})
+    for name in ("trajectories.csv", "[red]trajectories.csv"):
+        trajectories.to_csv(folder / name, index=False)
     (folder / "empty.csv").write_text("")
     main_quietly("learn", "explore", "--out", str(folder / "memory.safetensors"), "--robots", "2", "--steps", "5")
     damaged = bytearray((folder / "memory.safetensors").read_bytes())
@@ -63,7 +63,7 @@ def make_files(folder: Path) -> dict[str, bytes]:
     (folder / "dangling").symlink_to("elsewhere/new")
     (folder / "folder-link").symlink_to("elsewhere")
     os.mkfifo(folder / "pipe")
-    names = ("notes.md", "here/r.parquet", "elsewhere/target", "table.parquet", "tracks.csv", "[red]tracks.csv", "empty.csv", "damaged.safetensors")
+    names = ("notes.md", "here/r.parquet", "elsewhere/target", "table.parquet", "trajectories.csv", "[red]trajectories.csv", "empty.csv", "damaged.safetensors")
     return {name: (folder / name).read_bytes() for name in names}
 
 
@@ -131,8 +131,8 @@ def test_random_command_lines(
         except BaseException as error:
             statuses.append(f"{error!r:.400}")
         _, err = capsys.readouterr()
-        told = complaints(folder, kept, arguments, statuses[-1], err)
-        wrong += [f"seed {part}-{case}: teamsight {describe(arguments)}: {what}" for what in told]
+        message = complaints(folder, kept, arguments, statuses[-1], err)
+        wrong += [f"seed {part}-{case}: teamsight {describe(arguments)}: {what}" for what in message]
     assert not wrong, "\n".join(wrong[:20])
     # A grammar whose lines are all refused, or none, tests little.
     assert 0.1 < statuses.count(0) / len(statuses) < 0.9, f"{statuses.count(0)} of {len(statuses)} left with 0"

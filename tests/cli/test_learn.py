@@ -45,7 +45,7 @@ def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[
     assert dict(memory.settings) == plan.settings()
     status, out, err = call(capsys, "explore", "--out", str(small), *SMALL)
     assert (status, err) == (0, "")
-    assert "holds these pairs already: 60 pairs" in out
+    assert "already holds these transitions: 60 transitions" in out
     options = ["--distance", "full", "--robot-speed", "0.3", "--awareness", "ring", "--delta", "8"]
     assert call(capsys, "explore", "--out", str(small), *SMALL, *options, "--force")[0] == 0
     memory = LazyMemory.load(small)
@@ -53,7 +53,7 @@ def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[
     assert (memory.settings["robot_speed"], memory.added) == (0.3, 8)
 
 
-def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_told(
+def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_reported(
     capsys: pytest.CaptureFixture[str], small: Path
 ) -> None:
     before = small.read_bytes()
@@ -86,7 +86,7 @@ def test_an_evaluation_does_not_replace_its_memory(capsys: pytest.CaptureFixture
     for place in (small, small.parent / "link" / small.name):
         status, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--save", str(place), "--force")
         assert status == 2
-        assert "is the file of the memory, which would be lost; give another place" in err
+        assert "is the memory file, which would be overwritten; give another place" in err
         assert small.read_bytes() == before
 
 
@@ -94,7 +94,7 @@ def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[st
     both = small.with_name("both.safetensors")
     status, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(small))
     assert status == 0
-    assert "120 pairs" in out
+    assert "120 transitions" in out
     # What is in two files, or would be explored again, is in the memory once.
     again = small.with_name("again.safetensors")
     options = ["--merge", str(both), "--merge", str(small)]
@@ -129,7 +129,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
 ) -> None:
     monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
     file, parts = tmp_path / "many.safetensors", tmp_path / "many.safetensors.parts"
-    arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9"]
+    arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9", "--workers", "1"]
     explore_part, made = exploring._explore_part, []
 
     def interrupted(part: exploring.Part) -> LazyMemory | None:
@@ -140,7 +140,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
 
     monkeypatch.setattr(exploring, "_explore_part", interrupted)
     status, _, err = call(capsys, *arguments)
-    kept = f"240 of 540 pairs are kept in {parts}; the same command goes on from there"
+    kept = f"240 of 540 transitions are kept in {parts}; the same command continues from there"
     assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
     assert len(list(parts.iterdir())) == 4
     assert not file.exists()
@@ -152,12 +152,12 @@ def test_ctrl_c_keeps_the_parts_that_are_done(
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
     assert not parts.exists()
-    # Where no part is done, nothing stays, and that is what is told.
+    # Where no part is done, nothing stays, and that is what is reported.
     monkeypatch.setattr(exploring, "_explore_part", interrupted)
     status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
     assert (status, err.strip()) == (
         130,
-        "teamsight: interrupted; nothing was kept, since no part of the exploration was done",
+        "teamsight: interrupted; nothing was kept, since no part of the exploration was finished",
     )
     assert not parts.exists()
 
@@ -194,15 +194,15 @@ def test_memories_that_cannot_be_merged_are_refused_before_the_work(
         )
 
 
-def test_speeds_are_those_of_the_exploration_and_told(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+def test_speeds_are_those_of_the_exploration_and_reported(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     fast, both = small.with_name("fast.safetensors"), small.with_name("both.safetensors")
     call(capsys, "explore", "--out", str(fast), *SMALL, "--robot-speed", "0.5")
     tests = ["--runs", "1", "--steps", "3", "--learner", "linear"]
     assert "; as explored, robot_speed 0.5" in call(capsys, "evaluate", str(fast), *tests)[1]
     assert "as explored" not in call(capsys, "evaluate", str(small), *tests)[1]
     _, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(fast))
-    assert "note: robot_speed was not the same in all explorations: 0.5, 0.1" in out
-    assert "(0.5, 0.1); here it is the default" in call(capsys, "evaluate", str(both), *tests)[1]
+    assert "note: robot_speed differs between the explorations: 0.5, 0.1" in out
+    assert "(0.5, 0.1); the default is used here" in call(capsys, "evaluate", str(both), *tests)[1]
 
 
 def test_what_stands_at_out_is_named_with_its_cure(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -221,10 +221,10 @@ def test_what_stands_at_out_is_named_with_its_cure(capsys: pytest.CaptureFixture
 def test_evaluate_learns_from_a_sample(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     tests = ["--runs", "1", "--steps", "3"]
     status, out, _ = call(capsys, "evaluate", str(small), "--sample", "25", *tests)
-    assert (status, out.startswith("lazy on 25 pairs, ")) == (0, True)
+    assert (status, out.startswith("lazy on 25 transitions, ")) == (0, True)
     assert "3 robots, 15 targets, R = 3, 1 world of 3 steps" in out
     status, _, err = call(capsys, "evaluate", str(small), "--sample", "61", *tests)
-    assert (status, "sample=61: the memory has 60 pairs" in err) == (2, True)
+    assert (status, "sample=61: the memory has only 60 transitions" in err) == (2, True)
 
 
 def test_a_long_search_is_announced_with_its_cure(
@@ -234,7 +234,7 @@ def test_a_long_search_is_announced_with_its_cure(
 
     monkeypatch.setattr(learn_evaluate, "_LONG", 0)
     _, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3")
-    assert "learning from 60 pairs takes about 0 min" in err
+    assert "learning from 60 transitions takes about 0 min" in err
     assert "--sample 30000 takes seconds" in " ".join(err.split())
     assert call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3", "--learner", "linear")[2] == ""
 
@@ -242,19 +242,19 @@ def test_a_long_search_is_announced_with_its_cure(
 def test_intervals_stay_within_what_a_share_can_be() -> None:
     from rich.console import Console
 
-    from teamsight.cli.learn_evaluate import _shown
+    from teamsight.cli.learn_evaluate import _summary_table
 
     rows = [("one", 0.5, -0.2, 1.3, np.nan, np.nan, np.nan), ("two", 0.2, -np.inf, np.inf, 0.3, -np.inf, np.inf)]
     names = ["policy", "mean", "low", "high", "more", "more_low", "more_high"]
     console = Console(width=120)
     with console.capture() as shown:
-        console.print(_shown(pd.DataFrame(rows, columns=names)))
+        console.print(_summary_table(pd.DataFrame(rows, columns=names)))
     text = " ".join(shown.get().split())
     assert "one 50.0 (0.0 to 100.0) %" in text
     assert "two 20.0 % +30.0 points" in text
 
 
-def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
+def test_ctrl_c_reports_what_is_kept_of_curves_and_leaves_other_files(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis.learning import curves
@@ -277,19 +277,19 @@ def test_ctrl_c_tells_what_is_kept_of_curves_and_leaves_other_files(
     with monkeypatch.context() as patch:
         patch.setattr(curves, "_learned", interrupted)
         status, _, err = call(capsys, *command)
-        kept = f"3 of 5 parts are kept in {parts}; the same command goes on from there"
+        kept = f"3 of 5 parts are kept in {parts}; the same command continues from there"
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
         patch.setattr(curves, "_designed", stop)
         status, _, err = call(capsys, *command, "--seed", "1")
-        told = "nothing was kept, since no part of the curves was done"
-        assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+        message = "nothing was kept, since no part of the curves was finished"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert len(list(parts.iterdir())) == 3
     (parts / "notes.txt").write_text("thesis")
     assert call(capsys, *command)[0] == 0
     assert [path.name for path in parts.iterdir()] == ["notes.txt"]
 
 
-def test_results_of_other_settings_are_replaced_only_when_told(
+def test_results_of_other_settings_are_replaced_only_when_reported(
     capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
 ) -> None:
     saved = tmp_path / "runs.parquet"
@@ -327,22 +327,9 @@ def test_results_of_other_settings_are_replaced_only_when_told(
 
 
 def test_a_quick_figure_is_small_where_nothing_was_given() -> None:
-    from teamsight.cli.learn_figure import curves_of
-    from teamsight.cli.learn_settings import FigureSettings
+    from teamsight.cli.learn_figure import FigureSettings, curves_of
 
-    given = {
-        "learners": "lazy",
-        "reward": "own",
-        "discount": "0.7",
-        "robots": "5",
-        "targets": "15",
-        "radius": "3",
-        "steps": "60",
-    }
-    given |= {"out": "x", "seed": "0", "worlds": "7"}
-    left_out = dict.fromkeys(("workers", "samples", "memories", "k"))
-    settings = (FigureSettings(**given, **left_out, force=False, quick=quick) for quick in (True, False))  # type: ignore[arg-type]
-    quick, whole = map(curves_of, settings)
+    quick, whole = (curves_of(FigureSettings(worlds="7", quick=quick)) for quick in (True, False))
     assert (quick.samples, quick.memories, quick.worlds) == ((150, 600, 2400), 3, 7)
     assert (len(whole.samples), whole.memories, whole.worlds) == (9, 10, 7)
 
@@ -363,11 +350,11 @@ def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> 
     status, out, err = call(capsys)
     assert (status, err) == (0, "")
     assert "  teamsight learn explore --out" in out
-    for told in ("keep what they met.", "tell what robots then observe.", "learners and degrees of awareness."):
-        assert out.count(told) == 1
+    for summary in ("record their transitions.", "measure what robots then observe.", "under each degree of awareness."):
+        assert out.count(summary) == 1
 
 
-def test_evaluate_tells_the_learner_beside_the_collective_one_and_a_cmommt(
+def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     capsys: pytest.CaptureFixture[str], small: Path
 ) -> None:
     saved = small.with_name("runs.parquet")
@@ -394,7 +381,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    assert out.count("less Θ(0), from 60 pairs: ") == 6
+    assert out.count("less Θ(0), from 60 transitions: ") == 6
     tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
     assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
@@ -403,7 +390,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["evalute"], ["command='evalute': unknown; did you mean 'evaluate'?"]),
         (["explore"], ["Missing option '--out'"]),
@@ -411,7 +398,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
         (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
-        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: is for random walkers, and centroid goes"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk, and this is centroid; leave it out"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
@@ -420,20 +407,20 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of pairs; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
         (["figure", "--k", "20", "--samples", "10,30"], ["k=20: the memory has only 10 pairs"]),
-        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: is for awareness 'ring', and this is 'none'"]),
+        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: needs awareness 'ring', and this is 'none'; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_in_one_line_each(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: list[str]
+def test_what_is_wrong_is_reported_in_one_line_each(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: list[str]
 ) -> None:
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     found = err.splitlines()
-    assert len(found) == len(told)
-    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in told)
+    assert len(found) == len(message)
+    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in message)
 
 
 def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(

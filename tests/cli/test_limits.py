@@ -14,42 +14,42 @@ EXPLORE = ["learn", "explore", "--out", "x"]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ([*EXPLORE, "--steps", "1000000000"], ["steps=1000000000: must be at most 10000000"]),
-        ([*EXPLORE, "--steps", "10000000", "--runs", "10"], ["steps=10000000, runs=10: makes 5.0e+08 pairs of 75 numbers, 150 GB, at most 5 GB; give less"]),
-        ([*EXPLORE, "--awareness", "shared", "--robots", "1000"], ["makes 1.2e+05 pairs of 32011 numbers, 15.4 GB"]),
+        ([*EXPLORE, "--steps", "10000000", "--runs", "10"], ["steps=10000000, runs=10: makes 5.0e+08 transitions of 75 numbers, 150 GB, at most 5 GB; reduce"]),
+        ([*EXPLORE, "--awareness", "shared", "--robots", "1000"], ["makes 1.2e+05 transitions of 32011 numbers, 15.4 GB"]),
         (["run", "--steps", "1000000000000"], ["steps=1000000000000: must be at most 10000000; give fewer steps"]),
         (["run", "--steps", "1" + "0" * 400], ["steps=(about 10^400): must be at most 10000000"]),
         (["run", "--steps", "9" * 10_000], ["steps='999999999999999999999999999999'… (10000 characters): must be a whole number"]),
-        (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 sightings a step, at most 2e+08 fit in memory; give fewer"]),
-        (["run", "--robots", "1000", "--targets", "1000", "--radius", "1", "--awareness", "shared"], ["makes about 1.0e+09 sightings a step"]),
+        (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 sightings per step, at most 2e+08 fit in memory; give fewer"]),
+        (["run", "--robots", "1000", "--targets", "1000", "--radius", "1", "--awareness", "shared"], ["makes about 1.0e+09 sightings per step"]),
         (["run", "--radius", "1e9"], ["radius=1e+09: must be 0.001 to 1e+08 sensing ranges"]),
         (["run", "--radius", "1e-6"], ["radius=1e-06: must be 0.001 to 1e+08 sensing ranges"]),
         (["run", "--radius", "1e-320"], ["radius=9.99989e-321: lengths are 1e-09 to 1e+09; take another unit"]),
         (["run", "--awareness-range", "1e155"], ["awareness_range=1e+155: lengths are 1e-09 to 1e+09"]),
         (["run", "--seed", "1" + "0" * 400], ["seed=(about 10^400): must be at most 9223372036854775807"]),
         (["delta", "--risk", "1e-320"], ["risk=1e-320: must be a finite number, at least 1e-09 and at most 1"]),
-        (["delta", "--risk", "1e-8"], ["risk=1e-08: asks for 10 / risk = 1.0e+09 runs, at most 1000000; give a risk of at least 1e-05, or --runs"]),
+        (["delta", "--risk", "1e-8"], ["risk=1e-08: needs 10 / risk = 1.0e+09 runs, at most 1000000; give a risk of at least 1e-05, or --runs"]),
         (["delta", "--runs", "1000000000"], ["runs=1000000000: must be at most 1000000"]),
         (["reproduce", "--workers", "100000"], ["workers=100000: must be at most "]),
         (["reproduce", "--runs", "1000000"], ["runs=1000000: must be at most 1000"]),
         (["learn", "evaluate", "x", "--workers", "100000", "--runs", "1e9"], ["runs=1000000000: must be at most 1000000", "workers=100000: must be at most "]),
-        (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 pairs of 171 numbers"]),
+        (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 transitions of 171 numbers"]),
         (["learn", "figure", "--samples", ",".join(map(str, range(1, 300)))], ["samples: are 299 numbers, at most 100; leave some out"]),
         (["learn", "figure", "--memories", "1000", "--worlds", "1000"], ["memories=1000, worlds=1000, 9 samples: makes 1.1e+08 rows, at most 2e+06"]),
     ],
 )  # fmt: skip
 def test_what_is_too_much_is_refused_with_its_count(
-    arguments: list[str], told: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as left:
         main(arguments)
     out, err = capsys.readouterr()
     found = err.splitlines()
-    assert (left.value.code, out, len(found)) == (2, "", len(told)), err
-    assert all(any(part in line for line in found) for part in told), err
+    assert (left.value.code, out, len(found)) == (2, "", len(message)), err
+    assert all(any(part in line for line in found) for part in message), err
     assert all(len(line) < 400 for line in found)
     assert list(tmp_path.iterdir()) == []
 

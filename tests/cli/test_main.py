@@ -1,4 +1,4 @@
-"""The command line answers at once, teaches, and tells what is wrong in one line each."""
+"""The command line answers at once, explains itself, and reports what is wrong in one line each."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_help_answers_within_half_a_second_and_imports_nothing_slow() -> None:
         )
         taken.append(time.perf_counter() - began)
     assert "reproduce" in found.stdout
-    assert not {"numpy", "pandas", "numba", "mesa", "pydantic", "rich", "matplotlib"} & set(found.stderr.split())
+    assert not {"numpy", "pandas", "numba", "mesa", "rich", "matplotlib"} & set(found.stderr.split())
     assert min(taken) < 0.5
 
 
@@ -48,7 +48,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (
             ["reproduse"],
@@ -71,67 +71,67 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
             ["radius=-2.0: must be", "awareness_range=inf: must be"],
         ),
         (["delta", "--risk", "2"], ["risk=2.0: must be a finite number, at least 1e-09 and at most 1"]),
-        (["delta", "--window", "5"], ["window=5: is for recorded positions; give --tracks too, or leave it out"]),
-        (["delta", "--tracks", "t.csv", "--robots", "5"], ["robots=5: is told by the tracks; leave it out"]),
-        (["delta", "--tracks", "t.csv"], ["awareness_range: missing; give --awareness-range"]),
+        (["delta", "--window", "5"], ["--window=5.0: is for recorded positions; give --trajectories too, or leave it out"]),
+        (["delta", "--trajectories", "t.csv", "--robots", "5"], ["--robots=5: cannot be combined with --trajectories, which determines it; leave it out"]),
+        (["delta", "--trajectories", "t.csv"], ["awareness_range: missing; give --awareness-range"]),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line_each(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: list[str]
+def test_what_is_wrong_is_reported_in_one_line_each(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: list[str]
 ) -> None:
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     found = err.splitlines()
-    assert len(found) == len(told)
-    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in told)
+    assert len(found) == len(message)
+    assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in message)
 
 
-def test_errors_with_line_breaks_are_told_on_one_line() -> None:
+def test_errors_with_line_breaks_are_reported_on_one_line() -> None:
     assert lines(ValueError("one\n   two")) == ["one two"]
     assert lines(FileNotFoundError(2, "No such file", "a.csv")) == ["a.csv: No such file"]
     assert "please report it" in lines(KeyError("robots"))[0]
 
 
-def write_tracks(folder: Path) -> Path:
+def write_trajectories(folder: Path) -> Path:
     noise = np.random.default_rng(1)
     time, robot = (grid.ravel() for grid in np.meshgrid(np.arange(200.0), np.arange(6), indexing="ij"))
     place = noise.uniform(-2, 2, (len(time), 2))
-    file = folder / "tracks.csv"
+    file = folder / "trajectories.csv"
     pd.DataFrame({"time": time, "robot": robot, "x": place[:, 0], "y": place[:, 1]}).to_csv(file, index=False)
     return file
 
 
-def test_delta_from_tracks_prints_and_writes_its_report(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    file = write_tracks(tmp_path)
+def test_delta_from_trajectories_prints_and_writes_its_report(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = write_trajectories(tmp_path)
     out = tmp_path / "out"
     status, text, err = call(
-        capsys, "delta", "--tracks", str(file), "--awareness-range", "1", "--window", "20", "--out", str(out)
+        capsys, "delta", "--trajectories", str(file), "--awareness-range", "1", "--window", "20", "--out", str(out)
     )
     assert (status, err) == (0, "")
     assert "δ = " in text
     assert {"delta.md", "delta_exceedance.parquet", "delta_exceedance.png"} <= {path.name for path in out.iterdir()}
 
 
-def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    file = write_tracks(tmp_path)
-    status, out, err = call(capsys, "delta", "--tracks", str(file), "--awareness-range", "1", "--out", str(file / "x"))
+def test_an_unwritable_folder_is_reported_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = write_trajectories(tmp_path)
+    status, out, err = call(capsys, "delta", "--trajectories", str(file), "--awareness-range", "1", "--out", str(file / "x"))
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert "cannot be written" in err
 
 
-def test_missing_tracks_are_told_in_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    status, _, err = call(capsys, "delta", "--tracks", str(tmp_path / "none.csv"), "--awareness-range", "1")
+def test_missing_trajectories_are_reported_in_one_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    status, _, err = call(capsys, "delta", "--trajectories", str(tmp_path / "none.csv"), "--awareness-range", "1")
     assert (status, err.count("\n")) == (2, 1)
     assert "none.csv" in err
 
 
-def test_a_report_does_not_replace_its_tracks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    tracks = tmp_path / "delta_over_time.parquet"
-    pd.read_csv(write_tracks(tmp_path)).to_parquet(tracks)
-    before = tracks.read_bytes()
-    given = ("delta", "--tracks", str(tracks), "--awareness-range", "1", "--out", str(tmp_path), "--force")
+def test_a_report_does_not_replace_its_trajectories(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    trajectories = tmp_path / "delta_over_time.parquet"
+    pd.read_csv(write_trajectories(tmp_path)).to_parquet(trajectories)
+    before = trajectories.read_bytes()
+    given = ("delta", "--trajectories", str(trajectories), "--awareness-range", "1", "--out", str(tmp_path), "--force")
     status, _, err = call(capsys, *given)
     assert status == 2
-    assert "is the file of the tracks, which would be lost; give another place" in err
-    assert tracks.read_bytes() == before
+    assert "is the trajectories file, which would be overwritten; give another place" in err
+    assert trajectories.read_bytes() == before

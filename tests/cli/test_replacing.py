@@ -79,8 +79,8 @@ def test_a_command_replaces_its_own_results_of_the_same_settings(
         assert call(*line) == (0, "")
     if command in OTHER:
         before = path.read_bytes()
-        status, told = call(*line, *OTHER[command])
-        assert (status, told.count("\n"), "give --" in told and "--force" in told) == (2, 1, True)
+        status, message = call(*line, *OTHER[command])
+        assert (status, message.count("\n"), "give --" in message and "--force" in message) == (2, 1, True)
         assert path.read_bytes() == before
         assert call(*line, *OTHER[command], "--force") == (0, "")
         assert path.read_bytes() != before
@@ -104,8 +104,8 @@ def test_what_teamsight_did_not_write_stays_and_is_named_before_the_work(
         patch.setattr(World, "run", lambda *given: pytest.fail("worked in vain"))
         for content in mine:
             path.write_bytes(content)
-            status, told = call(*line)
-            assert (status, told.count("\n"), path.name in told, "--force" in told) == (2, 1, True, True), told
+            status, message = call(*line)
+            assert (status, message.count("\n"), path.name in message, "--force" in message) == (2, 1, True, True), message
             assert path.read_bytes() == content
     if file == COMMANDS[command][2][-1]:
         assert call(*line, "--force") == (0, "")
@@ -130,8 +130,8 @@ def test_only_regular_files_are_replaced_even_when_forced(
     monkeypatch.setattr(World, "run", lambda *given: pytest.fail("worked in vain"))
     for make, kind in patches:
         make()
-        status, told = call(*line, *force)
-        assert (status, told.count("\n"), f"is a {kind}" in told) == (2, 1, True), told
+        status, message = call(*line, *force)
+        assert (status, message.count("\n"), f"is a {kind}" in message) == (2, 1, True), message
         path.rmdir() if kind == "folder" else path.unlink()
     assert (tmp_path / "elsewhere").read_text() == "mine"
     assert not (tmp_path / "new").exists()
@@ -149,19 +149,19 @@ def test_drafts_and_parts_are_not_written_through_links(
     (tmp_path / "other").mkdir()
     (tmp_path / "results").mkdir()
     (tmp_path / "results" / "learning-curves.parts").symlink_to(tmp_path / "other")
-    status, told = call(*place("figure", "learning-curves.png", tmp_path)[0])
-    assert (status, "learning-curves.parts: is a link, which is not followed" in told) == (2, True)
+    status, message = call(*place("figure", "learning-curves.png", tmp_path)[0])
+    assert (status, "learning-curves.parts: is a link, which is not followed" in message) == (2, True)
     (tmp_path / "results" / ".checkpoint").symlink_to(tmp_path / "mine")
-    status, told = call(*place("reproduce", "ledger.md", tmp_path)[0])
-    assert (status, ".checkpoint: is a link" in told) == (2, True)
+    status, message = call(*place("reproduce", "ledger.md", tmp_path)[0])
+    assert (status, ".checkpoint: is a link" in message) == (2, True)
     (tmp_path / "results" / ".checkpoint").unlink()
     (tmp_path / "results" / ".checkpoint").write_text("mine")
-    status, told = call(*place("reproduce", "ledger.md", tmp_path)[0])
-    assert (status, ".checkpoint: holds something else" in told) == (2, True)
+    status, message = call(*place("reproduce", "ledger.md", tmp_path)[0])
+    assert (status, ".checkpoint: holds something else" in message) == (2, True)
     monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 1)
     (tmp_path / "x.safetensors.parts").symlink_to(tmp_path / "other")
-    status, told = call(*place("explore", "x.safetensors", tmp_path)[0], "--runs", "2")
-    assert (status, "x.safetensors.parts: is a link" in told) == (2, True)
+    status, message = call(*place("explore", "x.safetensors", tmp_path)[0], "--runs", "2")
+    assert (status, "x.safetensors.parts: is a link" in message) == (2, True)
     assert (tmp_path / "mine").read_text() == "mine"
     assert list((tmp_path / "other").iterdir()) == []
 
@@ -181,7 +181,7 @@ def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tu
 
 
 @pytest.mark.parametrize(
-    ("path", "told"),
+    ("path", "message"),
     [
         ("", "is empty; give a file"),
         (" ", "is empty; give a file"),
@@ -191,14 +191,14 @@ def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tu
         ("s3://bucket/x.parquet", "is an address; give a file on this machine"),
         ("file:///x.parquet", "is an address; give a file on this machine"),
         ("~no-such-user/x", "there is no such user; write ./~"),
-        ("x\0y", "holds a null character"),
+        ("x\0y", "contains a null character"),
         ("x" * 300, "cannot be written (File name too long)"),
     ],
 )
-def test_paths_that_cannot_be_meant(path: str, told: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
+def test_paths_that_cannot_be_meant(path: str, message: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
     before = sorted(tmp_path.rglob("*"))
     status, error = call("run", *SMALL, "--save", path)
-    assert (status, error.count("\n"), told in error, len(error) < 400) == (2, 1, True, True), error
+    assert (status, error.count("\n"), message in error, len(error) < 400) == (2, 1, True, True), error
     assert sorted(tmp_path.rglob("*")) == before
 
 

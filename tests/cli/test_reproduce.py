@@ -57,7 +57,7 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
 
 
-def test_what_figure_11_comes_to_is_told(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_what_figure_11_comes_to_is_reported(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     short = ("--quick", "--runs", "2", "--steps", "3", "--preset", "defaults")
     _, out, _ = call(capsys, "reproduce", "11", "--out", str(tmp_path), "--workers", "1", *short)
     assert re.search(r"^figure 11: awareness adds .* pp on the mean of 49 cells.*clearly less in \d+ \(by chance", out, re.M)
@@ -73,7 +73,7 @@ def test_results_do_not_depend_on_workers_or_on_what_else_is_made(
         assert one == two
 
 
-def test_an_unwritable_folder_is_told_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_an_unwritable_folder_is_reported_before_the_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     began = time.perf_counter()
     status, _, err = call(capsys, "reproduce", "--out", str(tmp_path / "file" / "sub"), "--preset", "defaults")
@@ -114,8 +114,8 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
             raise
     assert process.returncode == 130
     assert out == ""
-    told = "teamsight: interrupted; nothing was kept"
-    assert err.split() == told.split()
+    message = "teamsight: interrupted; nothing was kept"
+    assert err.split() == message.split()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -137,22 +137,22 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--policy", "a-cmomt"], "did you mean 'a-cmommt'?"),
         (["--awareness", "pairwse"], "did you mean 'pairwise'?"),
         (["--preset", "touzet"], "preset='touzet'"),
         (["--delta", "0", "--awareness", "ring"], "delta=0"),
         (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 360"),
-        (["--delta", "8"], "delta=8: is for awareness 'ring', and this is 'pairwise'; leave it out, or give --awareness ring"),
+        (["--delta", "8"], "delta=8: needs awareness 'ring', and this is 'pairwise'; leave --delta out, or give --awareness ring"),
     ],
 )
-def test_run_tells_what_the_model_refuses_in_one_line(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], told: str
+def test_run_reports_what_the_model_refuses_in_one_line(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:
     status, out, err = call(capsys, "run", *arguments)
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert told in err
+    assert message in err
 
 
 def test_delta_explores_the_world_that_is_described(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def gone() -> int:
 
 
 @pytest.mark.parametrize("command", WRITTEN)
-def test_a_full_output_is_told_and_loses_no_file(command: tuple[str, ...], tmp_path: Path, full: int) -> None:
+def test_a_full_output_is_reported_and_loses_no_file(command: tuple[str, ...], tmp_path: Path, full: int) -> None:
     status, errors = teamsight(tmp_path, *command, *WRITTEN[command], output=full)
     assert (status, errors) == (2, "teamsight: standard output: No space left on device\n")
     assert (tmp_path / WRITTEN[command][1]).exists()

@@ -1,4 +1,4 @@
-"""Kill processes that write results, at random moments, and tell what is wrong with what they leave; a script.
+"""Kill processes that write results, at random moments, and print what is wrong with what they leave; a script.
 
 It imports once and forks a process for each kill, in which alone libraries start threads.
 """

@@ -36,7 +36,7 @@ def test_the_readme_has_the_two_commands_literally() -> None:
 def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sum(bool(line.strip()) for line in code(ROOT / "README.md").splitlines()) == 10
     run(ROOT / "README.md", tmp_path)
-    assert re.match(r"\d+% of the targets seen", capsys.readouterr().out)
+    assert re.match(r"\d+% of the targets observed", capsys.readouterr().out)
 
 
 @pytest.mark.short
@@ -55,6 +55,11 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert place.exists(), link
         headings = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE) if anchor else []
         assert not anchor or anchor in [heading.lower().replace(" ", "-") for heading in headings], link
+
+
+def test_the_page_of_the_commands_is_what_its_program_makes() -> None:
+    made = runpy.run_path(str(ROOT / ".ci" / "commands_page.py"))["page"]()
+    assert (ROOT / "docs" / "commands.md").read_text(encoding="utf-8") == made, "run python .ci/commands_page.py"
 
 
 def test_the_index_lists_every_page() -> None:
@@ -81,9 +86,9 @@ def test_every_dependency_is_explained_with_its_range() -> None:
     ]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (?!package)([a-z-]+) \| (\S*) ?\| \w", page, re.MULTILINE)
-    told = {name: ranges.strip("`") for name, ranges in rows}
+    listed = {name: ranges.strip("`") for name, ranges in rows}
     wanted = dict(re.fullmatch(r"([a-z-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
-    assert told == wanted
+    assert listed == wanted
 
 
 def test_versions_agree() -> None:

@@ -37,17 +37,17 @@ def test_an_example_is_short_and_tested(path: Path) -> None:
 
 
 def test_a_new_agent_spends_its_charge(run: Run) -> None:
-    told = run("new_agent")
-    least, most = map(float, re.findall(r"charge left: ([\d.]+) to ([\d.]+)", told)[0])
+    output = run("new_agent")
+    least, most = map(float, re.findall(r"charge left: ([\d.]+) to ([\d.]+)", output)[0])
     assert 0 <= least <= most < 15
 
 
 @pytest.mark.short
 def test_the_same_policy_in_three_ways_observes_the_same(run: Run) -> None:
-    told = re.findall(r"(\w+) +([\d.]+) observed", run("own_policy"))
-    assert [name for name, _ in told] == ["CompiledLean", "NumpyLean", "lean"]
+    output = re.findall(r"(\w+) +([\d.]+) observed", run("own_policy"))
+    assert [name for name, _ in output] == ["CompiledLean", "NumpyLean", "lean"]
     # The same rule from the same start; they differ by rounding alone, which may shift when a target comes into sight.
-    assert max(float(share) for _, share in told) - min(float(share) for _, share in told) < 0.03
+    assert max(float(share) for _, share in output) - min(float(share) for _, share in output) < 0.03
 
 
 def test_each_way_to_a_policy_takes_under_20_lines() -> None:
@@ -61,22 +61,22 @@ def test_each_way_to_a_policy_takes_under_20_lines() -> None:
 
 @pytest.mark.short
 def test_events_happen_at_their_times(run: Run) -> None:
-    told = run("events")
-    assert [int(time) for time in re.findall(r"tick +(\d+)", told)] == [100, 150, 250, 300, 400, 450, 550]
-    assert "by 9 robots" in told
+    output = run("events")
+    assert [int(time) for time in re.findall(r"tick +(\d+)", output)] == [100, 150, 250, 300, 400, 450, 550]
+    assert "by 9 robots" in output
 
 
 def test_neighbours_are_counted_over_time(run: Run) -> None:
-    told = run("neighbours").splitlines()
-    assert [int(line.split()[0]) for line in told[1:12]] == list(range(0, 201, 20))
-    groups = [int(size) for size in re.findall(r"groups of \[(.*)\]", told[12])[0].split(", ")]
+    output = run("neighbours").splitlines()
+    assert [int(line.split()[0]) for line in output[1:12]] == list(range(0, 201, 20))
+    groups = [int(size) for size in re.findall(r"groups of \[(.*)\]", output[12])[0].split(", ")]
     assert sum(groups) == 30
 
 
 def test_a_robot_learns_what_is_wanted(run: Run) -> None:
-    told = run("learn")
-    assert "LazyMemory(4800 pairs, 16 + 16 inputs" in told
-    shares = re.findall(r"(\w+) +([\d.]+) % observed", told)
+    output = run("learn")
+    assert "LazyMemory(4800 pairs, 16 + 16 inputs" in output
+    shares = re.findall(r"(\w+) +([\d.]+) % observed", output)
     assert [name for name, _ in shares] == ["RandomWalk", "LazyQ", "LinearQ"]
     assert all(0 < float(share) < 100 for _, share in shares)
 

@@ -29,11 +29,11 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     """Runs in the order in which they are made, each in a chunk of its own."""
     runs: list[Run] = []
 
-    def make(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
+    def make(run: Run, worlds: ReusedWorlds) -> Outcome:
         runs.append(run)
         if len(runs) == 8:
             raise KeyboardInterrupt
-        return original(run, worlds, ())
+        return original(run, worlds)
 
     original = Run.make
     monkeypatch.setattr(Run, "make", make)

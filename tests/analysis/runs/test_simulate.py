@@ -33,7 +33,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     """The runs that are made, none of which simulates anything."""
     found: list[Run] = []
 
-    def make(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
+    def make(run: Run, worlds: ReusedWorlds) -> Outcome:
         found.append(run)
         return Outcome(float(run.seed), len(found))
 
@@ -113,7 +113,7 @@ def test_progress_grows_to_the_whole() -> None:
 
 
 def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    def compiles(run: Run, worlds: ReusedWorlds, following: object = ()) -> Outcome:
+    def compiles(run: Run, worlds: ReusedWorlds) -> Outcome:
         kernel_entry.announce("some entry")
         return Outcome(0.5, 1)
 

@@ -1,0 +1,70 @@
+"""Write docs/commands.md: every command of teamsight with its options, from their declarations.
+
+Run it with the Python of the checkout: `.venv/bin/python .ci/commands_page.py`.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from teamsight.cli.main import commands
+
+_WIDTH = 120
+
+
+def main() -> None:
+    """Write the page."""
+    place = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
+    place.write_text(page(), encoding="utf-8")
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [
+        "# Commands",
+        _wrapped(
+            "All commands of teamsight with their options. This page is made by `python .ci/commands_page.py` from the "
+            "declarations that `--help` shows too. Results depend on the settings and the seed only, not on the number "
+            "of workers. Ctrl-C ends a command with status 130, wrong input with status 2."
+        ),
+    ]
+    for name, command in leaves("teamsight", commands):
+        parts += [f"## {name}", *_help(command), _table(command)]
+    return "\n\n".join(parts) + "\n"
+
+
+def leaves(path: str, command: click.Command) -> Iterator[tuple[str, click.Command]]:
+    """Yield each command that is no group, with its full name."""
+    if not isinstance(command, click.Group):
+        yield path, command
+        return
+    for name, inner in sorted(command.commands.items()):
+        yield from leaves(f"{path} {name}", inner)
+
+
+def _help(command: click.Command) -> Iterator[str]:
+    for paragraph in (command.help or "").strip().split("\n\n"):
+        lines = [line.strip() for line in paragraph.splitlines()]
+        if lines[0] == "\b":
+            yield "\n".join(["```", *lines[2:], "```"])
+        else:
+            yield _wrapped(" ".join(lines))
+
+
+def _table(command: click.Command) -> str:
+    context = click.Context(command)
+    records = [record for one in command.params if (record := one.get_help_record(context)) and record[1]]
+    rows = ["| option | meaning |", "|---|---|"]
+    return "\n".join(rows + [f"| `{names}` | {help} |" for names, help in records])
+
+
+def _wrapped(text: str) -> str:
+    return "\n".join(textwrap.wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False))
+
+
+if __name__ == "__main__":
+    main()

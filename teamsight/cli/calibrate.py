@@ -1,0 +1,48 @@
+"""``teamsight calibrate``: search the constants that the paper leaves open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from teamsight.cli import values
+from teamsight.cli.errors import when_stopped
+from teamsight.cli.options import Settings
+
+_SEARCHES = values.registry("teamsight.analysis.calibration.calibrate", "SEARCHES")
+
+
+class CalibrateSettings(Settings):
+    """Settings of ``teamsight calibrate``."""
+
+    search: str = values.argument("SEARCH", _SEARCHES)
+    out: Path = values.folder(Path("docs"), "Folder for the table and the page.")
+    workers: int | None = values.workers()
+    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+
+
+def calibrate(settings: CalibrateSettings) -> None:
+    """Search the constants that the paper leaves open.
+
+    SEARCH is 'model' (speeds, idle behaviour and weights of A-CMOMMT, for the preset touzet2000) or 'lazy' (constants
+    of lazy learning). Writes a table of all trials and a page about them. The winner becomes a default only by hand.
+    Each search takes hours.
+
+    \b
+    Examples:
+      teamsight calibrate model --out calibration
+      teamsight calibrate lazy --out calibration --workers 2
+    """
+    from teamsight.analysis.calibration.calibrate import calibrate as search
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import say, watching
+
+    folder = prepare_folder(settings.out)
+    with (
+        when_stopped(lambda: "nothing was kept"),
+        watching() as watch,
+        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
+    ):
+        written = search(settings.search, folder, pool, watch, force=settings.force)
+    say(", ".join(map(str, written)))

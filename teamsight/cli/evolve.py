@@ -1,0 +1,94 @@
+"""``teamsight evolve train`` and ``test``: find the constants of the policy 'evolved', and compare them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from teamsight.cli import limits, values
+from teamsight.cli.errors import when_stopped
+from teamsight.cli.options import Settings
+
+# More candidates or generations than anybody can wait for.
+_MOST = 100_000
+
+
+class TrainSettings(Settings):
+    """Settings of ``teamsight evolve train``."""
+
+    out: Path = values.folder(Path("evolution"), "Folder for the log and the constants.")
+    generations: int = values.count(400, "Number of generations in all.", most=_MOST)
+    population: int = values.count(40, "Number of candidates of a generation.", least=2, most=_MOST)
+    seed: int = values.seed(1, "Seed of the candidates.")
+    workers: int | None = values.workers()
+    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+
+
+class TestSettings(Settings):
+    """Settings of ``teamsight evolve test``."""
+
+    out: Path = values.folder(Path("results"), "Folder for the page, its table and its figure.")
+    constants: Path | None = values.file("File of constants that train wrote.", shown="those that ship")
+    training: Path | None = values.folder(None, "Folder of train; the page then shows its progress too.")
+    runs: int = values.count(30, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
+    workers: int | None = values.workers()
+    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+
+
+def train(settings: TrainSettings) -> None:
+    """Evolve the constants of the policy 'evolved'.
+
+    Runs CMA-ES, then validates the constants of every hundredth generation on other worlds. Writes constants.json,
+    training.json and a log. The same command continues an interrupted evolution, and more --generations extend one.
+    It needs the package cma: pip install 'teamsight[evolve]'. The default takes about a day on two cores.
+
+    \b
+    Examples:
+      teamsight evolve train
+      teamsight evolve train --generations 20 --population 10 --out small
+    """
+    from teamsight.analysis.evolution import evolve
+    from teamsight.analysis.evolution.cma import Evolution
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import say, watching
+
+    evolution = Evolution(population=settings.population, seed=settings.seed)
+    evolve.check_installed()
+    folder = prepare_folder(settings.out)
+    with (
+        when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),
+        watching() as watch,
+        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
+    ):
+        evolve.train(evolution, settings.generations, folder, pool, watch, force=settings.force)
+    say(f"constants in {folder / evolve.CONSTANTS}")
+
+
+def test(settings: TestSettings) -> None:
+    """Compare the policy 'evolved' with the best A-CMOMMT.
+
+    Both run on worlds that neither was chosen on. Writes evolved.md, evolved.parquet and images/evolved.png.
+
+    \b
+    Examples:
+      teamsight evolve test
+      teamsight evolve test --constants evolution/constants.json --training evolution
+    """
+    from teamsight.analysis.evolution import evolve
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.cli.show import say, watching
+
+    folder = prepare_folder(settings.out)
+    with (
+        when_stopped(lambda: "nothing was kept"),
+        watching() as watch,
+        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
+    ):
+        evolve.evaluate(
+            folder, pool, watch,
+            constants=settings.constants, training=settings.training, runs=settings.runs, force=settings.force,
+        )  # fmt: skip
+    say(f"page, table and figure in {folder}")

@@ -1,0 +1,197 @@
+"""Kinds of options: each function declares one option, see `teamsight.cli.options.Option`.
+
+They are typed as returning Any, so that a settings class can annotate the attribute with the type of the value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from teamsight.cli import limits, paths
+from teamsight.cli.options import Option
+from teamsight.core import checks
+
+# Python takes long to read longer numbers, or refuses them.
+_LONGEST_NUMBER = 500
+
+
+def number_in(text: Any) -> Any:
+    """Return the number that a text spells, or the text itself, which the check then refuses."""
+    if not isinstance(text, str) or len(text) > _LONGEST_NUMBER:
+        return text
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def count(
+    default: int | None, help: str, *, least: int = 1, most: int | None = None, cure: str = "", shown: str = ""
+) -> Any:
+    """Declare a whole number of at least `least` and at most `most`."""
+
+    def check(name: str, text: Any) -> int:
+        return checks.count(name, number_in(text), least=least, most=most, cure=cure)
+
+    return Option(check, default, help, "INTEGER", shown)
+
+
+def number(default: float | None, help: str, *, least: float, most: float, shown: str = "") -> Any:
+    """Declare a finite number of at least `least` and at most `most`."""
+
+    def check(name: str, text: Any) -> float:
+        return checks.number(name, number_in(text), least=least, most=most)
+
+    return Option(check, default, help, "NUMBER", shown)
+
+
+def length(default: float, help: str) -> Any:
+    """Declare a length or a speed, in the unit of the model."""
+
+    def check(name: str, text: Any) -> float:
+        from teamsight.world.limits import length
+
+        return length(name, number_in(text))
+
+    return Option(check, default, help, "NUMBER")
+
+
+def agents(default: int | None, help: str, shown: str = "") -> Any:
+    """Declare a number of robots or targets."""
+    return count(default, help, most=limits.MOST_AGENTS, shown=shown)
+
+
+def runs(default: int | None, help: str, shown: str = "") -> Any:
+    """Declare a number of runs, worlds or memories."""
+    return count(default, help, most=limits.MOST_RUNS, shown=shown)
+
+
+def steps(default: int, help: str = "Number of steps of each run.") -> Any:
+    """Declare a number of steps."""
+    return count(default, help, most=limits.MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
+
+
+def seed(default: int, help: str) -> Any:
+    """Declare a seed."""
+    return count(default, help, least=0, most=checks.MOST_SEED)
+
+
+def workers() -> Any:
+    """Declare the number of worker processes; None stands for the number of cores."""
+
+    def check(name: str, text: Any) -> int:
+        from teamsight.analysis.runs.workers import check_workers
+
+        return check_workers(number_in(text))
+
+    help = "Number of worker processes. The results do not depend on it."
+    return Option(check, None, help, "INTEGER", "number of cores")
+
+
+def choice(default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = ()) -> Any:
+    """Declare one of some names; ``{names}`` in the help does not list `more`."""
+    return Option(lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", names=names)
+
+
+def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[str]], called: str) -> Any:
+    """Declare several of some names, with commas between them; an error calls one of them `called`."""
+
+    def check(name: str, text: str) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(checks.choice(called, part.strip(), names()) for part in text.split(",")))
+
+    return Option(check, default, help, "NAMES", ",".join(default), names=names)
+
+
+def argument(metavar: str, names: Callable[[], Iterable[str]], *, many: bool = False) -> Any:
+    """Declare an argument that is one of some names, or, if `many`, any number of them."""
+    called = metavar.lower()
+
+    def check(name: str, given: Any) -> Any:
+        if many:
+            return tuple(dict.fromkeys(checks.choice(called, text, names()) for text in given))
+        return checks.choice(called, given, names())
+
+    default, shown = ((), f"[{metavar}]...") if many else (None, metavar)
+    return Option(check, default, "", shown, kind="argument", many=many, required=not many)
+
+
+def file(help: str, *, required: bool = False, many: bool = False, shown: str = "") -> Any:
+    """Declare a file to read or to write; without a default."""
+
+    def check(name: str, text: Any) -> Any:
+        return tuple(paths.file(name, one) for one in text) if many else paths.file(name, text)
+
+    return Option(check, () if many else None, help, "FILE", shown, many=many, required=required)
+
+
+def folder(default: Any, help: str) -> Any:
+    """Declare a folder."""
+    return Option(paths.folder, default, help, "FOLDER")
+
+
+def flag(help: str) -> Any:
+    """Declare a switch that is off unless it is given."""
+    return Option(lambda name, given: bool(given), False, help, kind="flag")
+
+
+def force() -> Any:
+    """Declare the switch that allows to overwrite other files."""
+    return flag("Overwrite files that teamsight did not write, and results of other settings.")
+
+
+def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
+    """Return a function that returns the names in a registry, imported when it is called."""
+
+    def names() -> Iterable[str]:
+        import importlib
+
+        found: Iterable[str] = getattr(importlib.import_module(module), name)
+        return found
+
+    return names
+
+
+POLICIES = registry("teamsight.policies.registry", "POLICIES")
+DEGREES = registry("teamsight.agents.awareness", "AWARENESS")
+PRESETS = registry("teamsight.agents.presets", "PRESETS")
+LEARNERS = registry("teamsight.analysis.learning.learners", "LEARNERS")
+REWARDS = registry("teamsight.analysis.learning.learners", "REWARDS")
+
+
+def policy(default: str, help: str = "Policy of the robots: {names}.") -> Any:
+    """Declare a policy by name."""
+    return choice(default, help, POLICIES)
+
+
+def awareness(default: str, help: str = "Degree of awareness: {names}.") -> Any:
+    """Declare a degree of awareness by name."""
+    return choice(default, help, DEGREES)
+
+
+def sectors(default: int) -> Any:
+    """Declare δ, the number of sectors of a ring."""
+    help = f"Number of sectors of the ring, at most {limits.MOST_SECTORS}. Only with --awareness ring."
+    return count(default, help, most=limits.MOST_SECTORS)
+
+
+def preset() -> Any:
+    """Declare a preset by name."""
+    return choice(None, "Settings for what the paper leaves open: {names}. See docs/calibration.md.", PRESETS)
+
+
+def reward(default: str) -> Any:
+    """Declare a reward by name."""
+    return choice(default, "Reward of a transition: {names}. See docs/learning.md.", REWARDS)
+
+
+def matches() -> Any:
+    """Declare k; None stands for the default of the learner."""
+    return count(None, "Number k of transitions that match a situation.", shown="that of the learner")
+
+
+def discount(default: float) -> Any:
+    """Declare the discount factor."""
+    return number(default, "Discount factor γ, in [0, 1].", least=0.0, most=1.0)
