@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
+from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
@@ -269,8 +270,7 @@ def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:
+    # Checked under every degree, so that a wrong one is never ignored.
     delta = RingAwareness(plan["delta"]).delta
     degree = plan["awareness"]
-    if isinstance(degree, str) and AWARENESS.get(degree) is RingAwareness:
-        return RingAwareness(delta)
-    return awareness_of(degree)
+    return awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)

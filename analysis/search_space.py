@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
+from collections.abc import Iterable
 
 import pandas as pd
 
+from teamsight.agents.awareness import AWARENESS, RingAwareness
+from teamsight.agents.awareness.pairwise import SIGMA
+from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 
 #: n, the sensors that perceive the world itself: one ring of 16 (§8, footnote 2).
-OWN_INPUTS = 16
+OWN_INPUTS = OWN_SECTORS
 #: δ, the inputs for all teammates together under Θ(1).
-DELTA = 16
-#: σ, the inputs for each teammate under Θ(N): its distance and its bearing.
-SIGMA = 2
+DELTA = RingAwareness.delta
 #: p, the possible readings of one sensor: the fewest that any sensor has, so that p^d is a lower bound.
 READINGS = 2
-
-#: The paper's d for each degree, of (n, δ, σ, N); keyed by the name of the degree.
-FORMULAS: Mapping[str, Callable[[int, int, int, int], int]] = MappingProxyType(
-    {
-        "none": lambda own, delta, sigma, team_size: own,
-        "ring": lambda own, delta, sigma, team_size: own + delta,
-        "pairwise": lambda own, delta, sigma, team_size: own + sigma * team_size,
-        "shared": lambda own, delta, sigma, team_size: own + own * team_size,
-    }
-)
-#: The class that the paper gives to each degree.
-GROWTH: Mapping[str, str] = MappingProxyType({"none": "Θ(0)", "ring": "Θ(1)", "pairwise": "Θ(N)", "shared": "o(N)"})
-#: The formula of each degree as the paper writes it.
-FORMULA_TEXT: Mapping[str, str] = MappingProxyType(
-    {"none": "n", "ring": "n + δ", "pairwise": "n + σN", "shared": "n + nN"}
-)
 
 
 def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = DELTA, sigma: int = SIGMA) -> int:
@@ -42,7 +26,7 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     Parameters
     ----------
     degree : str
-        "none", "ring", "pairwise" or "shared".
+        A name in `teamsight.agents.awareness.AWARENESS`.
     team_size : int
         N, at least 1.
     own : int
@@ -76,7 +60,7 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     A robot has N − 1 teammates, so the arrays of a situation are a little narrower than these formulas: the awareness
     components' ``width(team_size)`` gives what they really have.
     """
-    formula = FORMULAS[checks.choice("degree", degree, FORMULAS)]
+    formula = AWARENESS[checks.choice("degree", degree, AWARENESS)].dimensions
     sizes = (("own", own), ("delta", delta), ("sigma", sigma), ("team_size", team_size))
     return formula(*(checks.count(name, value) for name, value in sizes))
 
@@ -134,14 +118,14 @@ def dimensions_table(
     """
     team_sizes = list(team_sizes)  # read once for each degree
     rows = []
-    for degree in FORMULAS:
+    for name, degree in AWARENESS.items():
         for team_size in team_sizes:
-            dimensions = inputs(degree, team_size, own=own, delta=delta, sigma=sigma)
+            dimensions = inputs(name, team_size, own=own, delta=delta, sigma=sigma)
             rows.append(
                 {
-                    "degree": degree,
-                    "growth": GROWTH[degree],
-                    "formula": FORMULA_TEXT[degree],
+                    "degree": name,
+                    "growth": degree.order,
+                    "formula": degree.formula,
                     "team_size": int(team_size),
                     "own": own,
                     "added": dimensions - own,

@@ -1,7 +1,6 @@
-"""Arenas: where bodies can be, what happens at the wall, and the way from one place to another.
+"""Arenas: where bodies can be, what happens at the wall, and the shortest way from one place to another.
 
-An arena is centred on the origin. A new one is a subclass of `Arena` with five members: `area`, `bounds`, `contains`,
-`place`, and a kernel `confine`; on a torus also a `period`.
+A new arena is a subclass of `Arena` in a file of its own; `teamsight.check_arena` checks whether it keeps the contract.
 """
 
 from __future__ import annotations
@@ -15,28 +14,38 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import inlined, kernel
 from teamsight.world import limits
+from teamsight.world.walls import confine_box, confine_disc, confine_torus
 
 Points = npt.NDArray[np.float64]
 
+#: A period that no distance ever reaches: ``way - ENDLESS * rint(way / ENDLESS)`` is `way`, to the last bit.
+ENDLESS = 1e300
+
+# For arenas that do not say themselves how points are moved inside.
+_HALVINGS = 50
+_DIRECTIONS = 16
+
 
 class Arena(ABC):
-    """A bounded part of the plane.
+    """A bounded part of the plane, centred on the origin.
+
+    A subclass defines `confine`, `size`, `area`, `bounds`, `contains` and `place`. Where the arena repeats, it also
+    defines `period`; where it is not star-shaped around the origin, `inside`.
 
     Attributes
     ----------
     confine : kernel
-        ``confine(x, y, step_x, step_y, heading_x, heading_y, size)`` takes a place inside, a step from there, the
-        heading, and the arena's `size`; returns the place reached and the heading there, after meeting the wall.
+        ``confine(x, y, step_x, step_y, heading_x, heading_y, size)`` returns the place that a step reaches from a place
+        inside, and the heading there, after meeting the wall: four numbers. `size` is an array of the arena's `size`.
     """
 
     confine: ClassVar[Callable[..., Any]]
 
     @property
     @abstractmethod
-    def size(self) -> tuple[float, float]:
-        """The two numbers that `confine` is given [length]."""
+    def size(self) -> tuple[float, ...]:
+        """The numbers that `confine` reads, any number of them, such as lengths of sides [length]."""
 
     @property
     @abstractmethod
@@ -50,31 +59,66 @@ class Arena(ABC):
 
     @property
     def period(self) -> tuple[float, float]:
-        """The distance after which the arena repeats along x and y; 0 where it does not."""
+        """The distance after which the arena repeats along x and along y; 0 along an axis where it does not."""
         return 0.0, 0.0
 
     @abstractmethod
     def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Say for each position, shape (..., 2), whether it lies inside; the wall itself is inside."""
+        """Return for each position, shape (..., 2), whether it is inside; the wall itself is inside."""
 
     @abstractmethod
     def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
         """Map numbers uniform in (0, 1) to places uniform over the area at least `margin` from the wall."""
 
+    def inside(self, points: Points, margin: float = 0.0) -> Points:
+        """Move points to places that are at least `margin` from the wall; points that already are stay.
+
+        Along an axis where the arena repeats there is no wall: points are wrapped. By default points move towards the
+        origin, for arenas that are star-shaped around it.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 2), float64
+            Positions anywhere [length].
+        margin : float
+            The least distance from the wall [length]; at most what fits.
+
+        Returns
+        -------
+        ndarray, shape (n, 2), float64
+            Positions inside [length].
+        """
+        points = self.displacement(np.zeros(2), points)
+        is_open = np.asarray(self.period) > 0
+        near, far = np.zeros(len(points)), np.ones(len(points))
+        near[self._is_free(points, margin)] = 1.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (near + far)
+            is_free = self._is_free(np.where(is_open, points, points * middle[:, None]), margin)
+            near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
+        return np.asarray(np.where(is_open, points, points * near[:, None]))
+
+    def _is_free(self, points: Points, margin: float) -> npt.NDArray[np.bool_]:
+        """Return whether the points and circles of places around them are inside."""
+        angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
+        # Across the seam of an axis that repeats, the arena goes on.
+        places = self.displacement(np.zeros(2), points[:, None] + around)
+        return np.asarray(np.all(self.contains(places), axis=1))
+
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
-        """Return the shortest way from each `start` to its `end`, shape (..., 2)."""
+        """Return the shortest way from each `start` to its `end`, shape (..., 2) [length]."""
         way = np.asarray(end, float) - np.asarray(start, float)
-        period = np.asarray(self.period)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(period > 0, way - period * np.rint(way / period), way))
+        period = kernel_period(self)
+        return way - period * np.rint(way / period) if any(self.period) else way
 
     def check_reach(self, reach: float) -> None:
-        """Refuse a range that would see the same body twice.
+        """Refuse a range within which a body would be found twice.
 
         Raises
         ------
         ValueError
-            If `reach` exceeds half a side along which the arena repeats.
+            If `reach` exceeds half the distance after which the arena repeats.
         """
         limit = min((side / 2 for side in self.period if side > 0), default=math.inf)
         if reach > limit:
@@ -84,85 +128,13 @@ class Arena(ABC):
             )
 
 
-@inlined
-def _confine_disc(
-    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
-) -> tuple[float, float, float, float]:
-    end_x = x + step_x
-    end_y = y + step_y
-    if end_x * end_x + end_y * end_y <= size[0] * size[0]:
-        return end_x, end_y, heading_x, heading_y
-    return _bounce(x, y, step_x, step_y, heading_x, heading_y, size[0])
+def kernel_period(arena: Arena) -> Points:
+    """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis where it does not repeat.
 
-
-@kernel
-def _bounce(
-    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, radius: float
-) -> tuple[float, float, float, float]:
-    square = radius * radius
-    for _ in range(64):
-        end_x = x + step_x
-        end_y = y + step_y
-        if end_x * end_x + end_y * end_y <= square:
-            return end_x, end_y, heading_x, heading_y
-        # Where the path meets the wall: |place + share · step| = radius.
-        a = step_x * step_x + step_y * step_y
-        if a == 0.0:
-            # The whole step led to the wall, where rounding has left the place a hair outside.
-            break
-        b = x * step_x + y * step_y
-        c = min(x * x + y * y - square, 0.0)
-        share = min(max((math.sqrt(max(b * b - a * c, 0.0)) - b) / a, 0.0), 1.0)
-        x += share * step_x
-        y += share * step_y
-        normal = 1.0 / math.sqrt(x * x + y * y)
-        normal_x = x * normal
-        normal_y = y * normal
-        outward = 2.0 * (1.0 - share) * (step_x * normal_x + step_y * normal_y)
-        step_x = (1.0 - share) * step_x - outward * normal_x
-        step_y = (1.0 - share) * step_y - outward * normal_y
-        turned = 2.0 * (heading_x * normal_x + heading_y * normal_y)
-        heading_x -= turned * normal_x
-        heading_y -= turned * normal_y
-    # A step of very many bounces, or one along the wall: stop on the wall.
-    inside = radius * (1.0 - 1e-12) / max(math.sqrt(x * x + y * y), radius)
-    return x * inside, y * inside, heading_x, heading_y
-
-
-@inlined
-def _fold(place: float, half: float) -> tuple[float, float]:
-    # The mirror images of a segment repeat every 4 · half: find the place in the first, and whether it is reversed.
-    if place >= -half and place <= half:
-        return place, 1.0
-    shifted = (place + half) % (4.0 * half)
-    if shifted <= 2.0 * half:
-        return min(max(shifted - half, -half), half), 1.0
-    return min(max(3.0 * half - shifted, -half), half), -1.0
-
-
-@inlined
-def _confine_box(
-    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
-) -> tuple[float, float, float, float]:
-    x, turned_x = _fold(x + step_x, 0.5 * size[0])
-    y, turned_y = _fold(y + step_y, 0.5 * size[1])
-    return x, y, heading_x * turned_x, heading_y * turned_y
-
-
-@inlined
-def _wrap(place: float, side: float) -> float:
-    if place >= -0.5 * side and place < 0.5 * side:
-        return place
-    place -= side * math.floor(place / side + 0.5)
-    # Rounding can leave a place a hair outside.
-    return place if place >= -0.5 * side and place < 0.5 * side else -0.5 * side
-
-
-@inlined
-def _confine_torus(
-    x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
-) -> tuple[float, float, float, float]:
-    return _wrap(x + step_x, size[0]), _wrap(y + step_y, size[1]), heading_x, heading_y
+    Where it does not repeat at all, both are 0, which says that nothing has to be wrapped.
+    """
+    period = np.array(arena.period, float)
+    return np.where(period > 0, period, ENDLESS) if period.any() else period
 
 
 @dataclass(frozen=True)
@@ -181,7 +153,7 @@ class Disc(Arena):
     """
 
     radius: float
-    confine = _confine_disc
+    confine = confine_disc
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", limits.length("radius", self.radius))
@@ -207,6 +179,11 @@ class Disc(Arena):
         # The polar form can round to a hair beyond the wall.
         radius = np.minimum(radius, self.radius * (1 - 1e-15))
         return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+    def inside(self, points: Points, margin: float = 0.0) -> Points:
+        length = np.sqrt(np.sum(points**2, axis=1))
+        share = np.minimum(1.0, (self.radius - margin) / np.maximum(length, 1e-300))
+        return np.asarray(points * share[:, None])
 
 
 @dataclass(frozen=True)
@@ -236,7 +213,12 @@ class _Rectangle(Arena):
 
     def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
         share = np.stack([np.asarray(u, float), np.asarray(v, float)], axis=-1) - 0.5
-        return np.asarray(share * np.maximum(np.array(self.size) - 2 * margin, 0.0))
+        return np.asarray(share * np.maximum(np.array([self.width, self.height]) - 2 * margin, 0.0))
+
+    def inside(self, points: Points, margin: float = 0.0) -> Points:
+        low, high = self.bounds
+        walls = np.where(np.asarray(self.period) > 0, 0.0, margin)
+        return np.clip(self.displacement(np.zeros(2), points), low + walls, high - walls)
 
 
 @dataclass(frozen=True)
@@ -249,7 +231,7 @@ class Box(_Rectangle):
         Along x and y [length], above 0.
     """
 
-    confine = _confine_box
+    confine = confine_box
 
 
 @dataclass(frozen=True)
@@ -262,7 +244,7 @@ class Torus(_Rectangle):
         Along x and y [length], above 0.
     """
 
-    confine = _confine_torus
+    confine = confine_torus
 
     @property
     def period(self) -> tuple[float, float]:

@@ -70,7 +70,7 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
 
 def _fits(arena: Arena, radius: float) -> bool:
     low, high = arena.bounds
-    return bool(np.all(np.array(arena.period) > 0) or np.all(high - low > 2 * radius))
+    return bool(np.all((np.array(arena.period) > 0) | (high - low > 2 * radius)))
 
 
 def _closest(arena: Arena, points: Points) -> float:
@@ -93,25 +93,8 @@ def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> P
         push = np.zeros_like(points)
         observer = np.repeat(np.arange(len(points)), graph.degree)
         np.add.at(push, observer, -0.5 * (apart - graph.distance)[:, None] * way)
-        points = _inside(arena, points + push, margin)
+        points = arena.inside(points + push, margin)
     return points
-
-
-def _inside(arena: Arena, points: Points, margin: float) -> Points:
-    """Move each point to the nearest place that is at least `margin` from the wall."""
-    if any(arena.period):
-        return arena.displacement(np.zeros(2), points)
-    low, high = arena.bounds
-    if _is_round(arena):
-        limit = high[0] - margin
-        length = np.sqrt(np.sum(points**2, axis=1))
-        return np.asarray(points * np.minimum(1.0, limit / np.maximum(length, 1e-300))[:, None])
-    return np.clip(points, low + margin, high - margin)
-
-
-def _is_round(arena: Arena) -> bool:
-    low, high = arena.bounds
-    return not bool(arena.contains(low)) and not bool(arena.contains(high))
 
 
 def _even_out(arena: Arena, points: Points, margin: float) -> Points:
@@ -122,9 +105,10 @@ def _even_out(arena: Arena, points: Points, margin: float) -> Points:
     step = np.arange(count)
     samples = arena.place((step + 0.5) / count, (step * 0.6180339887498949) % 1.0, margin)
     period = np.array(arena.period)
+    wraps = bool(period.any())
     for _ in range(100):
-        if period.all():
-            owner = cKDTree((points + period / 2) % period, boxsize=period).query((samples + period / 2) % period)[1]
+        if wraps:
+            owner = cKDTree(_shifted(points, period), boxsize=period).query(_shifted(samples, period))[1]
         else:
             owner = cKDTree(points).query(samples)[1]
         ways = arena.displacement(points[owner], samples)
@@ -132,8 +116,13 @@ def _even_out(arena: Arena, points: Points, margin: float) -> Points:
         centre = np.stack([np.bincount(owner, ways[:, axis], len(points)) for axis in (0, 1)], axis=-1)
         shift = centre / np.maximum(weight, 1)[:, None]
         points = points + shift
-        if period.all():
-            points = arena.displacement(np.zeros(2), points)
+        if wraps:
+            points = arena.inside(points)
         if np.abs(shift).max() < 1e-3 * math.sqrt(arena.area / len(points)):
             break
     return points
+
+
+def _shifted(points: Points, period: Points) -> Points:
+    """Return points as a tree wants them: in 0..period along an axis that repeats."""
+    return np.where(period > 0, (points + period / 2) % np.where(period > 0, period, 1.0), points)

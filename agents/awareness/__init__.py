@@ -1,22 +1,35 @@
-"""The four degrees of awareness."""
+"""The degrees of awareness: what of its teammates a robot perceives."""
 
 from __future__ import annotations
 
-from teamsight.agents.awareness.check import check_awareness
-from teamsight.agents.awareness.interface import Awareness, Scene, Width
-from teamsight.agents.awareness.none import NoAwareness
-from teamsight.agents.awareness.pairwise import PairwiseAwareness
-from teamsight.agents.awareness.ring import RingAwareness
-from teamsight.agents.awareness.shared import SharedAwareness
+from typing import TYPE_CHECKING
 
-AWARENESS: dict[str, type[Awareness]] = {
-    "none": NoAwareness,
-    "ring": RingAwareness,
-    "pairwise": PairwiseAwareness,
-    "shared": SharedAwareness,
+from teamsight.core.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from teamsight.agents.awareness.check import check_awareness
+    from teamsight.agents.awareness.interface import Awareness, Scene, Width
+    from teamsight.agents.awareness.none import NoAwareness
+    from teamsight.agents.awareness.pairwise import PairwiseAwareness
+    from teamsight.agents.awareness.registry import AWARENESS
+    from teamsight.agents.awareness.ring import RingAwareness
+    from teamsight.agents.awareness.shared import SharedAwareness
+
+_HOMES = {
+    "AWARENESS": "teamsight.agents.awareness.registry",
+    "Awareness": "teamsight.agents.awareness.interface",
+    "NoAwareness": "teamsight.agents.awareness.none",
+    "PairwiseAwareness": "teamsight.agents.awareness.pairwise",
+    "RingAwareness": "teamsight.agents.awareness.ring",
+    "Scene": "teamsight.agents.awareness.interface",
+    "SharedAwareness": "teamsight.agents.awareness.shared",
+    "Width": "teamsight.agents.awareness.interface",
+    "check_awareness": "teamsight.agents.awareness.check",
 }
 
 __all__ = [
     "AWARENESS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene", "SharedAwareness", "Width",
     "check_awareness",
 ]  # fmt: skip
+
+__getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import fields, is_dataclass
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -51,12 +52,19 @@ class Scene(NamedTuple):
 class Awareness(ABC):
     """A degree of awareness of teammates.
 
+    A new degree is one file that defines a subclass, and a line in `teamsight.agents.awareness.registry`. The fields of
+    a subclass that is a dataclass are its options.
+
     Attributes
     ----------
     name : str
         The name by which it can be given.
     order : str
         The paper's name for it.
+    formula : str
+        Its inputs d as the paper writes them, of n (own inputs), δ, σ and N (team size).
+    shows : str
+        What it shows of teammates, for legends and help.
     shows_teammates : bool
         Whether the policy perceives every teammate in range, with identity and exact offset.
     perceive : kernel or None
@@ -71,6 +79,8 @@ class Awareness(ABC):
 
     name: ClassVar[str]
     order: ClassVar[str]
+    formula: ClassVar[str] = ""
+    shows: ClassVar[str] = ""
     shows_teammates: ClassVar[bool] = False
     perceive: ClassVar[Callable[..., int] | None] = None
     situate: ClassVar[Callable[..., None]]
@@ -78,9 +88,24 @@ class Awareness(ABC):
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:
-        """What the kernels are given, shape (p,); by default nothing."""
+        """The constants that the kernels read, shape (p,); none by default."""
         return np.zeros(0)
 
     @abstractmethod
     def width(self, team_size: int) -> Width:
         """Return the inputs of a robot in a team of this size, as the situation vector really has them."""
+
+    @staticmethod
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        """Return d, the inputs of a robot as `formula` has them; the paper counts the robot itself as a teammate."""
+        raise NotImplementedError("a degree that can be given by name defines dimensions()")
+
+    @classmethod
+    def adding(cls, added: int) -> Self:
+        """Return the degree that adds so many inputs, where an option sets their number; otherwise the default."""
+        return cls()
+
+    @classmethod
+    def options(cls) -> tuple[str, ...]:
+        """Return the names of the degree's options."""
+        return tuple(field.name for field in fields(cls)) if is_dataclass(cls) else ()

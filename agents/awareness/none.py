@@ -31,8 +31,14 @@ class NoAwareness(Awareness):
 
     name = "none"
     order = "Θ(0)"
+    formula = "n"
+    shows = "no teammate is perceived"
     situate = situate_targets
 
     def width(self, team_size: int) -> Width:
         checks.count("team_size", team_size)
         return Width(OWN_SECTORS, 0)
+
+    @staticmethod
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        return own

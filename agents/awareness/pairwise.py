@@ -12,7 +12,8 @@ from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
 
-READINGS = 2
+#: σ, the readings of each teammate: its distance and its bearing.
+SIGMA = 2
 
 
 @kernel
@@ -31,7 +32,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
         heading_x = scene.heading[i, 0]
         heading_y = scene.heading[i, 1]
         for k in range(seen.start[i], seen.start[i + 1]):
-            at = OWN_SECTORS + READINGS * slot_of(scene.place[k], scene.first + i)
+            at = OWN_SECTORS + SIGMA * slot_of(scene.place[k], scene.first + i)
             x = seen.offset[k, 0]
             y = seen.offset[k, 1]
             turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
@@ -53,9 +54,15 @@ class PairwiseAwareness(Awareness):
 
     name = "pairwise"
     order = "Θ(N)"
+    formula = "n + σN"
+    shows = "every teammate's offset"
     shows_teammates = True
     situate = _situate
     delivers = ("targets", "teammates")
 
     def width(self, team_size: int) -> Width:
-        return Width(OWN_SECTORS, READINGS * (checks.count("team_size", team_size) - 1))
+        return Width(OWN_SECTORS, SIGMA * (checks.count("team_size", team_size) - 1))
+
+    @staticmethod
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        return own + sigma * team_size

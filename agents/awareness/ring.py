@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -97,6 +97,8 @@ class RingAwareness(Awareness):
 
     name = "ring"
     order = "Θ(1)"
+    formula = "n + δ"
+    shows = "the nearest in each of δ sectors"
     perceive = _perceive
     situate = _situate
     delivers = ("targets", "teammates")
@@ -119,3 +121,11 @@ class RingAwareness(Awareness):
     def width(self, team_size: int) -> Width:
         checks.count("team_size", team_size)
         return Width(OWN_SECTORS, self.delta)
+
+    @staticmethod
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        return own + delta
+
+    @classmethod
+    def adding(cls, added: int) -> Self:
+        return cls(added)

@@ -97,6 +97,8 @@ class SharedAwareness(Awareness):
 
     name = "shared"
     order = "o(N)"
+    formula = "n + nN"
+    shows = "every teammate's offset and the targets that it senses"
     shows_teammates = True
     perceive = _perceive
     situate = _situate
@@ -104,3 +106,7 @@ class SharedAwareness(Awareness):
 
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))
+
+    @staticmethod
+    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+        return own + own * team_size

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.analysis import search_space
 
 
@@ -20,12 +21,11 @@ def cost_table(team_size: int, deltas: list[int]) -> pd.DataFrame:
         arrays of a situation really add with N − 1 teammates.
     """
     rows = []
-    for degree in search_space.FORMULAS:
-        for delta in sorted(set(deltas)) if degree == "ring" else [None]:
+    for name, degree in AWARENESS.items():
+        for delta in sorted(set(deltas)) if "delta" in degree.options() else [None]:
             table = search_space.dimensions_table([team_size], delta=delta or search_space.DELTA)
-            row = dict[Any, Any](table[table["degree"] == degree].iloc[0])
-            per_teammate = {"pairwise": search_space.SIGMA, "shared": search_space.OWN_INPUTS}.get(degree)
-            here = row["added"] if per_teammate is None else per_teammate * (team_size - 1)
+            row = dict[Any, Any](table[table["degree"] == name].iloc[0])
+            here = awareness_named(name, {"delta": delta}).width(team_size).added
             rows.append(row | {"delta": delta, "added_here": here})
     columns = ["degree", "growth", "formula", "delta", "own", "added", "inputs", "log10_size", "added_here"]
     return pd.DataFrame(rows)[columns].astype({"delta": "Int64"})

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
+from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
-from teamsight.analysis.search_space import GROWTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -166,7 +166,7 @@ def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
     """Draw a line for each degree, with a band for its interval if it is known."""
     for degree, of in points.groupby("degree", sort=False):
         colour, ordered = DEGREE[str(degree)], of.sort_values("transitions")
-        label = f"{GROWTH[str(degree)]}  ({ordered['inputs'].iloc[0]} inputs)"
+        label = f"{AWARENESS[str(degree)].order}  ({ordered['inputs'].iloc[0]} inputs)"
         axes.plot(ordered["transitions"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
         if known:
             axes.fill_between(
@@ -203,7 +203,8 @@ def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
             of["log10_size"] + (place - (len(shown) - 1) / 2) * apart, 100 * of["mean"], spread if known else None,
             marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} transitions",
         )  # fmt: skip
-    names = [f"{', '.join(GROWTH[str(degree)] for degree in degrees)}\n{size:.1f}" for size, degrees in sizes.items()]
+    orders = [", ".join(AWARENESS[str(degree)].order for degree in degrees) for degrees in sizes]
+    names = [f"{order}\n{size:.1f}" for order, size in zip(orders, sizes.index, strict=True)]
     axes.set_xticks(sizes.index, names)
     axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
     handles = [
@@ -219,5 +220,5 @@ def _write_refused(axes: Axes, table: pd.DataFrame) -> None:
     """Write beside the title under which degrees a table would have too many states."""
     refused = table[table["observed_fraction"].isna()]["degree"].unique()
     if len(refused):
-        names = ", ".join(GROWTH[str(degree)] for degree in refused)
+        names = ", ".join(AWARENESS[str(degree)].order for degree in refused)
         axes.set_title(f"{names}: too many states", loc="right", size=9, color=FAINT)

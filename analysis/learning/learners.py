@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, RingAwareness
+from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
 from teamsight.core import checks
 from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.interface import Floats
@@ -203,4 +203,4 @@ def awareness_for(memory: LazyMemory, inputs: int | None = None) -> Awareness:
             f"memory: was explored under the degree of awareness {checks.shown(name)}, which is not one of "
             f"{', '.join(AWARENESS)}; give the policy and its degree to CMOMMT as objects"
         )
-    return RingAwareness(memory.added) if name == "ring" else AWARENESS[name]()
+    return AWARENESS[name].adding(memory.added)

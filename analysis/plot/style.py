@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import io
+import itertools
 from typing import TYPE_CHECKING
+
+from teamsight.agents.awareness import AWARENESS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -11,8 +14,10 @@ if TYPE_CHECKING:
 
 #: For quantities from nothing upwards, and for differences around nothing.
 SEQUENTIAL, DIVERGING = "viridis", "RdBu"
-#: One colour for each degree of awareness, distinguishable without colour vision.
-DEGREE = {"none": "#767676", "ring": "#0072B2", "pairwise": "#D55E00", "shared": "#009E73"}
+# After M. Okabe and K. Ito: distinguishable without colour vision.
+_COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: The colour of each degree of awareness.
+DEGREE = dict(zip(AWARENESS, itertools.cycle(_COLOURS)))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
 

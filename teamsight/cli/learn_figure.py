@@ -151,12 +151,12 @@ def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
 
 
 def _show_gains(gains: pd.DataFrame) -> None:
-    from teamsight.analysis.search_space import GROWTH
+    from teamsight.agents.awareness import AWARENESS
     from teamsight.cli.show import interval, plural, say
 
     for row in gains.to_dict("records"):
+        order = AWARENESS[str(row["degree"])].order
         say(
-            f"{row['learner']}, {GROWTH[str(row['degree'])]} less Θ(0), "
-            f"from {plural(row['transitions'], 'transition')}: "
+            f"{row['learner']}, {order} less Θ(0), from {plural(row['transitions'], 'transition')}: "
             f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis import search_space
 
 
@@ -17,7 +18,7 @@ def test_inputs_are_those_of_figure_2(degree: str, one: int, thirty: int) -> Non
 
 def test_other_constants_are_used() -> None:
     given = {"own": 3, "delta": 5, "sigma": 7}
-    assert [search_space.inputs(degree, 2, **given) for degree in search_space.FORMULAS] == [3, 8, 17, 9]
+    assert [search_space.inputs(degree, 2, **given) for degree in AWARENESS] == [3, 8, 17, 9]
 
 
 def test_size_is_exact_where_floats_are_not() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from teamsight.core.kernel import inlined, kernel
+from teamsight.world.arena import ENDLESS
 from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
 
 
@@ -110,7 +111,8 @@ def _search_span(
 def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cells: Cells, graph: Any) -> int:
     """Find all edges by looking at neighbouring cells only; parameters and result as for `search_pairs`."""
     sort_into_cells(observed, grid, cells)
-    wraps = observed.period_x > 0.0
+    wraps_x = 0.0 < observed.period_x < ENDLESS
+    wraps_y = 0.0 < observed.period_y < ENDLESS
     edge = 0
     for i in range(position.shape[0]):
         first = edge
@@ -122,7 +124,7 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
         row = _column(y, grid.low_y, grid.per_y, grid.rows)
         for r in range(row - 1, row + 2):
             line = r
-            if wraps:
+            if wraps_y:
                 line = r % grid.rows
             elif r < 0 or r >= grid.rows:
                 continue
@@ -131,7 +133,7 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
             right = min(column + 1, grid.columns - 1)
             span = (cells.start[base + left], cells.start[base + right + 1])
             edge = _search_span(here, span, observed, cells, graph, (first, edge))
-            if wraps and (column == 0 or column == grid.columns - 1):
+            if wraps_x and (column == 0 or column == grid.columns - 1):
                 far = grid.columns - 1 if column == 0 else 0
                 span = (cells.start[base + far], cells.start[base + far + 1])
                 edge = _search_span(here, span, observed, cells, graph, (first, edge))

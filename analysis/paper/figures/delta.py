@@ -1,4 +1,4 @@
-"""What the paper asks for and does not draw: the share of observed targets against the number of sectors δ."""
+"""Observed targets against the number of sectors δ, which the paper discusses but does not draw."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain
 from teamsight.analysis.stats.paired import CELL, cell_means
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
 
 _EXPERIMENTS = {"none": "delta-none", "ring": "delta-ring", "pairwise": "delta-pairwise"}
 _LABELS = {
-    "none": "NoAwareness, Θ(0): no teammate is perceived",
-    "ring": "RingAwareness, Θ(1): the nearest in each of δ sectors",
-    "pairwise": "PairwiseAwareness, Θ(N): every teammate's offset",
+    name: f"{degree.__name__}, {degree.order}: {degree.shows}"
+    for name, degree in AWARENESS.items()
+    if name in _EXPERIMENTS
 }
 _COLUMNS = 3
 
@@ -27,7 +28,7 @@ _COLUMNS = 3
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
     parts = [tables[name].assign(awareness=degree) for degree, name in _EXPERIMENTS.items()]
     runs = pd.concat(parts, ignore_index=True)
-    # δ is a property of the ring alone; 0 stands where there is none, so that the column stays whole.
+    # Only the ring has a δ. 0 elsewhere keeps the column integer.
     runs["delta"] = runs["delta"].fillna(0).astype("int64")
     return {"": runs, "cells": cell_means(runs, "observed_fraction", (*CELL, "awareness", "delta"))}
 

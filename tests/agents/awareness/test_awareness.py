@@ -23,7 +23,7 @@ from teamsight.agents.awareness import (
 )
 from teamsight.core.kernel import kernel
 from teamsight.policies import Stationary
-from teamsight.policies.interface import Action
+from teamsight.policies.interface import Action, Policy
 
 DEGREES: list[Awareness] = [
     NoAwareness(),
@@ -161,7 +161,7 @@ def test_widths(team_size: int) -> None:
     assert RingAwareness(7).width(team_size) == (16, 7)
 
 
-class Reader:
+class Reader(Policy):
     """A NumPy policy that keeps the last percept that it was given."""
 
     draws = 0
@@ -209,8 +209,8 @@ MISFITS = [
     ),
     (
         "none",
-        {"needs": ("minds",)},
-        r"Reader\.needs='minds': unknown; did you mean 'teammates'\? known are teammates, relayed, targets",
+        {"needs": ("teammate",)},
+        r"Reader\.needs='teammate': unknown; did you mean 'teammates'\?",
     ),
     ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
