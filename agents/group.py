@@ -9,25 +9,22 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
-from teamsight.agents.awareness.binding import perceive_entry, situate_entry
 from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.columns.attribute import install, is_free
 from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
-from teamsight.agents.engine.records import GROUP
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
+from teamsight.policies.compiled import CompiledPolicy, check_memory
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
-from teamsight.world.motion import limit_of_turn, motion
-from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
+from teamsight.world.motion import limit_of_turn
+from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
 
 if TYPE_CHECKING:
     import mesa
 
-    from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
 
@@ -79,6 +76,10 @@ class Group:
         What they remember; rows as in `agents`.
     action : Action
         What they decided last.
+    numbers : ndarray, shape (4, draws, lanes), float64
+        The policy's random numbers of four ticks.
+    members : ndarray, shape (lanes,), int64
+        Whose they are: `Bodies.member`, and 0 after the last agent.
     """
 
     def __init__(
@@ -111,10 +112,10 @@ class Group:
         self.memory = memory
         self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
-        self.lanes = -(-max(size, 1) // LANES) * LANES
-        self._noise = np.zeros((TICKS_A_BLOCK, self.draws, self.lanes))
-        self._noise_identity = np.zeros(self.lanes, np.int64)
-        self._noise_identity[:size] = self.bodies.member
+        lanes = -(-max(size, 1) // LANES) * LANES
+        self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
+        self.members = np.zeros(lanes, np.int64)
+        self.members[:size] = self.bodies.member
         self.perception = Perception(size)
         # While a step is being made, the decision under way; and, after a step that failed once its policies with
         # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
@@ -264,55 +265,39 @@ class Group:
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
         return kernel_decides and not self.decides_alone
 
+    @property
+    def inputs(self) -> int:
+        """The width of the situation vector that the policy reads; 0 for none."""
+        return self.policy.inputs if isinstance(self.policy, Policy) else 0
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether the policy's actions need no check."""
+        return self.is_compiled and self.policy.is_sound
+
     def sightings(self, kind: str) -> NeighbourList:
         """Return who is truly within range: `targets` or `teammates`."""
         return self.relations[kind].sightings if kind in self.relations else self.perception.nothing
 
-    def buffers(self, kind: str) -> NeighbourList:
-        """Return the whole arrays behind `sightings`."""
-        return self.relations[kind].buffers if kind in self.relations else self.perception.nothing
+    def room(self, kind: str) -> NeighbourList:
+        """Return the whole arrays behind `sightings`, with room for more."""
+        return self.relations[kind].room if kind in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """What the group knows now, as views that the next step overwrites."""
         teammates = self.sightings("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
-        return self._percept(self.sightings("targets"), teammates, filled(self.perception.relayed))
+        return self.percept_of(self.sightings("targets"), teammates, filled(self.perception.relayed))
 
-    def _percept(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
+    def percept_of(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
+        """Return a percept that shows these neighbours."""
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
         return Percept(*body, targets, teammates, relayed, self.perception.situation)
 
     def noise(self, tick: int) -> Floats:
         """Return the numbers that the policy is handed at this tick, shape (draws, n)."""
-        return self._noise[tick % TICKS_A_BLOCK, :, : len(self)]
-
-    def bind(self, record: Any, arena: Arena, team: list[Group]) -> None:
-        """Write where everything is into a record of kind `GROUP`."""
-        perception = self.perception
-        perception.bind(self, team)
-        teammates = self.buffers("teammates") if self.awareness.shows_teammates else perception.shown
-        buffers = self._percept(self.buffers("targets"), teammates, perception.relayed)
-        self._move = motion(arena, self.bodies, self.action.heading, self.action.distance)
-        self._decision = np.zeros(1, DECISION)
-        self._kept: list[npt.NDArray[Any]] = []
-        record["decide"] = record["decision"] = 0
-        if self.is_compiled and not self.has_decided:
-            self._kept = bind_decision(
-                self._decision[0], self.policy, buffers, self.memory, self._noise[0], self.action
-            )
-            record["decide"], record["decision"] = self.policy.entry().address, self._decision.ctypes.data
-        record["sound"] = self.is_compiled and self.policy.is_sound
-        perceive = perceive_entry(self.awareness)
-        arrays = {"identity": self._noise_identity, "noise": self._noise, "position": self.bodies.position}
-        for name, array in (*arrays.items(), ("scene", perception.scene), ("move", self._move.record)):
-            record[name] = array.ctypes.data
-        record["size"], record["lanes"], record["draws"] = len(self), self.lanes, self.draws
-        record["stream"], record["noise_block"] = stream_number(Stream.POLICY, self.number), -1
-        record["perceive"], record["room"] = perceive.address if perceive else 0, perception.room
-        record["situate"] = situate_entry(self.awareness).address if perception.is_situated else 0
-        record["advance"] = self._move.entry.address
-        assert set(record.dtype.names) == set(GROUP.names or ())
+        return self.numbers[tick % TICKS_A_BLOCK, :, : len(self)]
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:
