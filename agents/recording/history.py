@@ -66,7 +66,7 @@ class Stretch:
     @property
     def edges(self) -> int:
         """The number of edges between teammates in all rows."""
-        return int(self.raw[: self.rows, self._teammates, _EDGES].sum())
+        return int(self.buffer.written[:, self._teammates, _EDGES].sum())
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
