@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.target import Target
+    from teamsight.analysis.runs.run_many import run_many
     from teamsight.world.arena import Box, Disc, Torus
 
 __version__ = "0.1.0"
@@ -30,9 +31,10 @@ _HOMES = {
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
+    "run_many": "teamsight.analysis.runs.run_many",
 }
 
-__all__ = ["CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__"]
+__all__ = ["CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__", "run_many"]
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
 _ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
