@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, array_at, inlined, specialise
-from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.arena import Arena, Box, Disc, Torus, kernel_period
 from teamsight.world.bodies import Bodies
 
 MOVE = np.dtype(
@@ -157,7 +157,7 @@ def motion(
     )  # fmt: skip
     addresses = (array.ctypes.data for array in arrays)
     box = np.ravel(arena.bounds) if is_watched(arena) else (0.0,) * 4
-    record[0] = (len(bodies.position), *addresses, *arena.period, *box)
+    record[0] = (len(bodies.position), *addresses, *kernel_period(arena), *box)
     return Motion(advance_entry(arena), record)
 
 

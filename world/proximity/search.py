@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, array_at, kernel, plain
 from teamsight.core.neighbour_list import NeighbourList
-from teamsight.world.arena import Arena
+from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
 from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
@@ -117,9 +117,9 @@ class Search:
         self.record = np.zeros(1, _SEARCH)
         ask = self.record[0]
         ask["size"], ask["observed"], ask["lanes"], ask["own"] = n, observed, lanes, own
-        ask["period_x"], ask["period_y"] = arena.period
+        ask["period_x"], ask["period_y"] = kernel_period(arena)
         self._cells: Cells | None = None
-        most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
+        most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
         if not (n * observed <= most if pairs is None else pairs):
             self._cut(arena, ask)
         self._room(n * observed if n * observed <= MOST_PAIRS else 4 * n + 64)
@@ -132,8 +132,8 @@ class Search:
         reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
         width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
-        wraps = arena.period[0] > 0
-        if wraps and min(columns, rows) < 3:
+        # Along an axis that repeats, fewer than three cells would be looked at twice.
+        if any(period > 0 and count < 3 for period, count in zip(arena.period, (columns, rows), strict=True)):
             return
         ask["low_x"], ask["low_y"], ask["columns"], ask["rows"] = *low, columns, rows
         ask["per_x"], ask["per_y"] = columns / side[0], rows / side[1]
