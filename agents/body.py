@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teamsight.agents.columns.read_only import unwritable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.policies.interface import PerceptOfOne, percept_of_one
+from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group

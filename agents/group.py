@@ -17,8 +17,8 @@ from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import GROUP
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import DECISION, CompiledPolicy, bind_decision, check_memory
-from teamsight.policies.interface import Action, Percept, PerceptOfOne
-from teamsight.policies.sound import SOUND
+from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn, motion
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, stream_number
@@ -109,7 +109,7 @@ class Group:
         """Make the buffers anew, as wide as the group is now, and remember this; see `first_memory`."""
         size = len(self.bodies)
         self.memory = memory
-        self.draws = int(getattr(self.policy, "draws", 0))
+        self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         self.lanes = -(-max(size, 1) // LANES) * LANES
         self._noise = np.zeros((TICKS_A_BLOCK, self.draws, self.lanes))
@@ -302,7 +302,7 @@ class Group:
                 self._decision[0], self.policy, buffers, self.memory, self._noise[0], self.action
             )
             record["decide"], record["decision"] = self.policy.entry().address, self._decision.ctypes.data
-        record["sound"] = self.is_compiled and type(self.policy).kernel in SOUND
+        record["sound"] = self.is_compiled and self.policy.is_sound
         perceive = perceive_entry(self.awareness)
         arrays = {"identity": self._noise_identity, "noise": self._noise, "position": self.bodies.position}
         for name, array in (*arrays.items(), ("scene", perception.scene), ("move", self._move.record)):
@@ -328,7 +328,7 @@ def first_memory(policy: Any, size: int) -> Any:
     TypeError, ValueError
         If a policy with a kernel returns none that the kernel can read.
     """
-    memory = policy.start(size) if hasattr(policy, "start") else None
+    memory = policy.start(size) if isinstance(policy, Policy) else None
     if isinstance(policy, CompiledPolicy):
         check_memory(policy, memory, size)
     return memory

@@ -21,7 +21,7 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_memory
-from teamsight.policies.interface import PerceptOfOne
+from teamsight.policies.percept_of_one import PerceptOfOne
 
 
 class Membership:

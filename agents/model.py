@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import mesa
-import networkx as nx
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
@@ -19,11 +18,10 @@ from teamsight.agents.group import Group
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.membership import Membership
 from teamsight.agents.recording.recording import Recording
-from teamsight.agents.recording.trajectory import neighbour_graph
 from teamsight.agents.resolve import policy_of
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
-from teamsight.agents.teammates import Teammates, proximity, teammates
+from teamsight.agents.teammates import Teammates, neighbours, teammates
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
@@ -262,19 +260,14 @@ class World(mesa.Model):  # type: ignore[misc]
 
     @property
     def teammates(self) -> Teammates:
-        """All agents that are on a team now, in the order of groups; `proximity` counts through them."""
+        """The agents that are on a team now, in the order of groups; `neighbours` refers to their rows."""
         return teammates(self.groups)
 
     @property
-    def proximity(self) -> NeighbourList:
-        """Who of `teammates` is within whose awareness range now, as flat arrays; edges join agents of one team."""
+    def neighbours(self) -> NeighbourList:
+        """The neighbours of each of `teammates` now: those of its team within its awareness range, by row."""
         self._engine.prepare()
-        return proximity(self.groups)
-
-    def neighbour_graph(self) -> nx.Graph:
-        """Return the present graph of who is within whose awareness range; directed when ranges differ."""
-        self._engine.prepare()
-        return neighbour_graph(self.groups)
+        return neighbours(self.groups)
 
     @property
     def datacollector(self) -> mesa.DataCollector:

@@ -10,7 +10,9 @@ from teamsight.agents.awareness import AWARENESS, Awareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
-from teamsight.policies.registry import POLICIES, options_of
+from teamsight.policies import registry
+from teamsight.policies.interface import Policy
+from teamsight.policies.registry import POLICIES, label, options_of
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -36,47 +38,35 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
     """
     given = checked_options(options, name)
     if isinstance(value, str):
-        return _by_name(checks.choice(name, value, POLICIES), given, name)
+        return registry.policy_of(value, given, name)
     if given:
         raise ValueError(
             f"{name}_options={checks.shown(given)}: is for a policy by name, and {name}={checks.shown(value)} is an "
             "object; set its options where it is made"
         )
+    if isinstance(value, Policy):
+        checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
+        return value
     if isinstance(value, type):
         raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
-    if not hasattr(value, "decide") and not callable(value):
-        raise TypeError(
-            f"{name}={checks.shown(value)}: must be a name, an object with draws, start(size) and "
-            "decide(percept, memory, noise), or a callable f(percept, rng) -> (turn, distance)"
-        )
-    if not hasattr(value, "decide"):
-        try:
-            inspect.signature(value).bind(None, None)
-        except TypeError:
-            raise TypeError(
-                f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments (percept, rng) "
-                "and returns (turn, distance)"
-            ) from None
-        except ValueError:
-            # Some callables written in C do not tell what they take.
-            pass
     if hasattr(value, "decide"):
-        missing = [member for member in ("draws", "start") if not hasattr(value, member)]
-        if missing:
-            shown = checks.shown(value)
-            raise TypeError(f"{name}={shown}: has decide but no {' and no '.join(missing)}; see check_policy()")
-        checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
+        kind = type(value).__name__
+        raise TypeError(f"{name}={kind}: has decide but is no Policy; derive {kind} from teamsight.policies.Policy")
+    if not callable(value):
+        raise TypeError(
+            f"{name}={checks.shown(value)}: must be a name, a Policy, or a callable f(percept, rng) -> (turn, distance)"
+        )
+    try:
+        inspect.signature(value).bind(None, None)
+    except TypeError:
+        raise TypeError(
+            f"{name}={getattr(value, '__name__', value)}: a rule for one robot takes two arguments (percept, rng) "
+            "and returns (turn, distance)"
+        ) from None
+    except ValueError:
+        # Some callables written in C do not tell what they take.
+        pass
     return value
-
-
-def _by_name(policy: str, options: Mapping[str, Any], name: str) -> Any:
-    known = options_of(policy)
-    for option in options:
-        if option not in known:
-            known_are = f"its options are {', '.join(known)}" if known else "it has no options"
-            shown, hint = checks.shown(option), checks.suggestion(option, known)
-            raise ValueError(f"{name}_options: {policy!r} has no option {shown}; {hint}{known_are}")
-    return POLICIES[policy](**options)
 
 
 def checked_options(options: Mapping[str, Any] | None, name: str = "policy") -> dict[str, Any]:
@@ -119,15 +109,6 @@ def awareness_of(value: Awareness | str) -> Awareness:
     return value
 
 
-def name_of(policy: Any) -> str:
-    """Return how a policy is called in messages: by the name that it goes by, or as a class or function."""
-    for name, make in POLICIES.items():
-        # Policies by name that are made once and kept.
-        if hasattr(make, "cache_info") and make.cache_info().currsize and make() is policy:
-            return repr(name)
-    return str(getattr(policy, "__name__", type(policy).__name__))
-
-
 def check_fit(group: Group, team: list[Group]) -> None:
     """Refuse a policy that asks for what the degree of awareness does not deliver.
 
@@ -138,15 +119,15 @@ def check_fit(group: Group, team: list[Group]) -> None:
     """
     check_needs(group)
     policy, awareness = group.policy, group.awareness
-    name = name_of(policy)
-    inputs = getattr(policy, "inputs", 0) or 0
-    degree = getattr(policy, "degree", None)
+    if not isinstance(policy, Policy):
+        return
+    name, inputs, degree = label(policy), policy.inputs, policy.degree
     size = max(sum(map(len, team)), 1)
     width = sum(awareness.width(size))
     if degree is not None and degree != awareness.name:
         raise ValueError(
             f"policy={name}: learned from situations of awareness {degree!r}, and these robots have "
-            f"{awareness.name!r}{_fitting(awareness, inputs, size, degree)}{_whole(policy, awareness, width)}"
+            f"{awareness.name!r}{_fitting(awareness, inputs, size, degree)}{policy.remedy(awareness.name, width)}"
         )
     if inputs and inputs != width:
         raise ValueError(
@@ -158,8 +139,10 @@ def check_fit(group: Group, team: list[Group]) -> None:
 def check_needs(group: Group) -> None:
     """Refuse a policy that needs a field of the percept which the degree of awareness does not deliver."""
     policy, awareness = group.policy, group.awareness
-    name = name_of(policy)
-    for need in getattr(policy, "needs", ()):
+    if not isinstance(policy, Policy):
+        return
+    name = label(policy)
+    for need in policy.needs:
         checks.choice(f"{name}.needs", need, ("targets", "teammates", "relayed"))
         if need not in awareness.delivers:
             fit = [degree.name for degree in AWARENESS.values() if need in degree.delivers]
@@ -186,12 +169,3 @@ def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = No
 
 def _use(name: str) -> str:
     return f"; use awareness={name!r} (--awareness {name})"
-
-
-def _whole(policy: Any, awareness: Awareness, width: int) -> str:
-    """Return the other cure of a learner that leaves out inputs of its memory which these robots have."""
-    memory = getattr(policy, "memory", None)
-    if memory is None or getattr(memory, "inputs", None) != width or policy.inputs == width:
-        return ""
-    told = memory.settings.get("degree", awareness.name) == awareness.name
-    return f", or leave out inputs={policy.inputs}" if told else ""

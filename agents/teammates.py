@@ -1,4 +1,4 @@
-"""All agents of a world that are on a team, and who of them is whose neighbour, as flat arrays for analyses."""
+"""The agents of a world that are on a team, and their neighbours, as flat arrays for analyses."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.group import Group
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 
 Floats = npt.NDArray[np.float64]
 
 
 class Teammates(NamedTuple):
-    """All agents that are on a team, group by group in the order of the world's groups: copies, which do not change.
+    """The agents that are on a team, in the order of the world's groups. The arrays are copies.
 
     Attributes
     ----------
     team : ndarray, shape (n,), int64
-        The team of each: teams are numbered from 0 in the order of their first groups.
+        Team numbers. Teams are numbered from 0 in the order of their first groups.
     identity : ndarray, shape (n,), int64
         Their `unique_id`.
     position : ndarray, shape (n, 2), float64
-        Where they are [length].
+        Positions [length].
     heading : ndarray, shape (n, 2), float64
-        Which way they face: unit vectors.
+        Unit vectors.
     speed : ndarray, shape (n,), float64
-        The farthest each can go a step [length].
+        The largest distance that each can move in a step [length].
     awareness_range : ndarray, shape (n,), float64
-        How far each senses its teammates [length].
+        Distance within which each senses its teammates [length].
     """
 
     team: npt.NDArray[np.int64]
@@ -41,7 +41,7 @@ class Teammates(NamedTuple):
 
     @property
     def sizes(self) -> npt.NDArray[np.int64]:
-        """How many agents each team has, shape (teams,)."""
+        """The number of agents in each team, shape (teams,)."""
         return np.bincount(self.team)
 
     @property
@@ -71,28 +71,19 @@ def teammates(groups: list[Group]) -> Teammates:
     )
 
 
-def proximity(groups: list[Group]) -> NeighbourList:
-    """Return who of `teammates` is within whose awareness range; edges join agents of one team only."""
+def neighbours(groups: list[Group]) -> NeighbourList:
+    """Return the neighbours of each of `teammates`: those of its team within its awareness range, by row."""
     teams = on_teams(groups)
-    if len(teams) == 1:
-        graph = teams[0].relations["teammates"].graph
-        return graph.copy()
-    first, row = {}, 0
+    rows, row = {}, 0
     for group in teams:
-        first[group.number] = row
+        rows[group.number] = row + np.arange(len(group))
         row += len(group)
-    start, index, offset, distance = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)], [np.zeros((0, 2))], [np.zeros(0)]
-    edges = 0
+    found, edges = [no_neighbours(0)], 0
     for group in teams:
         relation = group.relations["teammates"]
         graph = relation.graph
         # The relation counts through the groups of this team only.
-        rows = [first[other.number] + np.arange(len(other)) for other in relation.observed]
-        start.append(edges + graph.start[1:])
-        index.append(np.concatenate(rows)[graph.identity])
-        offset.append(graph.offset)
-        distance.append(graph.distance)
+        row_of = np.concatenate([rows[other.number] for other in relation.observed])
+        found.append(NeighbourList(edges + graph.start[1:], row_of[graph.identity], graph.offset, graph.distance))
         edges += len(graph.identity)
-    return NeighbourList(
-        np.concatenate(start), np.concatenate(index), np.concatenate(offset), np.concatenate(distance)
-    )
+    return NeighbourList(*map(np.concatenate, zip(*found, strict=True)))

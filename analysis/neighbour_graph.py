@@ -214,14 +214,14 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
         )
 
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
-        yield model.tick, model.proximity
+        yield model.tick, model.neighbours
         seen, end = model.tick, model.tick + steps
         while seen < end:
             model.run(min(every, end - seen))
             if model.tick == seen:  # it has stopped running
                 return
             seen = model.tick
-            yield seen, model.proximity
+            yield seen, model.neighbours
 
     return table(graphs(), cliques=cliques)
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.policies.interface import Action, Percept
+from teamsight.policies.interface import Action, Percept, Policy
 
 Floats = npt.NDArray[np.float64]
 
 
-class NumpyACmommt:
+class NumpyACmommt(Policy):
     """Follow targets that no teammate is nearer to, keep away from teammates, and search where no force acts."""
 
     draws = 1

@@ -13,7 +13,7 @@ def main() -> None:
     over_time = neighbour_graph.over_time(model, 200, every=20)
     print(over_time.to_string(index=False, float_format="{:.2f}".format))
 
-    graph = model.neighbour_graph()
+    graph = neighbour_graph.to_networkx(model.neighbours, identity=model.teammates.identity)
     groups = sorted(map(len, nx.connected_components(graph)), reverse=True)
     print(f"now: {graph.number_of_edges()} pairs of neighbours, groups of {groups}")
     print(f"the best connected robot is {max(graph, key=graph.degree)}; the largest degree yet {model.max_neighbours}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from teamsight import CMOMMT
 from teamsight.core.kernel import kernel
-from teamsight.policies import Action, CompiledPolicy, check_policy
+from teamsight.policies import Action, CompiledPolicy, Policy, check_policy
 
 
 @kernel
@@ -38,7 +38,7 @@ class CompiledLean(CompiledPolicy):
     parameters = property(lambda self: (self.repulsion,))
 
 
-class NumpyLean:
+class NumpyLean(Policy):
     """Arrays for the whole group: an object with `draws`, `start` and `decide`."""
 
     draws = 0

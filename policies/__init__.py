@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.evasive import Evasive
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.stationary import Stationary
-    from teamsight.policies.interface import Action, Percept, PerceptOfOne, Policy, PolicyState, turned
+    from teamsight.policies.interface import Action, Percept, Policy, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+    from teamsight.policies.percept_of_one import PerceptOfOne
     from teamsight.policies.registry import POLICIES
 
 _HOMES = {
@@ -41,7 +42,7 @@ _HOMES = {
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
     "Percept": "teamsight.policies.interface",
-    "PerceptOfOne": "teamsight.policies.interface",
+    "PerceptOfOne": "teamsight.policies.percept_of_one",
     "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
     "Policy": "teamsight.policies.interface",
     "RandomWalk": "teamsight.policies.handmade.random_walk",
@@ -78,3 +79,7 @@ __all__ = [
 ]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -15,7 +15,8 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import compiled
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
-from teamsight.policies.interface import Action, Percept, Policy, Rule, percept_of_one
+from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.percept_of_one import Rule, percept_of_one
 
 # A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.
 _MANY_STEPS = 64
@@ -92,15 +93,12 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
     name = getattr(policy, "__name__", type(policy).__name__)
     if isinstance(policy, type):
         raise TypeError(f"{name}: is a class; give an object, {name}()")
-    if callable(policy) and not hasattr(policy, "decide"):
+    if not isinstance(policy, Policy):
+        if hasattr(policy, "decide") or not callable(policy):
+            raise TypeError(f"{name}: is no policy; derive it from teamsight.policies.Policy, or give a function")
         for size in sizes:
             _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))
         return
-    if not isinstance(policy, Policy):
-        missing = next(member for member in ("draws", "start", "decide") if not hasattr(policy, member))
-        raise TypeError(
-            f"{name}: has no {missing!r}; a policy has draws, start(size) and decide(percept, memory, noise)"
-        )
     if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
         raise TypeError(f"{name}.draws={checks.shown(policy.draws)}: must be a whole number of at least 0")
     for size in sizes:
@@ -133,7 +131,7 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
-    percept = sample_percept(size, rng, getattr(policy, "inputs", 0) or 0, most=_MOST_SEEN[step % len(_MOST_SEEN)])
+    percept = sample_percept(size, rng, policy.inputs, most=_MOST_SEEN[step % len(_MOST_SEEN)])
     if step % 2:
         # As degrees of awareness show teammates that hide who they are.
         percept.teammates.identity[:] = -1
@@ -146,7 +144,7 @@ def _check_decision(name: str, policy: Policy, percept: Percept, memory: Any, no
     if any(not np.array_equal(a, b) for a, b in zip(before, _arrays((percept, memory, noise)), strict=True)):
         raise ValueError(f"{name}.decide changes its arguments; copy what you change and return the copy")
     if not isinstance(answer, tuple) or len(answer) != 2:
-        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
+        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
     action, after = answer
     check_action(name, action, len(percept.heading))
     again = policy.decide(percept, memory, noise)[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, array_at, inlined, specialise
 from teamsight.core.neighbour_list import NeighbourList
-from teamsight.policies.interface import Action, Floats, Percept, PolicyArrays, PolicyState
+from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState
 
 _SEEN = ("start", "identity", "offset", "distance")
 
@@ -77,7 +77,7 @@ _ENTRIES: dict[Callable[..., Any], Entry] = {}
 before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] | None = None
 
 
-class CompiledPolicy(ABC):
+class CompiledPolicy(Policy):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
 
     A subclass gives `kernel` and, where it has them, `parameters`, `draws`, `knowledge` and `start`.
@@ -94,9 +94,9 @@ class CompiledPolicy(ABC):
     kernel: ClassVar[Callable[..., None]]
 
     @property
-    def draws(self) -> int:
-        """How many uniform random numbers each robot needs for a decision."""
-        return 0
+    def is_sound(self) -> bool:
+        """Whether the kernel's actions are valid for every percept, so that worlds need not check them."""
+        return False
 
     @property
     @abstractmethod
@@ -112,7 +112,7 @@ class CompiledPolicy(ABC):
         """Return what `size` robots remember before their first decision; by default nothing."""
         return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
 
-    def check_percept(self, percept: Percept) -> None:  # noqa: B027
+    def check_percept(self, percept: Percept) -> None:
         """Refuse a percept, given from Python, that the kernel cannot read; worlds give none such."""
 
     @classmethod

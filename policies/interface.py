@@ -1,14 +1,13 @@
-"""The contract between a mind and the rest: what a policy is told, what it answers, what it may remember."""
+"""The interface of policies: the percept that a policy gets, the action it returns, the state it may keep."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 
 Floats = npt.NDArray[np.float64]
@@ -16,26 +15,26 @@ Integers = npt.NDArray[np.int64]
 
 
 class Percept(NamedTuple):
-    """What a group of n robots knows at one decision.
+    """What a group of n robots perceives at one decision.
 
     Attributes
     ----------
     heading : ndarray, shape (n, 2), float64
-        Which way each faces: unit vectors.
+        Unit vectors.
     moved : ndarray, shape (n, 2), float64
-        The own displacement since the last decision (odometry) [length].
+        Own displacement since the last decision (odometry) [length].
     speed : ndarray, shape (n,), float64
-        The farthest that each can go a step [length].
+        Largest distance per step [length].
     sensing_range, awareness_range : ndarray, shape (n,), float64
-        How far each senses targets and teammates [length].
+        Ranges within which targets and teammates are perceived [length].
     targets : NeighbourList
         The agents of the groups that this group senses.
     teammates : NeighbourList
-        Teammates, as the degree of awareness shows them.
+        Teammates as the degree of awareness shows them.
     relayed : NeighbourList
-        Targets that perceived teammates sense (o(N) only), from the robot's own place.
+        Targets that perceived teammates sense, o(N) only; offsets are from the robot itself.
     situation : ndarray, shape (n, width), float32
-        The vector for learners; of width 0 unless the policy declares `inputs`.
+        The situation vector for learners; width 0 unless the policy declares `inputs`.
     """
 
     heading: Floats
@@ -50,14 +49,14 @@ class Percept(NamedTuple):
 
 
 class Action(NamedTuple):
-    """What a group of n robots wants to do: face that way, then go that far.
+    """The action of n robots: turn to a heading, then go a distance.
 
     Attributes
     ----------
     heading : ndarray, shape (n, 2), float64
-        Unit vectors; (0, 0) keeps the heading. The body's turning limit applies.
+        Unit vectors; (0, 0) keeps the heading. Limited by the body's turning limit.
     distance : ndarray, shape (n,), float64
-        [length]; the body's speed applies, and below 0 counts as 0.
+        [length]; limited by the body's speed, and negative values count as 0.
     """
 
     heading: Floats
@@ -65,12 +64,12 @@ class Action(NamedTuple):
 
 
 class PolicyState(NamedTuple):
-    """What robots with a compiled policy remember: two tables, one row a robot.
+    """The state that robots with a compiled policy keep between decisions: two tables with one row per robot.
 
     Attributes
     ----------
-    real : ndarray, shape (n, slots, fields), float64
-    whole : ndarray, shape (n, slots, fields), int64
+    floats : ndarray, shape (n, slots, fields), float64
+    ints : ndarray, shape (n, slots, fields), int64
     """
 
     floats: Floats
@@ -78,16 +77,16 @@ class PolicyState(NamedTuple):
 
 
 class PolicyArrays(NamedTuple):
-    """What a policy's kernel has besides the percept.
+    """What the kernel of a policy reads besides the percept.
 
     Attributes
     ----------
     parameters : ndarray, shape (p,), float64
         The policy's constants.
-    knowledge : ndarray, shape (rows, columns), float32
+    table : ndarray, shape (rows, columns), float32
         A table that all robots of the group share.
     state : PolicyState
-        What each robot remembers; the kernel changes it in place.
+        The state of each robot; the kernel changes it in place.
     """
 
     parameters: Floats
@@ -95,141 +94,66 @@ class PolicyArrays(NamedTuple):
     state: PolicyState
 
 
-@runtime_checkable
-class Policy(Protocol):
-    """A rule that turns percepts into actions.
+class Policy(ABC):
+    """A rule that maps percepts to actions: the base class of all policies.
+
+    A subclass implements `decide`. It overrides `start` if robots keep state between decisions, and each attribute
+    whose default is wrong for it. For full speed, derive from `CompiledPolicy`.
 
     Attributes
     ----------
-    draws : int
-        How many uniform random numbers each robot needs for a decision.
-
-    Notes
-    -----
-    Three more attributes are optional: ``inputs``, the width of the situation vector that the policy reads; ``degree``,
-    the name of the degree of awareness whose situations it knows, for equal widths can mean different things; and
-    ``needs``, the names of the percept's fields that it cannot do without. A world whose degree of awareness does not
-    deliver them is refused. For full speed, derive from `CompiledPolicy`.
+    draws : int, default 0
+        Uniform random numbers that each robot needs per decision.
+    inputs : int, default 0
+        Width of the situation vector that the policy reads; 0 if it reads none. A world whose degree of awareness has
+        another width refuses the policy.
+    degree : str or None, default None
+        Name of the only degree of awareness under which the policy works. Learners declare it, because situations of
+        equal width can mean different things.
+    needs : tuple of str, default ()
+        Fields of the percept without which the policy is useless: "targets", "teammates", "relayed". A world whose
+        degree of awareness never fills them refuses the policy.
+    effort : int, default 0
+        Numbers that a decision of one robot compares, for policies that search a table. Runs are distributed over
+        workers by it.
     """
 
-    draws: int
+    draws: int = 0
+    inputs: int = 0
+    degree: str | None = None
+    needs: tuple[str, ...] = ()
+    effort: int = 0
+
+    def remedy(self, degree: str, width: int) -> str:
+        """Return how the policy could be changed to fit situations of this degree and width; "" if it cannot."""
+        return ""
 
     def start(self, size: int) -> Any:
-        """Return what `size` robots remember before their first decision."""
+        """Return the state of `size` robots before their first decision. Default: None.
 
-    def decide(self, percept: Percept, memory: Any, noise: Floats) -> tuple[Action, Any]:
-        """Return the robots' action and what they remember from now on.
+        Use a NamedTuple of arrays with one row per robot, so that robots can leave the group.
+        """
+        return None
+
+    @abstractmethod
+    def decide(self, percept: Percept, state: Any, noise: Floats) -> tuple[Action, Any]:
+        """Return the robots' actions and their new state.
 
         Parameters
         ----------
         percept : Percept
-            What they know; not to be changed.
-        memory : object
-            What they remember.
+            What the robots perceive; must not be changed.
+        state : object
+            Their state after the last decision; must not be changed.
         noise : ndarray, shape (draws, n), float64
-            Uniform numbers in (0, 1), one row for each draw.
+            Uniform numbers in (0, 1), one row per draw.
         """
 
 
-class NeighboursOfOne(NamedTuple):
-    """Who one robot sees: `identity` (k,), `offset` (k, 2) along the arena's axes, `distance` (k,)."""
-
-    identity: Integers
-    offset: Floats
-    distance: Floats
-
-
-class PerceptOfOne(NamedTuple):
-    """What one robot knows; fields as in `Percept`, without the axis of robots."""
-
-    heading: Floats
-    moved: Floats
-    speed: float
-    sensing_range: float
-    awareness_range: float
-    targets: NeighboursOfOne
-    teammates: NeighboursOfOne
-    relayed: NeighboursOfOne
-    situation: npt.NDArray[np.float32]
-
-
-Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
-
-
-def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
-    """Return what robot `i` of a group knows."""
-    return PerceptOfOne(
-        percept.heading[i],
-        percept.moved[i],
-        float(percept.speed[i]),
-        float(percept.sensing_range[i]),
-        float(percept.awareness_range[i]),
-        _neighbours_of_one(percept.targets, i),
-        _neighbours_of_one(percept.teammates, i),
-        _neighbours_of_one(percept.relayed, i),
-        percept.situation[i],
-    )
-
-
-def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:
-    mine = slice(seen.start[i], seen.start[i + 1])
-    return NeighboursOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
-
-
-def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
-    """Return what one robot knows as the percept of a group of one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a field has the wrong type or shape, or its arrays differ in length: a kernel would read beyond their ends.
-    """
-    if not isinstance(percept, PerceptOfOne):
-        raise TypeError(f"percept={type(percept).__name__}: must be a percept; change fields with percept._replace(…)")
-    situation = np.asarray(percept.situation, np.float32)
-    if situation.ndim != 1:
-        raise ValueError(f"percept.situation: has the shape {situation.shape}; it must be (width,)")
-    return Percept(
-        _row("heading", percept.heading),
-        _row("moved", percept.moved),
-        _number("speed", percept.speed),
-        _number("sensing_range", percept.sensing_range),
-        _number("awareness_range", percept.awareness_range),
-        _sightings_of_group_of_one("targets", percept.targets),
-        _sightings_of_group_of_one("teammates", percept.teammates),
-        _sightings_of_group_of_one("relayed", percept.relayed),
-        np.ascontiguousarray(situation[None]),
-    )
-
-
-def _number(name: str, value: Any) -> Floats:
-    return np.array([checks.number(f"percept.{name}", value, least=0)])
-
-
-def _row(name: str, value: npt.ArrayLike) -> Floats:
-    array = np.asarray(value, float)
-    if array.shape != (2,):
-        raise ValueError(f"percept.{name}: has the shape {array.shape}; it must be (2,)")
-    if not np.isfinite(array).all():
-        raise ValueError(f"percept.{name}={tuple(array.tolist())}: must be two finite numbers")
-    return np.ascontiguousarray(array[None])
-
-
-def _sightings_of_group_of_one(name: str, seen: NeighboursOfOne) -> NeighbourList:
-    if not isinstance(seen, tuple) or len(seen) != len(NeighboursOfOne._fields):
-        raise TypeError(f"percept.{name}: must be NeighboursOfOne(identity, offset, distance)")
-    identity, offset, distance = (
-        np.ascontiguousarray(part, kind) for part, kind in zip(seen, (np.int64, float, float), strict=True)
-    )
-    k = len(distance) if distance.ndim == 1 else -1
-    if identity.shape != (k,) or offset.shape != (k, 2):
-        shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
-        raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
-    return NeighbourList(np.array([0, k]), identity, offset, distance)
 
 
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:
-    """Turn headings by angles: the paper's action is (rotation, distance), §8.
+    """Return headings turned by angles; the paper's action is (rotation, distance), §8.
 
     Parameters
     ----------

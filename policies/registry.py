@@ -1,32 +1,76 @@
-"""Every policy that goes by a name."""
+"""The policies that have a name; each is imported when it is first used."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any
 
-from teamsight.policies.evolved import Evolved
-from teamsight.policies.handmade.a_cmommt import ACmommt
-from teamsight.policies.handmade.centroid import Centroid
-from teamsight.policies.handmade.evasive import Evasive
-from teamsight.policies.handmade.random_walk import RandomWalk
-from teamsight.policies.handmade.stationary import Stationary
-from teamsight.policies.lazy.lazy_q import lazy_collective, lazy_cooperative
+from teamsight.core import checks
+from teamsight.policies.interface import Policy
 
-#: By name what makes the policy.
-POLICIES: dict[str, Callable[[], Any]] = {
-    "a-cmommt": ACmommt,
-    "centroid": Centroid,
-    "evasive": Evasive,
-    "lazy-collective": lazy_collective,
-    "lazy-cooperative": lazy_cooperative,
-    "evolved": Evolved,
-    "random-walk": RandomWalk,
-    "stationary": Stationary,
+#: By name, the module and the class or function that makes the policy. Its parameters are the policy's options.
+POLICIES = {
+    "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
+    "centroid": "teamsight.policies.handmade.centroid:Centroid",
+    "evasive": "teamsight.policies.handmade.evasive:Evasive",
+    "evolved": "teamsight.policies.evolved.policy:Evolved",
+    "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
+    "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
+    "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
+    "stationary": "teamsight.policies.handmade.stationary:Stationary",
 }
+
+# Policies are immutable, so that all worlds share those without options.
+_MADE: dict[str, Policy] = {}
+
+
+def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: str = "policy") -> Policy:
+    """Return the policy of a name.
+
+    Parameters
+    ----------
+    name : str
+        A key of `POLICIES`.
+    options : mapping of str to object, optional
+        Values for the parameters of its class.
+    parameter : str
+        The parameter that holds the name, for error messages.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the name is unknown, the policy has no such option, or an option has a wrong value.
+    """
+    checks.choice(parameter, name, POLICIES)
+    if not options:
+        if name not in _MADE:
+            _MADE[name] = _maker(name)()
+        return _MADE[name]
+    known = options_of(name)
+    for option in options:
+        if option not in known:
+            known_are = f"its options are {', '.join(known)}" if known else "it has no options"
+            shown, hint = checks.shown(option), checks.suggestion(option, known)
+            raise ValueError(f"{parameter}_options: {name!r} has no option {shown}; {hint}{known_are}")
+    return _maker(name)(**options)
 
 
 def options_of(name: str) -> tuple[str, ...]:
-    """Return the options of a policy by name: the parameters of what makes it."""
-    return tuple(inspect.signature(POLICIES[name]).parameters)
+    """Return the options of a policy: the parameters of its class."""
+    return tuple(inspect.signature(_maker(name)).parameters)
+
+
+def label(policy: Any) -> str:
+    """Return the text by which messages refer to a policy: its name in quotes, its class, or its function."""
+    for name, made in _MADE.items():
+        if made is policy:
+            return repr(name)
+    return str(getattr(policy, "__name__", type(policy).__name__))
+
+
+def _maker(name: str) -> Callable[..., Policy]:
+    module, _, attribute = POLICIES[name].partition(":")
+    maker: Callable[..., Policy] = getattr(import_module(module), attribute)
+    return maker

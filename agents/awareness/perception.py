@@ -10,6 +10,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.binding import SCENE, perceive_entry, situate_entry
 from teamsight.core.neighbour_list import neighbour_room, no_neighbours
+from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -106,7 +107,7 @@ class Perception:
                 self.shown = neighbour_room(size, self.room)
             self.relayed = neighbour_room(size, self.room)
         self._width = sum(awareness.width(max(sum(map(len, team)), 1)))
-        self.is_situated = bool(getattr(group.policy, "inputs", 0))
+        self.is_situated = isinstance(group.policy, Policy) and group.policy.inputs > 0
         # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
         self.situation = np.zeros((size, self._width if self.is_situated else 0), np.float32)
         self._situated_at = None

@@ -1,22 +1,30 @@
-"""Columns as attributes of agents: ``robot.battery -= 0.1`` changes the robot's element of the column "battery"."""
+"""Columns as attributes: ``robot.battery -= 0.1`` changes an element of the column, ``robots.battery = 1`` all."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 
+from teamsight.agents.columns.column import Columns
 from teamsight.agents.columns.read_only import unwritable
 
-if TYPE_CHECKING:
-    from teamsight.agents.body import Body
-    from teamsight.agents.group import Group
+
+class _Group(Protocol):
+    """A group, as far as its columns are concerned."""
+
+    columns: Columns
+    name: str
+
+    @property
+    def agents(self) -> Sequence[Any]: ...
 
 
 class ColumnAttribute:
-    """An attribute of a class of agents that is a column in some of its groups.
+    """An attribute of agents, or of groups, that is a column of some groups.
 
-    In groups without the column it is an ordinary attribute of each agent.
+    In groups without the column it is an ordinary attribute of each agent, and groups do not have it.
 
     Parameters
     ----------
@@ -27,67 +35,54 @@ class ColumnAttribute:
     def __init__(self, name: str) -> None:
         self._name = name
 
-    def __get__(self, agent: Body | None, owner: type | None = None) -> Any:
-        if agent is None:
+    def __get__(self, holder: Any, owner: type | None = None) -> Any:
+        if holder is None:
             return self
-        columns = agent.group.columns
-        if self._name in columns:
-            element = columns[self._name][agent.row]
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            column = group.columns[self._name]
+            if is_group:
+                return column
+            element = column[holder.row]
             return unwritable(element) if isinstance(element, np.ndarray) else element
         try:
-            return vars(agent)[self._name]
+            return vars(holder)[self._name]
         except KeyError:
-            raise AttributeError(f"{type(agent).__name__!r} object has no attribute {self._name!r}") from None
+            raise AttributeError(f"{holder!r} has no attribute or column {self._name!r}") from None
 
-    def __set__(self, agent: Body, value: Any) -> None:
-        columns = agent.group.columns
-        if self._name in columns:
-            columns[self._name][agent.row] = value
+    def __set__(self, holder: Any, value: Any) -> None:
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            group.columns[self._name][... if is_group else holder.row] = value
+        elif is_group:
+            raise AttributeError(f"{group!r} has no column {self._name!r}; make it with add_column({self._name!r})")
         else:
-            agent.__dict__[self._name] = value
+            holder.__dict__[self._name] = value
 
-    def __delete__(self, agent: Body) -> None:
-        if self._name in agent.group.columns:
-            raise AttributeError(f"{self._name}: is a column of {agent.group.name!r}; del group.columns[…] drops it")
-        if agent.__dict__.pop(self._name, self) is self:
+    def __delete__(self, holder: Any) -> None:
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            raise AttributeError(f"{self._name}: is a column of {group.name!r}; del group.columns[…] drops it")
+        if is_group or holder.__dict__.pop(self._name, self) is self:
             raise AttributeError(self._name)
 
 
-class GroupColumn:
-    """An attribute of groups that is a column in some of them: ``robots.battery = 1.0`` sets the elements of all.
-
-    Parameters
-    ----------
-    name : str
-        The name of the column.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, group: Group | None, owner: type | None = None) -> Any:
-        if group is None:
-            return self
-        if self._name not in group.columns:
-            raise AttributeError(f"{group!r} has no column {self._name!r}")
-        return group.columns[self._name]
-
-    def __set__(self, group: Group, value: Any) -> None:
-        if self._name not in group.columns:
-            raise AttributeError(f"{group!r} has no column {self._name!r}; make it with add_column({self._name!r})")
-        group.columns[self._name] = value
-
-
-def install(group: Group, name: str) -> None:
-    """Let a group and its agents have a column as an attribute."""
+def install(group: _Group, name: str) -> None:
+    """Make a column an attribute of a group and of its agents."""
     for kind in {type(agent) for agent in group.agents}:
         if not isinstance(getattr(kind, name, None), ColumnAttribute):
             setattr(kind, name, ColumnAttribute(name))
     if not name.startswith("_") and not hasattr(group, name):
-        setattr(type(group), name, GroupColumn(name))
+        setattr(type(group), name, ColumnAttribute(name))
 
 
 def is_free(agent: Any, name: str) -> bool:
     """Whether an agent has no other attribute of this name, which a column would hide."""
     known = getattr(type(agent), name, None)
     return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
+
+
+def _group_of(holder: Any) -> tuple[_Group, bool]:
+    """Return the group of an agent, or the group itself, and whether it is the group itself."""
+    group = vars(holder).get("group")
+    return (holder, True) if group is None else (group, False)

@@ -17,14 +17,8 @@ from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, readonly
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.check import check_action, check_answer
-from teamsight.policies.interface import (
-    Action,
-    Percept,
-    PerceptOfOne,
-    percept_of_group_of_one,
-    percept_of_one,
-    turned,
-)
+from teamsight.policies.interface import Action, Percept, Policy, turned
+from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
 
 if TYPE_CHECKING:
@@ -80,7 +74,7 @@ class Deliberation:
         if group.decides_alone:
             rules = [agent.decide for agent in group.agents]
             return self._of_each(rules, f"{type(group.agents[0]).__name__}.decide" if rules else "")
-        if not hasattr(group.policy, "decide"):
+        if not isinstance(group.policy, Policy):
             return self._of_each([group.policy] * len(group), _name(group.policy))
         self._asked = dict.fromkeys(range(len(group)))
         return self._decision_of_all()[0]
@@ -111,7 +105,7 @@ class Deliberation:
             For policies that are callables for one robot.
         """
         group = self.group
-        if not hasattr(group.policy, "decide"):
+        if not isinstance(group.policy, Policy):
             return check_answer(_name(group.policy), group.policy(percept, rng), row)
         if row < len(self._handed) and percept is self._handed[row]:
             # The usual case, in which the robot hands on what it was given: one decision serves the whole group.
@@ -127,7 +121,7 @@ class Deliberation:
 
     def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
         """Refuse sightings that were changed for a policy which does not read them, but the situation made of them."""
-        if row >= len(self._handed) or not getattr(self.group.policy, "inputs", 0):
+        if row >= len(self._handed) or not self.group.policy.inputs:
             return
         given = self._handed[row]
         names = ("targets", "teammates", "relayed")
@@ -185,7 +179,7 @@ def _ask(policy: Any, percept: Percept, memory: Any, noise: npt.NDArray[np.float
             raise
         raise ValueError(f"{name}.decide writes into its percept ({error}); copy the array first") from error
     if not isinstance(answer, tuple) or isinstance(answer, Action) or len(answer) != 2:
-        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, memory)")
+        raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
     action, after = answer
     check_action(name, action, len(percept.heading))
     return Action(*action), after

@@ -1,33 +1,12 @@
-"""Views of a world for people: its graph of neighbours and the positions that it kept."""
+"""Trajectories: the positions of all agents, recorded each so many steps."""
 
 from __future__ import annotations
 
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.group import Group
-
-
-def neighbour_graph(groups: list[Group]) -> nx.Graph:
-    """Return who is within whose awareness range.
-
-    Nodes are identities, with `position` and `group`; edges carry `distance`. With unequal ranges the graph is
-    directed.
-    """
-    teams = [group for group in groups if "teammates" in group.relations]
-    ranges = {float(reach) for group in teams for reach in np.unique(group.awareness_range)}
-    graph = nx.Graph() if len(ranges) <= 1 else nx.DiGraph()
-    for group in teams:
-        for identity, position in zip(group.identity.tolist(), group.position.tolist(), strict=True):
-            graph.add_node(identity, position=tuple(position), group=group.name)
-    for group in teams:
-        seen = group.relations["teammates"].sightings
-        observer = np.repeat(group.identity, np.diff(seen.start))
-        edges = zip(observer.tolist(), seen.identity.tolist(), seen.distance.tolist(), strict=True)
-        graph.add_weighted_edges_from(edges, weight="distance")
-    return graph
 
 
 class Trail:

@@ -1,4 +1,4 @@
-"""What the paper leaves open of lazy learning, constant by constant, and which values are searched."""
+"""The constants that the paper leaves open of lazy learning, and the values that are searched."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from teamsight.policies.rewards import GainReward
 
 _DEFAULTS: Mapping[str, Any] = MappingProxyType({})
 
-#: The values that are searched.
+#: The values of each constant.
 VALUES: dict[str, tuple[Any, ...]] = {
     "radius": (2.0, 3.0, 4.0, 5.0),
     "distance": ("random", "full"),
-    "pace": (1.0, 2.0, 4.0, 8.0),
+    "speed_ratio": (1.0, 2.0, 4.0, 8.0),
     "steps": (60, 120, 240),
     "k": (1, 3, 10, 30),
-    "gamma": (0.0, 0.5, 0.7, 0.9),
+    "discount": (0.0, 0.5, 0.7, 0.9),
     "sweeps": (1, 3, 10, 30),
     "scope": ("own", "team", "alone"),
     "both": ("gain", "loss", "none", "net"),
@@ -32,19 +32,19 @@ VALUES: dict[str, tuple[Any, ...]] = {
 
 @dataclass(frozen=True)
 class Constants:
-    """What the paper leaves open of lazy learning; the defaults are what trials before the search had found to work.
+    """Constants of exploration, reward and learner; the defaults are those that the search compares others with.
 
     Parameters
     ----------
     radius : float
-        Of the arena that is explored [sensing ranges].
+        Radius of the explored arena [sensing ranges].
     distance : {"random", "full"}
-        Whether exploring robots go a random share of their speed, or all of it.
-    pace : float
-        The speed of exploring robots, in speeds of those that act on what was explored.
+        Whether exploring robots move a random fraction of their speed, or at full speed.
+    speed_ratio : float
+        Speed of exploring robots, relative to those that use what was learned.
     steps : int
-        How long five robots explore; with 120 there are 600 pairs, as in the paper.
-    k, gamma, sweeps
+        Steps of the exploration by five robots; 120 give 600 transitions, as in the paper.
+    k, discount, sweeps
         See `LazyLearner`.
     scope, both
         See `GainReward`.
@@ -52,31 +52,32 @@ class Constants:
 
     radius: float = 3.0
     distance: str = "random"
-    pace: float = 1.0
+    speed_ratio: float = 1.0
     steps: int = 120
     k: int = 10
-    gamma: float = 0.7
+    discount: float = 0.7
     sweeps: int = 10
     scope: str = "own"
     both: str = "gain"
 
     def exploration(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> Exploration:
-        """Return the exploration of this seed, in a world of this setting."""
+        """Return the exploration with a seed, in the world of a setting."""
         walk = RandomWalk(random_distance=self.distance == "random")
         world = world_of(setting)
-        world["robot_speed"] = self.pace * world.get("robot_speed", DEFAULTS["robot_speed"])
+        world["robot_speed"] = self.speed_ratio * world.get("robot_speed", DEFAULTS["robot_speed"])
         return Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
 
     def memory(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> LazyMemory:
-        """Return what that exploration leaves."""
+        """Return the transitions of the exploration with a seed, in the world of a setting."""
         return explore(self.exploration(seed, setting))
 
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
-        """Return the treatments of the two surfaces of Fig. 11 on a memory."""
+        """Return the treatments of the two surfaces of Fig. 11, learned from a memory."""
         reward = GainReward(self.scope, self.both)
-        return treatments_on(memory, reward=reward, k=int(self.k), discount=float(self.gamma), sweeps=int(self.sweeps))
+        return treatments_on(
+            memory, reward=reward, k=int(self.k), discount=float(self.discount), sweeps=int(self.sweeps)
+        )
 
 
-#: What the search chose (docs/lazy-search.md): nothing is clearly nearer to the paper than what was given. The defaults
-#: of `LazyQ` and of `Exploration` are these.
+#: What the search chose, and therefore the defaults of `LazyQ` and `Exploration`; see docs/lazy-search.md.
 CHOSEN = Constants()

@@ -76,7 +76,7 @@ def degrees_with_bearings(world: World, steps: int) -> Degrees:
         world.run(stretch)
         members = world.teammates
         largest_team = max(largest_team, members.largest_team)
-        samples.append(sector_occupancy.bearings(world.proximity, members.heading))
+        samples.append(sector_occupancy.bearings(world.neighbours, members.heading))
     met = frozenset({before, conditions(world)})
     return Degrees(_largest(world, made), met, largest_team, sector_occupancy.gather(samples))
 

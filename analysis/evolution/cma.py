@@ -1,14 +1,13 @@
-"""Evolution: shape the learned rule by CMA-ES on whole worlds, with a log from which it goes on.
+"""Evolve the constants of the evolved policy by CMA-ES, with a log from which an interrupted evolution resumes.
 
-The log holds what every candidate was worth, generation by generation. Candidates are not stored: asked again with
-the same seed, the strategy proposes the same ones; so an interrupted evolution is played back and goes on as if it had
-not been, to the last bit.
+The log holds the fitness of every candidate, generation by generation. Candidates are not stored, because with the same
+seed the strategy proposes the same ones: an interrupted evolution is replayed and then continues with the same bits.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,20 +16,22 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
+from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved.layout import beginning, spreads
 
 Floats = npt.NDArray[np.float64]
 
-#: The worlds in which the learned rule is to be better.
+#: The worlds on which the evolved policy is compared.
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
-#: Root seeds below 0, which no command accepts: what is shaped on one is never judged on it.
+#: Root seeds. Each purpose has its own, so that no result is reported on worlds that shaped it.
 TRAIN, VALIDATE, SCREEN, TEST = (root(f"evolution: {part}") for part in ("train", "validate", "screen", "test"))
 TARGETS, STEPS, DELTA = 15, 600, 16
-# In a more crowded arena nearly everything is observed whatever the robots do: nothing is to be learned there.
-_CROWDED = 2.0
 LOG = "evolution.jsonl"
+# Largest team in training, in units of R². Larger teams observe nearly all targets whatever they do.
+_CROWDED = 2.0
 
 
 class LogError(ValueError):
@@ -39,16 +40,16 @@ class LogError(ValueError):
 
 @dataclass(frozen=True)
 class Evolution:
-    """What decides an evolution.
+    """Parameters of an evolution.
 
     Parameters
     ----------
     population : int
         Candidates of a generation.
     spread : float
-        Standard deviation of the first generation; twice as much in the hidden neurons, whose weights are larger.
+        Standard deviation of the first generation; twice as much for the weights of hidden neurons, which are larger.
     seed : int
-        Of the candidates and of the hidden neurons at the beginning.
+        Seed of the candidates and of the initial hidden neurons.
     """
 
     population: int = 40
@@ -56,85 +57,110 @@ class Evolution:
     seed: int = 1
 
 
-class Job(NamedTuple):
-    """A candidate to be tried, and the generation, which decides the worlds."""
-
-    constants: Floats
-    generation: int
-
-
 class Generation(NamedTuple):
-    """What stands after a generation."""
+    """The state after a generation.
+
+    Attributes
+    ----------
+    number : int
+        Number of generations so far.
+    fitness : float
+        Mean fitness of the candidates.
+    mean : ndarray of float64
+        Mean of the search distribution: the constants found so far.
+    """
 
     number: int
-    #: The mean worth of its candidates.
-    worth: float
-    #: The mean of the search distribution: the rule found so far.
+    fitness: float
     mean: Floats
 
 
 def cells() -> list[tuple[int, float]]:
-    """Return the worlds (robots, radius) of every trial."""
+    """Return the worlds (robots, radius) in which every candidate is tried."""
     return [(robots, radius) for robots, radius in GRID.cells if robots <= _CROWDED * radius**2]
 
 
-def steps_a_trial() -> int:
-    """Return how many robot-steps a trial takes: its cost in samples."""
+def robot_steps() -> int:
+    """Return the robot-steps of one candidate's trial, its cost in samples."""
     return STEPS * sum(robots for robots, _ in cells())
 
 
-def worth(job: Job) -> float:
-    """Return the share of targets observed, averaged over the worlds; all candidates of a generation meet the same."""
-    from teamsight.agents.cmommt import CMOMMT
+def fitness(candidates: Sequence[Floats], generation: int, pool: WorkerPool | None = None) -> list[float]:
+    """Return the observed fraction of each candidate, averaged over the worlds of a generation.
+
+    Parameters
+    ----------
+    candidates : sequence of ndarray
+        Constants of the policy.
+    generation : int
+        Number of the generation, which determines the worlds. All its candidates get the same worlds.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process.
+    """
     from teamsight.policies.evolved import Evolved
 
-    policy = Evolved(tuple(job.constants))
-    total = 0.0
-    for robots, radius in cells():
-        seed = model_seed(TRAIN, job.generation, robots, TARGETS, radius)
-        model = CMOMMT(robots, TARGETS, radius, policy, "ring", DELTA, rng=seed)
-        model.run(STEPS)
-        total += model.observed_fraction
-        model.close()
-    return total / len(cells())
+    worlds = cells()
+    runs = [
+        Run(
+            {"robots": robots, "targets": TARGETS, "radius": radius, "policy": policy, "awareness": "ring"}
+            | {"delta": DELTA},
+            model_seed(TRAIN, generation, robots, TARGETS, radius),
+            STEPS,
+        )
+        for policy in (Evolved(tuple(constants)) for constants in candidates)
+        for robots, radius in worlds
+    ]
+    observed = [outcome.observed_fraction for outcome in run_all(runs, pool)]
+    count = len(worlds)
+    return [sum(observed[first : first + count]) / count for first in range(0, len(observed), count)]
 
 
-def evolve(evolution: Evolution, generations: int, folder: Path, pool: WorkerPool) -> Iterator[Generation]:
-    """Yield every generation, those of the log in `folder` first.
+def evolve(
+    evolution: Evolution, generations: int, folder: Path, pool: WorkerPool | None = None
+) -> Iterator[Generation]:
+    """Yield every generation, beginning with those in the log.
 
     Parameters
     ----------
     evolution : Evolution
-        What decides it.
+        Its parameters.
     generations : int
-        How many in all.
+        Number of generations in all.
     folder : Path
-        Where its log is kept.
-    pool : WorkerPool
-        Who tries the candidates.
+        Folder of the log.
+    pool : WorkerPool, optional
+        Processes that try the candidates; by default this process.
 
     Raises
     ------
     LogError
-        If the log in `folder` is that of another evolution.
+        If the log in `folder` belongs to another evolution.
+    ModuleNotFoundError
+        If the package cma is not installed.
     """
     strategy = _strategy(evolution)
     path = folder / LOG
-    for worths in _played(path, evolution)[:generations]:
-        strategy.tell(strategy.ask(), [-value for value in worths])
-        yield Generation(strategy.countiter, float(np.mean(worths)), np.array(strategy.mean, float))
+    for found in _logged(path, evolution)[:generations]:
+        strategy.tell(strategy.ask(), [-value for value in found])
+        yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
     with path.open("a", encoding="utf-8") as log:
         while strategy.countiter < generations:
             candidates = strategy.ask()
-            jobs = [Job(np.asarray(one), strategy.countiter) for one in candidates]
-            worths = pool.map(worth, jobs, describe=lambda job: f"a candidate of generation {job.generation}")
-            strategy.tell(candidates, [-value for value in worths])
-            log.write(json.dumps(worths) + "\n")
+            found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool)
+            strategy.tell(candidates, [-value for value in found])
+            log.write(json.dumps(found) + "\n")
             log.flush()
-            yield Generation(strategy.countiter, float(np.mean(worths)), np.array(strategy.mean, float))
+            yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
 
 
-def _cma() -> Any:
+def check_installed() -> Any:
+    """Return the package cma.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If it is not installed.
+    """
     try:
         import cma
     except ModuleNotFoundError:
@@ -150,24 +176,24 @@ def _strategy(evolution: Evolution) -> Any:
         "seed": np.nan,
         "verbose": -9,
         "CMA_stds": spreads(),
-        # Noise would be taken for convergence.
+        # Do not stop: with noise, equal fitness does not mean convergence.
         "tolfun": 0, "tolfunhist": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf, "tolx": 0,
     }  # fmt: skip
-    return _cma().CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
+    return check_installed().CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
 
 
-def _played(path: Path, evolution: Evolution) -> list[list[float]]:
-    """Return the generations of a log, which is begun where there is none."""
-    head = json.dumps({"cma": _cma().__version__, **asdict(evolution)})
+def _logged(path: Path, evolution: Evolution) -> list[list[float]]:
+    """Return the fitness values of the generations in a log; begin the log if there is none."""
+    head = json.dumps({"cma": check_installed().__version__, **asdict(evolution)})
     if not path.exists():
         path.write_text(head + "\n", encoding="utf-8")
         return []
     text = path.read_text(encoding="utf-8")
     whole, _, rest = text.rpartition("\n")
     if rest:
-        # Cut off while it was written.
+        # The last line was cut off by an interruption.
         path.write_text(whole + "\n" if whole else head + "\n", encoding="utf-8")
     lines = whole.split("\n")
     if whole and lines[0] != head:
-        raise LogError(f"{path}: was begun with {lines[0]}, not {head}; give another folder")
+        raise LogError(f"{path}: belongs to the evolution {lines[0]}, not {head}; give another folder")
     return [json.loads(line) for line in lines[1:]]

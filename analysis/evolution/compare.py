@@ -1,8 +1,8 @@
-"""Comparison: the learned rule against the strongest A-CMOMMT, paired on common noise."""
+"""Compare the evolved policy with the strongest A-CMOMMT, paired on common noise."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -11,21 +11,21 @@ import pandas as pd
 
 from teamsight.analysis.evolution.cma import DELTA, GRID, SCREEN, STEPS
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
 from teamsight.policies.handmade.idle import BEHAVIOURS
 
-RULES_OF_A_CMOMMT = ("idle", "idle_when", "weights")
-#: No cell's interval may lie wholly below this [percentage points].
+#: Options of A-CMOMMT that are screened.
+OPTIONS = ("idle", "idle_when", "weights")
+#: Gain [percentage points] below which no cell's interval may lie as a whole.
 WORST = -2.0
-
-Watch = Callable[[float, float], None]
 
 
 class Gain(NamedTuple):
-    """A mean difference in percentage points, with its 95 % interval."""
+    """A mean difference with its 95 % confidence interval [percentage points]."""
 
     mean: float
     low: float
@@ -35,39 +35,57 @@ class Gain(NamedTuple):
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 
-def screen(pool: WorkerPool, runs: int, watch: Watch = lambda done, total: None) -> pd.DataFrame:
-    """Return what each setting of A-CMOMMT under pairwise awareness observes over the grid, the strongest first.
+def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:
+    """Return what A-CMOMMT observes over the grid with each combination of its options, the best first.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each cell.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process.
+    progress : callable
+        Called with the work done and the work in all.
 
     Returns
     -------
     DataFrame
         Columns idle, idle_when, weights, observed [%].
     """
-    settings = [dict(zip(RULES_OF_A_CMOMMT, rules, strict=True)) for rules in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
+    options = [dict(zip(OPTIONS, values, strict=True)) for values in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    made = make_tables(
-        [Request({"policy_options": options}, [experiment]) for options in settings],
-        pool,
-        root=SCREEN,
-        runs=runs,
-        steps=STEPS,
-        progress=watch,
-    )
+    requests = [Request({"policy_options": one}, [experiment]) for one in options]
+    made = make_tables(requests, pool, root=SCREEN, runs=runs, steps=STEPS, progress=progress)
     observed = [100.0 * float(tables["a-cmommt"]["observed_fraction"].mean()) for tables in made]
-    table = pd.DataFrame(settings).assign(observed=observed)
+    table = pd.DataFrame(options).assign(observed=observed)
     return table.sort_values("observed", ascending=False, ignore_index=True, kind="stable")
 
 
 def compare(
-    pool: WorkerPool,
     policies: Mapping[str, Evolved],
-    strongest: Mapping[str, Any],
+    options: Mapping[str, Any],
+    pool: WorkerPool | None = None,
     *,
     root: int,
     runs: int,
-    watch: Watch = lambda done, total: None,
+    progress: Progress = lambda done, total: None,
 ) -> dict[str, pd.DataFrame]:
-    """Return, for each policy under ring awareness, its runs beside those of A-CMOMMT in its strongest setting.
+    """Return the runs of each policy under ring awareness, paired with those of A-CMOMMT under pairwise awareness.
+
+    Parameters
+    ----------
+    policies : mapping of str to Evolved
+        The policies by name.
+    options : mapping
+        Options of A-CMOMMT.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process.
+    root : int
+        Root seed.
+    runs : int
+        Runs of each cell.
+    progress : callable
+        Called with the work done and the work in all.
 
     Returns
     -------
@@ -78,14 +96,14 @@ def compare(
         Experiment(name, {"policy": policy, "awareness": "ring", "delta": DELTA}, GRID.cells)
         for name, policy in policies.items()
     ]
-    rival = Experiment("strongest", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
-    request = Request({"policy_options": dict(strongest)}, [*experiments, rival])
-    (tables,) = make_tables([request], pool, root=root, runs=runs, steps=STEPS, progress=watch)
-    return {name: paired(tables[name], tables["strongest"]) for name in policies}
+    baseline = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
+    request = Request({"policy_options": dict(options)}, [*experiments, baseline])
+    (tables,) = make_tables([request], pool, root=root, runs=runs, steps=STEPS, progress=progress)
+    return {name: paired(tables[name], tables["a-cmommt"]) for name in policies}
 
 
 def overall(differences: pd.DataFrame) -> Gain:
-    """Return the mean difference over the grid; replicates are what its interval rests on."""
+    """Return the mean difference over the grid, with an interval over replicates."""
     means = 100.0 * differences.groupby("replicate")["difference"].mean().to_numpy()
     count = np.array([len(means)])
     se = np.array([means.std(ddof=1) / np.sqrt(len(means))]) if len(means) > 1 else np.array([np.nan])
@@ -94,6 +112,6 @@ def overall(differences: pd.DataFrame) -> Gain:
 
 
 def by_cell(differences: pd.DataFrame) -> pd.DataFrame:
-    """Return mean and 95 % interval for each cell [percentage points]."""
+    """Return mean and 95 % interval of each cell [percentage points]."""
     cells = cell_means(differences, "difference")
     return cells.assign(**{name: 100.0 * cells[name] for name in ("mean", "se", "low", "high")})

@@ -1,145 +1,178 @@
-"""Shape the learned rule (``train``), or measure the one shipped (``test``).
-
-What ``train`` finds is copied by hand to ``policies/learned/constants.json``: which rule is shipped is a decision, not
-a by-product.
-"""
+"""The two commands of evolution: train the constants of the evolved policy, and evaluate them."""
 
 from __future__ import annotations
 
-import argparse
-import importlib.util
 import json
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from rich.progress import Progress, TaskID
 
 from teamsight import __version__
 from teamsight.analysis.evolution import compare
-from teamsight.analysis.evolution.cma import TEST, VALIDATE, Evolution, Generation, evolve, steps_a_trial
+from teamsight.analysis.evolution.cma import TEST, VALIDATE, Evolution, Generation, check_installed, evolve, robot_steps
+from teamsight.analysis.evolution.compare import OPTIONS
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
-from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool, cores
+from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.evolved.layout import SILENCED, beginning, silenced
 from teamsight.policies.evolved.policy import made, to_json
 
-_KEPT_EACH = 100
+#: Called with a phase, the work done in it and its work in all.
+Watch: TypeAlias = Callable[[str, float, float], None]
+
+CONSTANTS, TRAINING = "constants.json", "training.json"
+# Constants are saved and validated every so many generations.
+_SAVE_EVERY = 100
 _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
-_ROAD = "road.json"
 
 
-_Helpful = argparse.ArgumentDefaultsHelpFormatter
-
-
-def main() -> None:
-    """Read the command line and obey."""
-    parser = argparse.ArgumentParser(description="Shape the learned rule, or measure the one shipped.")
-    parser.add_argument("--workers", type=int, default=cores())
-    jobs = parser.add_subparsers(dest="job", required=True)
-    begin = jobs.add_parser("train", formatter_class=_Helpful, help="evolve the rule; run it again to go on")
-    begin.add_argument("--out", default="evolution", help="folder of the log and of the rule found")
-    begin.add_argument("--generations", type=int, default=400, help="in all")
-    begin.add_argument("--population", type=int, default=Evolution.population, help="candidates of a generation")
-    begin.add_argument("--seed", type=int, default=Evolution.seed, help="of the candidates")
-    measure = jobs.add_parser("test", formatter_class=_Helpful, help="measure the rule on other noise")
-    measure.add_argument("--constants", help="a rule that train found; by default the one shipped")
-    measure.add_argument("--trained", help="folder of train: shows the road there too")
-    measure.add_argument("--out", default="docs", help="folder of the page, its table and its picture")
-    measure.add_argument("--runs", type=int, default=30, help="of each cell")
-    given = parser.parse_args()
-    if given.job == "train" and importlib.util.find_spec("cma") is None:
-        parser.exit(2, "evolution needs the package cma: pip install 'teamsight[evolve]', or -e '.[evolve]'\n")
-    folder = files.prepare_folder(given.out)
-    with Progress() as bar, WorkerPool(given.workers, IMPORTS, bar.console.print) as pool:
-        if given.job == "train":
-            _train(Evolution(given.population, seed=given.seed), given.generations, folder, pool, bar)
-        else:
-            trained = Path(given.trained) if given.trained else None
-            _test(Path(given.constants) if given.constants else None, trained, folder, given.runs, pool, bar)
-
-
-def _train(evolution: Evolution, generations: int, folder: Path, pool: WorkerPool, bar: Progress) -> None:
-    task = bar.add_task("evolving", total=generations)
-    kept = {0: beginning(evolution.seed)}
-    for generation in evolve(evolution, generations, folder, pool):
-        bar.update(task, completed=generation.number)
-        if generation.number % _KEPT_EACH == 0 or generation.number == generations:
-            kept[generation.number] = generation.mean
-            _save(folder, evolution, generation)
-            if not bar.console.is_terminal:
-                bar.console.print(f"{generation.number} of {generations} generations, worth {generation.worth:.4f}")
-    task = bar.add_task("validating")
-    rules = {str(number): Evolved(tuple(mean)) for number, mean in kept.items()}
-    strongest = _strongest(compare.screen(pool, _SCREEN_RUNS))
-    runs = compare.compare(pool, rules, strongest, root=VALIDATE, runs=_VALIDATE_RUNS, watch=_watch(bar, task))
-    road = [
-        {"generation": int(name), "robot_steps": int(name) * evolution.population * steps_a_trial()}
-        | compare.overall(found)._asdict()
-        for name, found in runs.items()
-    ]
-    files.write_json(folder / _ROAD, road, force=True)
-
-
-def _save(folder: Path, evolution: Evolution, generation: Generation) -> None:
-    trials = evolution.population * generation.number
-    about = {
-        "command": f"python -m teamsight.analysis.evolution.evolve train --generations {generation.number} "
-        f"--population {evolution.population} --seed {evolution.seed}",
-        "trials": trials,
-        "robot_steps": trials * steps_a_trial(),
-        "version": __version__,
-    }
-    files.write_json(folder / "constants.json", to_json(generation.mean, about), force=True)
-
-
-def _test(
-    constants: Path | None, trained: Path | None, folder: Path, runs: int, pool: WorkerPool, bar: Progress
+def train(
+    evolution: Evolution,
+    generations: int,
+    folder: Path,
+    pool: WorkerPool | None = None,
+    watch: Watch = lambda phase, done, total: None,
+    *,
+    force: bool = False,
 ) -> None:
-    learned = Evolved.load(constants) if constants else Evolved()
-    task = bar.add_task("screening A-CMOMMT")
-    screened = compare.screen(pool, _SCREEN_RUNS, _watch(bar, task))
-    strongest = _strongest(screened)
-    task = bar.add_task("comparing")
-    (found,) = compare.compare(
-        pool, {"evolved": learned}, strongest, root=TEST, runs=runs, watch=_watch(bar, task)
-    ).values()
-    task = bar.add_task("silencing")
-    parts = {name: Evolved(tuple(silenced(np.array(learned.constants), name))) for name in SILENCED}
-    silent = compare.compare(
-        pool, {"all": learned, **parts}, strongest, root=VALIDATE, runs=_VALIDATE_RUNS, watch=_watch(bar, task)
+    """Evolve constants, validate them on other worlds, and write both to a folder.
+
+    The folder receives ``constants.json``, ``training.json`` and the log ``evolution.jsonl``, from which an interrupted
+    call resumes.
+
+    Parameters
+    ----------
+    evolution : Evolution
+        Its parameters.
+    generations : int
+        Number of generations in all.
+    folder : Path
+        An existing folder.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process.
+    watch : callable
+        Called with the phase, the work done and the work in all.
+    force : bool
+        Replace files that teamsight did not write.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If the package cma is not installed.
+    ValueError
+        If the log in `folder` belongs to another evolution, or a file there must not be replaced.
+    """
+    check_installed()
+    for name in (CONSTANTS, TRAINING):
+        files.check_replaceable(folder / name, force=force)
+    means = {0: beginning(evolution.seed)}
+    for generation in evolve(evolution, generations, folder, pool):
+        watch("evolving", generation.number, generations)
+        if generation.number % _SAVE_EVERY == 0 or generation.number == generations:
+            means[generation.number] = generation.mean
+            _save(folder / CONSTANTS, evolution, generation, force)
+    policies = {str(number): Evolved(tuple(mean)) for number, mean in means.items()}
+    options = _best_options(compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening")))
+    differences = compare.compare(
+        policies, options, pool, root=VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "validating")
     )
-    road = json.loads((trained / _ROAD).read_text(encoding="utf-8")) if trained else []
+    points = [
+        {"generation": int(name), "robot_steps": int(name) * evolution.population * robot_steps()}
+        | compare.overall(found)._asdict()
+        for name, found in differences.items()
+    ]
+    files.write_json(folder / TRAINING, {"software": "teamsight", "points": points}, force=force)
+
+
+def evaluate(
+    folder: Path,
+    pool: WorkerPool | None = None,
+    watch: Watch = lambda phase, done, total: None,
+    *,
+    constants: Path | None = None,
+    training: Path | None = None,
+    runs: int = 30,
+    force: bool = False,
+) -> None:
+    """Compare constants with the strongest A-CMOMMT on worlds that shaped neither, and write page, table and picture.
+
+    The folder receives ``evolved.md``, ``evolved.parquet`` and ``images/evolved.png``.
+
+    Parameters
+    ----------
+    folder : Path
+        An existing folder.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process.
+    watch : callable
+        Called with the phase, the work done and the work in all.
+    constants : Path, optional
+        A file that `train` wrote; by default the constants that ship with the package.
+    training : Path, optional
+        The folder of `train`, whose validated generations the page shows.
+    runs : int
+        Runs of each cell.
+    force : bool
+        Replace files that teamsight did not write.
+
+    Raises
+    ------
+    ValueError
+        If a file holds no constants, or a file in `folder` must not be replaced.
+    """
+    table_file, page_file = folder / "evolved.parquet", folder / "evolved.md"
+    for file in (table_file, page_file, folder / "images" / "evolved.png"):
+        files.check_replaceable(file, force=force)
+    policy = Evolved.load(constants) if constants else Evolved()
+    points = json.loads((training / TRAINING).read_text(encoding="utf-8"))["points"] if training else []
+    screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
+    options = _best_options(screened)
+    (found,) = compare.compare(
+        {"evolved": policy}, options, pool, root=TEST, runs=runs, progress=_phase(watch, "comparing")
+    ).values()
+    ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
+    ablations = compare.compare(
+        {"none": policy, **ablated}, options, pool,
+        root=VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
+    )  # fmt: skip
     table = pd.concat(
         [
             screened.assign(part="screen"),
             compare.by_cell(found).assign(part="cell"),
             pd.DataFrame([compare.overall(found)._asdict()]).assign(part="overall"),
-            _gains(silent).assign(part="silenced"),
-            pd.DataFrame(road).assign(part="road"),
+            pd.DataFrame(
+                [{"name": name, **compare.overall(rows)._asdict()} for name, rows in ablations.items()]
+            ).assign(part="ablation"),
+            pd.DataFrame(points).assign(part="training"),
         ],
         ignore_index=True,
     )
     about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
-    files.write_table(folder / "learned.parquet", table, about, force=True)
-    files.write_text(folder / "learned.md", page(table, about), force=True)
-    files.write_bytes(files.prepare_folder(folder / "images") / "learned.png", picture(table, about), force=True)
+    files.write_table(table_file, table, about, force=force)
+    files.write_page(page_file, page(table, about), force=force)
+    images = files.prepare_folder(folder / "images")
+    files.write_bytes(images / "evolved.png", picture(table, about), force=force)
 
 
-def _gains(found: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    return pd.DataFrame([{"name": name, **compare.overall(rows)._asdict()} for name, rows in found.items()])
+def _save(file: Path, evolution: Evolution, generation: Generation, force: bool) -> None:
+    trials = evolution.population * generation.number
+    about = {
+        "command": f"teamsight evolve train --generations {generation.number} --population {evolution.population} "
+        f"--seed {evolution.seed}",
+        "trials": trials,
+        "robot_steps": trials * robot_steps(),
+        "version": __version__,
+    }
+    files.write_json(file, {"software": "teamsight", **to_json(generation.mean, about)}, force=force)
 
 
-def _strongest(screened: pd.DataFrame) -> dict[str, Any]:
-    return {str(name): screened[name].iloc[0] for name in compare.RULES_OF_A_CMOMMT}
+def _best_options(screened: pd.DataFrame) -> Mapping[str, Any]:
+    return {name: str(screened[name].iloc[0]) for name in OPTIONS}
 
 
-def _watch(bar: Progress, task: TaskID) -> compare.Watch:
-    return lambda done, total: bar.update(task, completed=done, total=total)
-
-
-if __name__ == "__main__":
-    main()
+def _phase(watch: Watch, phase: str) -> Callable[[float, float], None]:
+    return lambda done, total: watch(phase, done, total)

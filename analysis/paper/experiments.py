@@ -1,76 +1,125 @@
-"""The experiments behind the paper's figures and claims; each figure and each claim names those that it reads."""
+"""The experiments behind the paper's figures and claims. Each is built only when a figure or a claim reads it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeAlias
 
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, treatments
 from teamsight.analysis.runs.experiment import Experiment, Grid
 
-#: Numbers of sectors at which observed fraction is drawn against δ.
+#: Keyword parameters of CMOMMT.
+Parameters: TypeAlias = Mapping[str, Any]
+Cells: TypeAlias = tuple[tuple[int, float], ...]
+
+#: Numbers of sectors δ of the figure "delta".
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
-#: Worlds (robots, radius) of that figure: from crowded to empty.
-DELTA_CELLS = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
-#: Experiments in which robots learned what they do.
+#: Its worlds (robots, radius), from crowded to empty.
+DELTA_CELLS: Cells = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
+#: Experiments whose policy was learned from transitions.
 LEARNED = frozenset({COOPERATIVE, COLLECTIVE})
-_HALF = 0.5
+
+_ALONE: Parameters = MappingProxyType({"awareness": "none"})
+_A_CMOMMT: Parameters = MappingProxyType({"policy": "a-cmommt", "awareness": "pairwise"})
+_HALF: Parameters = MappingProxyType({"awareness_range": 0.5})
+# Few targets pass few stationary robots in a run: with five runs the mean would be uncertain by 5 points.
 _MORE = 10
 
 
-def catalogue(grid: Grid, setting: Mapping[str, Any]) -> dict[str, Experiment]:
-    """Return every experiment by name, its surfaces over `grid`.
-
-    Parameters
-    ----------
-    grid : Grid
-        Team sizes and radii of the surfaces.
-    setting : mapping
-        Keyword parameters of CMOMMT that hold throughout; its `policy_options` also reach the policy that has to be
-        given as an object.
-    """
-    cooperative = {"policy": "a-cmommt", "awareness": "pairwise"}
-    largest = ((max(grid.robots), 10.0),)
-    crowded = tuple((max(grid.robots), radius) for radius in (3.0, 5.0))
-    learned = treatments(setting)
-    found = [
-        Experiment("random-walk", {"policy": "random-walk", "awareness": "none"}, grid.cells),
-        Experiment("centroid", {"policy": "centroid", "awareness": "none"}, grid.cells),
-        Experiment("a-cmommt", cooperative, grid.cells),
-        Experiment("half-range", cooperative | {"awareness_range": _HALF}, grid.cells),
-        Experiment("half-range-scaled", _scaled(setting) | {"awareness_range": _HALF}, grid.cells),
-        Experiment("ring-16", cooperative | {"awareness": "ring", "delta": 16}, grid.cells),
-        Experiment("evasive", cooperative | {"target_policy": "evasive"}, _roomy(grid)),
-        Experiment("targets-5", cooperative, crowded, targets=5),
-        Experiment("targets-15", cooperative, crowded),
-        Experiment("targets-30", cooperative, crowded, targets=30),
-        # Few targets pass few still robots in a run: five runs would leave their mean uncertain by 5 points.
-        Experiment("a-cmommt-r10", cooperative, largest, replicates=_MORE),
-        Experiment("stationary-r10", {"policy": "stationary", "awareness": "none"}, largest, replicates=_MORE),
-        Experiment(
-            "delta-ring", cooperative | {"awareness": "ring"}, DELTA_CELLS, sweep={"delta": DELTAS}, replicates=4
-        ),
-        Experiment("delta-none", cooperative | {"awareness": "none"}, DELTA_CELLS, replicates=4),
-        Experiment("delta-pairwise", cooperative, DELTA_CELLS, replicates=4),
-        *(Experiment(name, treatment, grid.cells) for name, treatment in learned.items()),
-    ]
-    return {experiment.name: experiment for experiment in found}
+def _whole(grid: Grid) -> Cells:
+    return grid.cells
 
 
-def chosen(names: Iterable[str], grid: Grid, setting: Mapping[str, Any]) -> list[Experiment]:
-    """Return the named experiments, each once, in the order of the catalogue."""
-    wanted = set(names)
-    return [experiment for name, experiment in catalogue(grid, setting).items() if name in wanted]
-
-
-def _roomy(grid: Grid) -> tuple[tuple[int, float], ...]:
+def _roomy(grid: Grid) -> Cells:
     return tuple((robots, radius) for robots, radius in grid.cells if radius >= 2)
 
 
-def _scaled(setting: Mapping[str, Any]) -> dict[str, Any]:
-    """A-CMOMMT with a repulsion that shrinks with the awareness range; only the policy object can say so."""
+def _crowded(grid: Grid) -> Cells:
+    return tuple((max(grid.robots), radius) for radius in (3.0, 5.0))
+
+
+def _largest(grid: Grid) -> Cells:
+    return ((max(grid.robots), 10.0),)
+
+
+def _delta_cells(grid: Grid) -> Cells:
+    return DELTA_CELLS
+
+
+def _scaled(setting: Parameters) -> Parameters:
+    """Return A-CMOMMT with a repulsion that scales with the awareness range."""
     from teamsight.agents.resolve import shared_options
     from teamsight.policies import ACmommt
 
     options = shared_options("a-cmommt", setting.get("policy_options", {}))
-    return {"policy": ACmommt(repulsion_scale="awareness", **options), "awareness": "pairwise"}
+    return {"policy": ACmommt(repulsion_scale="awareness", **options), "awareness": "pairwise", **_HALF}
+
+
+class Design(NamedTuple):
+    """An experiment before its grid and its setting are known.
+
+    Attributes
+    ----------
+    treatment : mapping or callable
+        Keyword parameters of CMOMMT that set the treatment, or a function that returns them for a setting.
+    cells : callable
+        Takes the grid and returns the cells (robots, radius).
+    targets : int
+        Number of targets.
+    sweep : mapping of str to tuple
+        See `Experiment`.
+    replicates : int
+        See `Experiment`.
+    """
+
+    treatment: Parameters | Callable[[Parameters], Parameters]
+    cells: Callable[[Grid], Cells] = _whole
+    targets: int = 15
+    sweep: Mapping[str, tuple[Any, ...]] = MappingProxyType({})
+    replicates: int = 1
+
+    def experiment(self, name: str, grid: Grid, setting: Parameters) -> Experiment:
+        """Return the experiment on a grid, under a setting."""
+        treatment = self.treatment(setting) if callable(self.treatment) else self.treatment
+        return Experiment(name, treatment, self.cells(grid), self.targets, self.sweep, self.replicates)
+
+
+#: Every experiment by name.
+EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
+    {
+        "random-walk": Design({"policy": "random-walk", **_ALONE}),
+        "centroid": Design({"policy": "centroid", **_ALONE}),
+        "a-cmommt": Design(_A_CMOMMT),
+        "half-range": Design({**_A_CMOMMT, **_HALF}),
+        "half-range-scaled": Design(_scaled),
+        "ring-16": Design({**_A_CMOMMT, "awareness": "ring", "delta": 16}),
+        "evasive": Design({**_A_CMOMMT, "target_policy": "evasive"}, _roomy),
+        "targets-5": Design(_A_CMOMMT, _crowded, targets=5),
+        "targets-15": Design(_A_CMOMMT, _crowded),
+        "targets-30": Design(_A_CMOMMT, _crowded, targets=30),
+        "a-cmommt-r10": Design(_A_CMOMMT, _largest, replicates=_MORE),
+        "stationary-r10": Design({"policy": "stationary", **_ALONE}, _largest, replicates=_MORE),
+        "delta-ring": Design({**_A_CMOMMT, "awareness": "ring"}, _delta_cells, sweep={"delta": DELTAS}, replicates=4),
+        "delta-none": Design({**_A_CMOMMT, **_ALONE}, _delta_cells, replicates=4),
+        "delta-pairwise": Design(_A_CMOMMT, _delta_cells, replicates=4),
+        COOPERATIVE: Design(lambda setting: treatments(setting)[COOPERATIVE]),
+        COLLECTIVE: Design(lambda setting: treatments(setting)[COLLECTIVE]),
+    }
+)
+
+
+def chosen(names: Iterable[str], grid: Grid, setting: Parameters) -> list[Experiment]:
+    """Return the named experiments, each once, in the order of `EXPERIMENTS`.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Names of experiments.
+    grid : Grid
+        Team sizes and radii of the surfaces.
+    setting : mapping
+        Keyword parameters of CMOMMT that hold in all experiments.
+    """
+    wanted = set(names)
+    return [design.experiment(name, grid, setting) for name, design in EXPERIMENTS.items() if name in wanted]

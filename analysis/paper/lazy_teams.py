@@ -1,33 +1,33 @@
-"""The learned teams of Fig. 11: one short exploration, and the two learners that read their behaviour from it."""
+"""The learned teams of Fig. 11: one exploration, and the two learners that use its transitions.
+
+Explorations and learners are made, and their modules imported, when a treatment is first asked for.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.policies.lazy.lazy_q import LazyQ, shipped
-from teamsight.policies.memory import LazyMemory
+if TYPE_CHECKING:
+    from teamsight.policies.memory import LazyMemory
 
+#: Names of the two experiments.
 COOPERATIVE, COLLECTIVE = "lazy-cooperative", "lazy-collective"
-#: What of a setting changes what robots meet while they explore.
+#: Parameters of a setting that change the world that is explored.
 WORLD = ("sensing_range", "awareness_range", "robot_speed", "target_speed", "uniform_target_speed", "target_policy")
 
-#: Seeds of the explorations that were chosen for other worlds than that of the defaults: a seed that is lucky at one
-#: speed is like any other at another. docs/lazy-search.md tells how it was chosen.
+#: Seeds of explorations in other worlds than the default one, chosen by the search of docs/lazy-search.md.
 SEEDS: Mapping[tuple[tuple[str, Any], ...], int] = MappingProxyType({(("robot_speed", 0.2), ("target_speed", 0.1)): 30})
 
 
 def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
-    """Return the 600 pairs that robots explore in a world of this setting.
+    """Return the 600 transitions explored in the world of a setting.
 
-    It is the exploration that ships with the package where the setting leaves the world as it is; otherwise one of the
-    same size at the setting's own speeds and ranges, of the seed that was chosen for them, or of the shipped one's seed
-    where none was. It is a part of the behaviour like the constants of A-CMOMMT, so that it does not depend on the root
-    seed of a study.
+    In the default world this is the exploration that ships with the package. In any other world, an exploration of
+    the same size is made there, with the seed in `SEEDS`, or else with the seed of the shipped one. Like the constants
+    of A-CMOMMT, the exploration is part of the policy: it does not depend on the root seed.
 
     Parameters
     ----------
@@ -42,12 +42,17 @@ def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
 
 
 def world_of(setting: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a setting changes of the world that is explored, in a fixed order."""
+    """Return those parameters of a setting that make the explored world differ from the default, in a fixed order."""
+    from teamsight.agents.cmommt import DEFAULTS
+
     return {name: setting[name] for name in WORLD if setting.get(name, DEFAULTS[name]) != DEFAULTS[name]}
 
 
 @cache
 def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
+    from teamsight.analysis.learning.explore import Exploration, explore
+    from teamsight.policies.lazy.lazy_q import shipped
+
     if not world:
         return shipped()
     seed = SEEDS.get(world, shipped().settings["seed"])
@@ -55,7 +60,7 @@ def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
 
 
 def treatments(setting: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the treatments of the two surfaces of Fig. 11, learned in a world of this setting."""
+    """Return the treatments of the two surfaces of Fig. 11, learned in the world of a setting."""
     return dict(_treatments(memory_for(setting)))
 
 
@@ -65,15 +70,17 @@ def _treatments(memory: LazyMemory) -> dict[str, dict[str, Any]]:
 
 
 def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, Any]]:
-    """Return the treatments of the two surfaces of Fig. 11: both read one memory, each what its awareness shows.
+    """Return the treatments of the two surfaces of Fig. 11, learned from one memory.
 
     Parameters
     ----------
     memory : LazyMemory
-        What was explored, under ring awareness.
+        Transitions explored under ring awareness.
     **constants
-        Of `LazyQ`.
+        Parameters of `LazyQ`.
     """
+    from teamsight.policies.lazy.lazy_q import LazyQ
+
     return {
         COOPERATIVE: {"policy": LazyQ(memory, **constants), "awareness": "ring"},
         COLLECTIVE: {"policy": LazyQ(memory, inputs=memory.own, **constants), "awareness": "none"},

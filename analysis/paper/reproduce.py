@@ -1,4 +1,4 @@
-"""The whole of the paper: its figures, and the ledger of its claims for several settings side by side."""
+"""Reproduce the paper: simulate the experiments, draw the figures and judge the claims."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.paper.claims import CLAIMS, Ledger, Verdict, judge, needed
+from teamsight.analysis.paper.claims import Ledger, Verdict, judge, needed
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import files
@@ -20,7 +20,7 @@ from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.workers import WorkerPool
 
-#: The setting in which nothing is set: every parameter of CMOMMT at its default.
+#: Name of the setting that leaves every parameter of CMOMMT at its default.
 DEFAULTS = "defaults"
 
 
@@ -31,7 +31,7 @@ class Plan:
     Parameters
     ----------
     settings : mapping of str to mapping
-        Keyword parameters of CMOMMT by the name of the setting; figures are drawn for the first, claims are judged
+        Keyword parameters of CMOMMT by name of the setting. Figures are drawn for the first setting, claims are judged
         for all.
     figures : tuple of str
         Names of figures.
@@ -42,7 +42,7 @@ class Plan:
     runs, steps : int
         Replicates of each cell, and steps of each run.
     root : int
-        Seed of everything.
+        Root seed.
     """
 
     settings: Mapping[str, Mapping[str, Any]]
@@ -54,7 +54,7 @@ class Plan:
     root: int = root("reproduce")
 
     def conditions(self) -> dict[str, Any]:
-        """Return what every result rests on, fit for JSON."""
+        """Return the conditions that all results have in common, fit for JSON."""
         robots, radius = self.grid.robots, self.grid.radius
         return {
             "seed": self.root,
@@ -68,9 +68,9 @@ class Plan:
 
 
 def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
-    """Refuse a folder in which another file stands where a result goes, or where unfinished runs are kept.
+    """Raise an error if a file in the folder must not be replaced by a result or by the checkpoint.
 
-    Results of this program are refreshed, whatever their settings.
+    Results that teamsight wrote may be replaced, whatever their settings.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     Raises
     ------
     ValueError
-        If what stands there must stay.
+        If there is such a file.
     """
     names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", "png")]
     outputs = [folder / f"figure-{name}" for name in names]
@@ -104,30 +104,31 @@ def reproduce(
     *,
     force: bool = False,
 ) -> Ledger | None:
-    """Simulate, draw, judge, and write everything to `folder`; an interrupted call is gone on with by the next.
+    """Simulate, draw, judge, and write all results to a folder. After an interruption, the same call resumes.
 
     Parameters
     ----------
     plan : Plan
         What to reproduce.
     folder : Path
-        Where to write: ``figure-<name>.parquet`` and ``.png``, ``ledger.md``, ``ledger.json`` and ``ledger.parquet``.
+        An existing folder; it receives ``figure-<name>.parquet`` and ``.png``, ``ledger.md``, ``ledger.json`` and
+        ``ledger.parquet``.
     pool : WorkerPool
-        Who does the work.
+        Processes that do the work. Results do not depend on it.
     watch : callable
-        Called with the phase, the work done and the work in all.
+        Called with the phase, the work done in it and its work in all.
     force : bool
-        Replace any regular file that stands where a result goes.
+        Replace any regular file by a result.
 
     Returns
     -------
     Ledger or None
-        None where the plan asks for no ledger.
+        None if the plan asks for no ledger.
 
     Raises
     ------
     ValueError
-        If what stands where a result goes must stay; see `check_results`.
+        If a file must not be replaced; see `check_results`.
     """
     check_results(plan, folder, force=force)
     checkpoint = checkpoint_in(folder)
@@ -199,7 +200,7 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
         found.assign(setting=name, experiment=experiment)
         for name in plan.settings
         for experiment, found in tables[name].items()
-        if experiment in needed(CLAIMS)
+        if experiment in needed()
     ]
     files.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
     files.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teamsight.analysis.runs.checkpoint import JSON, Codec
 from teamsight.analysis.runs.seeds import canonical
+from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -112,7 +113,8 @@ class Run:
         """
         robots, targets = (int(self.parameters.get(name, 15)) for name in ("robots", "targets"))
         world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
-        effort = getattr(self.parameters.get("policy"), "effort", 0.0)
+        policy = self.parameters.get("policy")
+        effort = policy.effort if isinstance(policy, Policy) else 0
         return world + self.steps * robots * effort * _COMPARISON
 
     def shortest(self) -> Run:

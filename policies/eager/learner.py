@@ -9,7 +9,7 @@ from teamsight.core import checks
 from teamsight.policies.actions import ActionGrid
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
-from teamsight.policies.lazy.action_values import components, degree_of
+from teamsight.policies.lazy.action_values import components, degree_of, remedy
 from teamsight.policies.lazy.learner import check_situation, digest_of
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, name_of, own_reward, rewards_of
@@ -41,7 +41,7 @@ class EagerLearner(CompiledPolicy):
 
     memory: LazyMemory
     reward: Reward = own_reward
-    inputs: int | None = None
+    inputs: int = None  # type: ignore[assignment]  # None means all; a number from here on
     discount: float = 0.7
     actions: ActionGrid = field(default_factory=ActionGrid)
 
@@ -56,11 +56,10 @@ class EagerLearner(CompiledPolicy):
     @property
     def width(self) -> int:
         """How many components of a situation it uses."""
-        assert self.inputs is not None
         return self.inputs
 
     @property
-    def degree(self) -> str | None:
+    def degree(self) -> str | None:  # type: ignore[override]
         """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
         return degree_of(self.memory, self.inputs)
 
@@ -77,6 +76,9 @@ class EagerLearner(CompiledPolicy):
     @cached_property
     def _learned(self) -> str:
         return digest_of(self.table)
+
+    def remedy(self, degree: str, width: int) -> str:
+        return remedy(self.memory, self.inputs, degree, width)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

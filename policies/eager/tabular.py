@@ -89,6 +89,7 @@ class TabularQ(EagerLearner):
     values: npt.NDArray[np.float32] = field(init=False)
 
     kernel = _look_up
+    draws = 2
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -98,10 +99,6 @@ class TabularQ(EagerLearner):
         object.__setattr__(self, "states", states)
         table = learn_table(self.memory, self.rewards(), states, self.actions, self.discount, self.sweeps)
         object.__setattr__(self, "values", table)
-
-    @property
-    def draws(self) -> int:
-        return 2
 
     @property
     def met(self) -> float:

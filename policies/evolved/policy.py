@@ -48,13 +48,14 @@ class Evolved(CompiledPolicy):
 
     Notes
     -----
-    *Source:* none; the forces begin as Parker's. Made by ``python -m teamsight.analysis.evolution.evolve train``; see
-    docs/learned.md. A robot remembers up to 16 targets, and sees no more than these.
+    *Source:* none; the forces begin as Parker's. Made by ``teamsight evolve train``; see
+    docs/evolved.md. A robot remembers up to 16 targets, and sees no more than these.
     """
 
     constants: tuple[float, ...] = ()
 
     kernel = decide
+    draws = 2
     needs = ("teammates",)
 
     def __post_init__(self) -> None:
@@ -69,10 +70,6 @@ class Evolved(CompiledPolicy):
         if self.constants == shipped():
             return "Evolved()"
         return f"Evolved(<{hashlib.blake2b(np.array(self.constants).tobytes(), digest_size=4).hexdigest()}>)"
-
-    @property
-    def draws(self) -> int:
-        return 2
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -119,7 +116,7 @@ def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _read(path: Path) -> tuple[float, ...]:
-    cure = "make it anew with `python -m teamsight.analysis.evolution.evolve train`"
+    cure = "make it anew with `teamsight evolve train`"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         schema, blocks = content["schema"], [content["constants"][name] for name in BLOCKS]

@@ -224,7 +224,7 @@ class ACmommt(CompiledPolicy):
         checks.count("tracks", self.tracks, least=0)
 
     @property
-    def draws(self) -> int:
+    def draws(self) -> int:  # type: ignore[override]
         return idle_draws(self.idle)
 
     @property

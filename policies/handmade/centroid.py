@@ -65,7 +65,7 @@ class Centroid(CompiledPolicy):
         idle_number(self.idle)
 
     @property
-    def draws(self) -> int:
+    def draws(self) -> int:  # type: ignore[override]
         return idle_draws(self.idle)
 
     @property

@@ -54,13 +54,10 @@ class Evasive(CompiledPolicy):
     turn_probability: float = 0.05
 
     kernel = _evade
+    draws = 2
 
     def __post_init__(self) -> None:
         checks.number("turn_probability", self.turn_probability, least=0, most=1)
-
-    @property
-    def draws(self) -> int:
-        return 2
 
     @property
     def parameters(self) -> tuple[float, ...]:

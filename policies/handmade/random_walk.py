@@ -76,7 +76,12 @@ class RandomWalk(CompiledPolicy):
         checks.flag("random_distance", self.random_distance)
 
     @property
-    def draws(self) -> int:
+    def is_sound(self) -> bool:
+        # It copies headings and speeds or makes headings from noise; a subclass may have another kernel.
+        return type(self).kernel is _walk
+
+    @property
+    def draws(self) -> int:  # type: ignore[override]
         if self.random_distance:
             return 3
         return 2 if self.turn_probability < 1 else 1

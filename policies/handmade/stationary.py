@@ -28,5 +28,9 @@ class Stationary(CompiledPolicy):
     kernel = _stay
 
     @property
+    def is_sound(self) -> bool:
+        return type(self).kernel is _stay
+
+    @property
     def parameters(self) -> tuple[float, ...]:
         return ()

@@ -145,6 +145,12 @@ def degree_of(memory: LazyMemory, inputs: int | None) -> str | None:
     return found
 
 
+def remedy(memory: LazyMemory, inputs: int, degree: str, width: int) -> str:
+    """Return how a learner of this memory fits situations of a degree and width: by all inputs, or not at all."""
+    fits = memory.inputs == width != inputs and memory.settings.get("degree", degree) == degree
+    return f", or leave out inputs={inputs}" if fits else ""
+
+
 def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) -> None:
     """Refuse constants outside their limits, and a memory that is smaller than `k`.
 

@@ -70,13 +70,11 @@ def shipped() -> LazyMemory:
     return LazyMemory.load(SHIPPED)
 
 
-@cache
 def lazy_collective() -> LazyQ:
     """Return `LazyQ` on the shipped exploration, comparing the robot's own 16 inputs; for `NoAwareness`."""
     return LazyQ(shipped(), inputs=shipped().own)
 
 
-@cache
 def lazy_cooperative() -> LazyQ:
     """Return `LazyQ` on the shipped exploration, comparing all 32 inputs; for ``RingAwareness(16)``."""
     return LazyQ(shipped())

@@ -14,7 +14,7 @@ from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
-from teamsight.policies.lazy.action_values import components, degree_of, utility
+from teamsight.policies.lazy.action_values import components, degree_of, remedy, utility
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
 from teamsight.policies.memory.transitions import MOST
@@ -118,7 +118,7 @@ class LazyLearner(CompiledPolicy):
 
     memory: LazyMemory
     reward: Reward = own_reward
-    inputs: int | None = None
+    inputs: int = None  # type: ignore[assignment]  # None means all; a number from here on
     k: int = 10
     discount: float = 0.7
     sweeps: int = 10
@@ -141,14 +141,14 @@ class LazyLearner(CompiledPolicy):
         return {name: getattr(self, name) for name in ("inputs", "k", "discount", "sweeps")}
 
     @property
-    def degree(self) -> str | None:
+    def degree(self) -> str | None:  # type: ignore[override]
         """The name of the degree of awareness whose situations it knows; None if the memory does not tell."""
         return degree_of(self.memory, self.inputs)
 
     @property
-    def effort(self) -> int:
+    def effort(self) -> int:  # type: ignore[override]
         """How many numbers a decision of one robot compares."""
-        return len(self.memory) * (self.inputs or 0)
+        return len(self.memory) * self.inputs
 
     @cached_property
     def search_table(self) -> SearchTable:
@@ -163,6 +163,9 @@ class LazyLearner(CompiledPolicy):
     def parameters(self) -> Floats:
         search = self.search_table
         return np.concatenate([[self.k, search.margin], search.nearest_to_ones])
+
+    def remedy(self, degree: str, width: int) -> str:
+        return remedy(self.memory, self.inputs, degree, width)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

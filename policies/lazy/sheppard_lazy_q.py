@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept, PolicyState
-from teamsight.policies.lazy.action_values import components, degree_of, utility
+from teamsight.policies.lazy.action_values import components, degree_of, remedy, utility
 from teamsight.policies.lazy.learner import LazyLearner, act, check_situation, digest_of, is_situation, refuse
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, name_of, own_reward, tabulate
@@ -217,7 +217,7 @@ class SheppardLazyQ(CompiledPolicy):
         return f"SheppardLazyQ({name_of(self.reward)}, {told}, rewards={digest_of(self.rewards)})"
 
     @property
-    def degree(self) -> str | None:
+    def degree(self) -> str | None:  # type: ignore[override]
         """The name of the degree of awareness whose situations its memory holds; None without a memory."""
         return None if self.memory is None else degree_of(self.memory, self.inputs)
 
@@ -237,6 +237,9 @@ class SheppardLazyQ(CompiledPolicy):
             floats[:, :pairs, self.inputs + 2] = self.values
             ints[:, 0, _STORED] = pairs
         return PolicyState(floats, ints)
+
+    def remedy(self, degree: str, width: int) -> str:
+        return "" if self.memory is None else remedy(self.memory, self.inputs, degree, width)
 
     def check_percept(self, percept: Percept) -> None:
         check_situation(type(self).__name__, percept, self.inputs)

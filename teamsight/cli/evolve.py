@@ -47,14 +47,14 @@ def train(settings: TrainSettings) -> None:
       teamsight evolve train --generations 20 --population 10 --out small
     """
     from teamsight.analysis.evolution import evolve
-    from teamsight.analysis.evolution.cma import Evolution
+    from teamsight.analysis.evolution.cma import Evolution, check_installed
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.analysis.runs.simulate import IMPORTS
     from teamsight.analysis.runs.workers import WorkerPool, cores
     from teamsight.cli.show import say, watching
 
     evolution = Evolution(population=settings.population, seed=settings.seed)
-    evolve.check_installed()
+    check_installed()
     folder = prepare_folder(settings.out)
     with (
         when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),

@@ -110,9 +110,9 @@ def _summaries(plan: Plan, folder: Path) -> list[str]:
 
     found = []
     for name in plan.figures:
-        tell = FIGURES[name].tell
-        if tell is not None:
-            found.append(f"figure {name}: {tell(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
+        summarise = FIGURES[name].summarise
+        if summarise is not None:
+            found.append(f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
     return found
 
 

@@ -95,12 +95,12 @@ def show_ledger(ledger: Ledger) -> None:
     table.add_column("its figure", max_width=16)
     for setting in ledger.settings:
         table.add_column(setting, max_width=40)
-    for claim in ledger.claims():
-        found = [ledger.verdicts[setting][claim.name] for setting in ledger.settings]
+    for name, claim in ledger.claims().items():
+        found = [ledger.verdicts[setting][name] for setting in ledger.settings]
         words = (
             f"[{'green' if v.holds else 'red'}]{'holds' if v.holds else 'differs'}[/]  {v.measured}" for v in found
         )
-        table.add_row(claim.name, f"{claim.statement} ({claim.where})", claim.figure, *words)
+        table.add_row(name, f"{claim.statement} ({claim.where})", claim.figure, *words)
     console.print(table)
     total = len(ledger.claims())
     for setting in ledger.settings:

@@ -11,7 +11,7 @@ import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import RingAwareness
-from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary
+from teamsight.policies import ACmommt, Centroid, Evasive, Policy, RandomWalk, Stationary
 
 nan, inf = math.nan, math.inf
 
@@ -43,7 +43,7 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     ({"policy": "acmommt"}, r"policy='acmommt': unknown; did you mean 'a-cmommt'\? known are a-cmommt, centroid"),
     ({"policy": "zzz"}, r"policy='zzz': unknown; known are"),
     ({"policy": Centroid}, r"policy=Centroid: is a class; give an object, Centroid\(\)"),
-    ({"policy": 7}, r"policy=7: must be a name, an object with draws"),
+    ({"policy": 7}, r"policy=7: must be a name, a Policy, or a callable"),
     ({"target_policy": "evasion"}, r"target_policy='evasion': unknown; did you mean 'evasive'"),
     pytest.param({"target_policy": Evasive}, r"target_policy=Evasive: is a class"),
     ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are none, pairwise, ring, shared"),
@@ -91,25 +91,23 @@ def world() -> World:
     return World(Disc(5.0), rng=1)
 
 
-class NoStart:
-    draws = 0
-
-    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+class NoPolicy:
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
         return None
 
 
-class Misfit(NoStart):
+class Misfit(Policy):
     needs = ("relayed",)
 
-    def start(self, size: int) -> None:
-        pass
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        return None
 
 
 GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"count": 0}, r"count=0: must be at least 1"),
     ({"agent_class": object}, r"agent_class=<class 'object'>: must be Robot, Target or a subclass"),
     ({"agent_class": "Robot"}, r"agent_class='Robot': must be Robot"),
-    ({"policy": NoStart()}, r"policy=.*: has decide but no start; see check_policy\(\)"),
+    ({"policy": NoPolicy()}, r"policy=NoPolicy: has decide but is no Policy; derive NoPolicy from teamsight\.policies\.Policy"),
     ({"policy": None}, r"policy=None: must be a name"),
     ({"speed": -1}, r"speed=-1\.0: must be a finite number, at least 0"),
     ({"speed": [0.1, nan, 0.1]}, r"speed=nan: must be a finite number"),

@@ -9,8 +9,8 @@ import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.recording.explore import explore
-from teamsight.policies import Action, LazyQ, RandomWalk
-from teamsight.policies.interface import NeighboursOfOne, PerceptOfOne
+from teamsight.policies import Action, LazyQ, Policy, RandomWalk
+from teamsight.policies.percept_of_one import NeighboursOfOne, PerceptOfOne
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -24,7 +24,7 @@ class Blind(Robot):
         return super().decide(percept._replace(targets=NOTHING), rng)
 
 
-class Toward:
+class Toward(Policy):
     """A NumPy policy that goes to the nearest target and counts what it has seen, robot by robot."""
 
     draws = 0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Robot, World
-from teamsight.policies.interface import Action
+from teamsight.policies.interface import Action, Policy
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -145,7 +145,7 @@ def test_an_error_in_a_process_is_raised_and_the_world_goes_on(advance: Callable
     assert model.tick == 5
 
 
-class Failing:
+class Failing(Policy):
     """A NumPy policy that fails at its fourth decision."""
 
     draws = 0

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
-from teamsight.policies import Action, CompiledPolicy, PolicyState, RandomWalk, Stationary
+from teamsight.policies import Action, CompiledPolicy, Policy, PolicyState, RandomWalk, Stationary
 from teamsight.world.clock import Clock
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -164,7 +164,7 @@ def test_an_operation_that_fails_changes_nothing(operation: Callable[[World], An
 
 @pytest.mark.parametrize("what", ["reset", "remove"])
 def test_a_policy_that_cannot_begin_again_leaves_everything_as_it_is(what: str) -> None:
-    class Counting:
+    class Counting(Policy):
         """A NumPy policy whose memory cannot be begun twice."""
 
         draws = 0

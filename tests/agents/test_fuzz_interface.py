@@ -18,7 +18,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import RingAwareness
-from teamsight.policies import Action, RandomWalk, Stationary
+from teamsight.policies import Action, Policy, RandomWalk, Stationary
 
 REFUSALS = (ValueError, TypeError, AttributeError, KeyError)
 
@@ -43,7 +43,7 @@ class Slow(Robot):
         return turn, distance / 2
 
 
-class Straight:
+class Straight(Policy):
     """A NumPy policy that remembers how often it decided."""
 
     draws = 1

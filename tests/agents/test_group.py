@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
+from teamsight.analysis.neighbour_graph import to_networkx
 from teamsight.core.kernel import kernel
-from teamsight.policies import Action, CompiledPolicy, PolicyState, RandomWalk, Stationary
+from teamsight.policies import Action, CompiledPolicy, Policy, PolicyState, RandomWalk, Stationary
 
 
 def test_names_are_given_and_kept_apart() -> None:
@@ -79,8 +80,8 @@ def test_the_graph_of_neighbours(equal: bool) -> None:
     world = World(Disc(2.0), rng=3)
     robots = world.add(Robot, 12, policy=RandomWalk(), awareness_range=1.0 if equal else np.linspace(0.3, 1.5, 12))
     world.run(4)
-    graph = world.neighbour_graph()
-    assert graph.is_directed() != equal
+    members = world.teammates
+    graph = to_networkx(world.neighbours, members.position, members.identity, directed=not equal)
     assert sorted(graph.nodes) == robots.identity.tolist()
     for robot in robots:
         assert sorted(graph.adj[robot.unique_id]) == [mate.unique_id for mate in robot.neighbours]
@@ -96,7 +97,7 @@ def test_positions_set_by_hand_are_seen_at_once() -> None:
     model.robots[0].position, model.robots[1].position, model.targets[0].position = (0, 0), (0, 0.5), (0, -0.9)
     assert model.observed == 1.0
     assert model.mean_neighbours == 1.0
-    assert model.proximity.distance.tolist() == [0.5, 0.5]
+    assert model.neighbours.distance.tolist() == [0.5, 0.5]
     assert model.robots[0].observed_targets == [model.targets[0]]
     model.targets[0].position = (3, 0)
     assert model.observed == 0.0
@@ -159,7 +160,7 @@ def test_a_subclass_of_a_compiled_policy_may_decide_in_python() -> None:
     assert np.hypot(*model.robots.bodies.moved.T) == pytest.approx(np.full(10, 0.05))
 
 
-class Remembering:
+class Remembering(Policy):
     """Counts its decisions, robot by robot."""
 
     draws = 0

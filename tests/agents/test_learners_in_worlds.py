@@ -16,7 +16,7 @@ from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.agents.awareness.interface import Width
 from teamsight.agents.recording.explore import explore
 from teamsight.core.kernel import kernel
-from teamsight.policies import LazyQ, PessimisticLazyQ, RandomWalk, SheppardLazyQ
+from teamsight.policies import LazyQ, PessimisticLazyQ, Policy, RandomWalk, SheppardLazyQ
 from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import team_reward
@@ -76,12 +76,17 @@ def test_stepping_and_running_agree_bit_for_bit(policy: Any, awareness: Any) -> 
     assert (running.robots.position != world(policy, awareness, seed).robots.position).any()
 
 
-class Plain:
+class Plain(Policy):
     """The same policy, as its NumPy side only."""
 
     def __init__(self, policy: Any) -> None:
-        self.policy, self.draws, self.start, self.decide = policy, policy.draws, policy.start, policy.decide
-        self.inputs = policy.inputs
+        self.policy, self.draws, self.inputs = policy, policy.draws, policy.inputs
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size)
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        return self.policy.decide(percept, state, noise)
 
 
 @pytest.mark.parametrize(("policy", "awareness"), LEARNERS, ids=str)

@@ -158,7 +158,7 @@ def test_removing_everybody() -> None:
     model.step()
     assert len(model.agents) == len(model.robots) == len(model.targets) == 0
     assert model.recording.history.observed.isna().tolist() == [False, False, True, True, True]
-    assert model.neighbour_graph().number_of_nodes() == 0
+    assert len(model.neighbours.start) == 1
 
 
 def test_removing_twice_takes_nobody_else() -> None:

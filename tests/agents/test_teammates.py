@@ -35,7 +35,7 @@ def worlds(seed: int) -> World:
 def test_neighbours_are_those_counted_by_hand(_: int) -> None:
     seed = int(np.random.default_rng().integers(2**31))
     world = worlds(seed)
-    graph, members = world.proximity, world.teammates
+    graph, members = world.neighbours, world.teammates
     agents = [agent for group in world.groups if group.team is not None for agent in group]
     assert members.identity.tolist() == [agent.unique_id for agent in agents], seed
     assert members.position.tolist() == [agent.position.tolist() for agent in agents], seed
@@ -59,17 +59,17 @@ def test_neighbours_are_those_counted_by_hand(_: int) -> None:
 
 def test_graphs_do_not_change_with_the_world() -> None:
     model = CMOMMT(robots=12, radius=2.0, policy="random-walk", rng=1)
-    graph, members = model.proximity, model.teammates
+    graph, members = model.neighbours, model.teammates
     before = [array.copy() for array in (*graph, *members)]
     model.run(20)
     for array, old in zip((*graph, *members), before, strict=True):
         assert array.tolist() == old.tolist()
-    assert model.proximity.identity.tolist() != graph.identity.tolist()
+    assert model.neighbours.identity.tolist() != graph.identity.tolist()
 
 
 def test_nobody_on_a_team() -> None:
     world = World(Disc(2.0), rng=1)
     for _ in range(2):
-        assert world.proximity.start.tolist() == [0]
-        assert len(world.proximity.identity) == len(world.teammates.identity) == world.teammates.largest_team == 0
+        assert world.neighbours.start.tolist() == [0]
+        assert len(world.neighbours.identity) == len(world.teammates.identity) == world.teammates.largest_team == 0
         world.add(Target, 3, policy=Stationary())

@@ -183,7 +183,7 @@ def policy_with(rule: Any) -> CompiledPolicy:
 
     class Overrun(CompiledPolicy):
         kernel = rule
-        draws = 1  # type: ignore[assignment]
+        draws = 1
         parameters = (1.0, 2.0)
 
         def start(self, size: int) -> PolicyState:

@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 
 from teamsight.policies import POLICIES, Action, Percept, Policy, check_policy, turned
+from teamsight.policies.registry import policy_of
 
 
 @pytest.mark.short
 @pytest.mark.parametrize("name", POLICIES)
 def test_every_policy_of_the_registry_keeps_the_contract(name: str) -> None:
-    policy = POLICIES[name]()
+    policy = policy_of(name)
     assert isinstance(policy, Policy)
     check_policy(policy)
 
 
-class Honest:
+class Honest(Policy):
     """Goes straight on; subclasses break one rule each."""
 
     draws = 1
@@ -45,7 +46,7 @@ def spoil(action: Action, memory: Any, percept: Percept, noise: Any) -> Any:
 
 
 WRONG = [
-    (lambda a, m, p, n: [a, m], r"must return \(action, memory\)"),
+    (lambda a, m, p, n: [a, m], r"must return \(action, state\)"),
     (lambda a, m, p, n: a, r"an action is Action\(heading, distance\), not ndarray"),
     (lambda a, m, p, n: (np.zeros(3), m), r"an action is Action\(heading, distance\), not ndarray"),
     (lambda a, m, p, n: (Action(a.heading[:, :1], a.distance), m), r"action\.heading has the shape \(\d, 1\); \d robots need"),
@@ -70,8 +71,8 @@ def test_draws_must_be_a_count(draws: Any) -> None:
         check_policy(broken(lambda a, m, p, n: (a, m), draws=draws))
 
 
-def test_a_missing_member_is_named() -> None:
-    with pytest.raises(TypeError, match="has no 'draws'"):
+def test_what_is_no_policy_is_refused() -> None:
+    with pytest.raises(TypeError, match=r"object: is no policy; derive it from teamsight\.policies\.Policy"):
         check_policy(object())  # type: ignore[arg-type]
 
 

@@ -102,7 +102,7 @@ def _views(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 class Views(CompiledPolicy):
     kernel = _views
-    draws = 1  # type: ignore[assignment]
+    draws = 1
     parameters = ()
 
     def start(self, size: int) -> PolicyState:
@@ -136,7 +136,7 @@ def test_policies_that_go_by_no_name_pass(make: Any) -> None:
     [
         ("parameters", 1.0, r"parameters=1\.0: must be numbers in 1 dimension, such as"),
         ("parameters", ("slow",), r"parameters=\('slow',\): must be numbers in 1 dimension"),
-        ("table", np.zeros(3), r"knowledge=.*: must be numbers in 2 dimensions, such as"),
+        ("table", np.zeros(3), r"table=.*: must be numbers in 2 dimensions, such as"),
         (
             "kernel",
             lambda percept, arrays, noise, action: None,

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from naive import paper as naive
 
 from teamsight import CMOMMT
-from teamsight.policies import ACmommt, Centroid, Evasive, RandomWalk, Stationary
+from teamsight.policies import ACmommt, Centroid, Evasive, Policy, RandomWalk, Stationary
 from teamsight.policies.check import sample_percept
-from teamsight.policies.interface import percept_of_one
+from teamsight.policies.percept_of_one import percept_of_one
 
 WALKS = [
     RandomWalk(), RandomWalk(0.05), RandomWalk(0.0), RandomWalk(0.5, turn_range=1.0), RandomWalk(1.0, turn_range=3.0),
@@ -43,7 +43,7 @@ def test_policies_without_memory(policy: Any, twin: Callable[..., Any], seed: in
     assert memory.floats.shape == (size, 0, 0)
 
 
-class Watched:
+class Watched(Policy):
     """A NumPy policy that decides as a compiled one and, robot by robot, as its slow twin; and compares."""
 
     def __init__(self, policy: ACmommt) -> None:

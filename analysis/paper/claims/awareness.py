@@ -1,4 +1,4 @@
-"""Claims on what awareness of teammates is worth (sections 6 to 8, Figs. 8 and 10)."""
+"""Claims about the gain by awareness of teammates (sections 6 to 8, Figs. 8 and 10)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import pandas as pd
 from teamsight.analysis.paper.claims.interface import (
     CHANCE,
     PREFERRED,
-    Claim,
     Peak,
     Tables,
     Verdict,
@@ -16,6 +15,7 @@ from teamsight.analysis.paper.claims.interface import (
     at_least,
     at_most,
     average,
+    claim,
     gain,
     maxima,
     part,
@@ -30,149 +30,135 @@ _TEAM = (1, 30)
 _FADED = 10.0
 
 
-def judge_gain(tables: Tables) -> Verdict:
-    """The largest gain of A-CMOMMT over the centroid policy."""
+@claim(
+    where="§6, Fig. 8",
+    statement="A-CMOMMT less centroid: the largest gain",
+    figure="60 pp",
+    rule="60 ± 10 pp",
+    needs=("a-cmommt", "centroid"),
+)
+def awareness_gain(tables: Tables) -> Verdict:
     most = peak(gain(tables["a-cmommt"], tables["centroid"]))
     return verdict(f"{most.value:.1f} pp at N = {most.robots}, R = {most.radius:g}", within(most.value, 60, 10))
 
 
-def judge_where(tables: Tables) -> Verdict:
-    """The gain peaks in middling arenas and is null in very large ones."""
-    told, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
-    return verdict(told, *distances)
+@claim(
+    where="§6, Fig. 8",
+    statement="largest for R = 2..6, null for R = 8..9",
+    figure="null at 8–9",
+    rule="peak in R = 2..6, and mean over N at R = 8, 9 within ±5 pp",
+    needs=("a-cmommt", "centroid"),
+)
+def awareness_where(tables: Tables) -> Verdict:
+    measured, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
+    return verdict(measured, *distances)
 
 
 def where(grid: pd.DataFrame) -> tuple[str, float, float]:
-    """Return where a gain [pp] peaks and what is left of it in very large arenas, in words and as distances."""
+    """Return where a gain [pp] peaks, and its values in very large arenas, in words and as two distances."""
     most = peak(grid)
     large = part(grid, _TEAM, (8, 9)).mean()
-    told = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
+    measured = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
-    return (f"peak at R = {most.radius:g}; {told}", at_least(float(inside), 1), within(float(large.abs().max()), 0, 5))
+    return (
+        f"peak at R = {most.radius:g}; {measured}",
+        at_least(float(inside), 1),
+        within(float(large.abs().max()), 0, 5),
+    )
 
 
-def judge_robots(tables: Tables) -> Verdict:
-    """In middling arenas more robots gain more, and their gain lasts to larger arenas."""
-    told, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
-    return verdict(told, *distances)
+@claim(
+    where="§6, Fig. 8",
+    statement="for R = 2..6 the gain grows with N; many robots delay its end",
+    figure="grows",
+    rule="gain at N = 20..30 above N = 2..6, and the R where it falls under 10 pp is larger",
+    needs=("a-cmommt", "centroid"),
+)
+def awareness_robots(tables: Tables) -> Verdict:
+    measured, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
+    return verdict(measured, *distances)
 
 
 def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
-    """Return whether a gain [pp] grows with the team and lasts longer, in words and as distances."""
+    """Return whether a gain [pp] grows with the team and extends to larger radii, in words and as two distances."""
     few, many = (part(grid, robots, (1, 9)).mean() for robots in ((2, 6), (20, 30)))
     gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
     ends = [_fades(profile, faded) for profile in (few, many)]
-    told = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
-    # No more digits than the gains beside it: 10, 4.1.
+    radii = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
+    # As many digits as the gains beside it.
     level = f"{round(faded, 1):g}"
     longer = ends[1] > ends[0]
     return (
-        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {told[1]} against {told[0]}",
+        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {radii[1]} against {radii[0]}",
         above(gains[1], gains[0]),
         at_least(float(longer), 1),
     )
 
 
-def judge_range(tables: Tables) -> Verdict:
-    """An awareness range of 1 instead of 0.5 never observes less."""
+@claim(
+    where="§7, Fig. 10",
+    statement="awareness range 1 instead of 0.5 never observes less",
+    figure="≥ 0 everywhere",
+    rule="no cell below 0 by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance); mean > 0",
+    needs=("a-cmommt", "half-range"),
+)
+def range_gain(tables: Tables) -> Verdict:
     cells = cell_means(paired(tables["a-cmommt"], tables["half-range"]), "difference")
     overall, worst = average(grid_of(cells)) * 100, _worst(cells)
-    return verdict(f"{overall:+.2f} pp on average; {_told(worst)}", at_most(worst.value, CHANCE), above(overall, 0))
+    return verdict(
+        f"{overall:+.2f} pp on average; {_worst_in_words(worst)}", at_most(worst.value, CHANCE), above(overall, 0)
+    )
 
 
-def judge_range_neighbours(tables: Tables) -> Verdict:
-    """A larger awareness range means more neighbours."""
+@claim(
+    where="§7",
+    statement="a larger awareness range means more neighbours",
+    figure="more",
+    rule=(
+        "a run's maximum at 1 less that at 0.5: no cell below 0 by > 4.5 se, pooled over 3 × 3 cells; mean > 0 "
+        "(≥ in every cell would fail by chance)"
+    ),
+    needs=("a-cmommt", "half-range"),
+)
+def range_neighbours(tables: Tables) -> Verdict:
     cells = cell_means(paired(tables["a-cmommt"], tables["half-range"], "max_neighbours"), "difference")
     overall, worst = average(grid_of(cells)), _worst(cells)
     fewer = maxima(tables["a-cmommt"]) < maxima(tables["half-range"])
     return verdict(
-        f"{overall:+.1f} on average; {_told(worst)}; maxima of all runs lower in {int(fewer.to_numpy().sum())} of "
-        f"{fewer.size} cells",
+        f"{overall:+.1f} on average; {_worst_in_words(worst)}; maxima of all runs lower in "
+        f"{int(fewer.to_numpy().sum())} of {fewer.size} cells",
         at_most(worst.value, CHANCE),
         above(overall, 0),
     )
 
 
-def judge_sufficient(tables: Tables) -> Verdict:
-    """With δ = 16 sectors awareness is as good as with every teammate's offset."""
+@claim(
+    where="§3.4, §8",
+    statement="with δ = 16 awareness is as good as with Θ(N)",
+    figure="no difference",
+    rule="A-CMOMMT under ring 16 and pairwise: mean difference over the grid within ±1 pp",
+    needs=("ring-16", "a-cmommt"),
+)
+def delta_sufficient(tables: Tables) -> Verdict:
     difference = average(gain(tables["ring-16"], tables["a-cmommt"]))
     return verdict(f"{difference:+.2f} pp", within(difference, 0, 1))
 
 
 def _worst(cells: pd.DataFrame) -> Peak:
-    """Return by how many pooled se the worst cell lies below 0, and where; 0 when none does."""
+    """Return how far the worst cell lies below 0 [pooled standard errors], and which it is; 0 if none does."""
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
     with np.errstate(divide="ignore", invalid="ignore"):
         return peak(pd.DataFrame(np.where(mean < 0, -mean / se, 0.0), index=mean.index, columns=mean.columns))
 
 
-def _told(worst: Peak) -> str:
+def _worst_in_words(worst: Peak) -> str:
     if not worst.value:
         return "no cell below 0"
     return f"at worst {worst.value:.1f} se below 0, at N = {worst.robots}, R = {worst.radius:g}"
 
 
 def _fades(profile: pd.Series[float], faded: float) -> float:
-    """Return the radius, from the peak on, where the gain falls under `faded` [pp]."""
+    """Return the first radius beyond the peak at which the gain is below `faded` [pp]."""
     after = profile.loc[profile.idxmax() :]
     below = after[after < faded]
     return float(below.index[0]) if len(below) else float("inf")
-
-
-CLAIMS = (
-    Claim(
-        "awareness-gain",
-        "§6, Fig. 8",
-        "A-CMOMMT less centroid: the largest gain",
-        "60 pp",
-        "60 ± 10 pp",
-        judge_gain,
-        ("a-cmommt", "centroid"),
-    ),
-    Claim(
-        "awareness-where",
-        "§6, Fig. 8",
-        "largest for R = 2..6, null for R = 8..9",
-        "null at 8–9",
-        "peak in R = 2..6, and mean over N at R = 8, 9 within ±5 pp",
-        judge_where,
-        ("a-cmommt", "centroid"),
-    ),
-    Claim(
-        "awareness-robots",
-        "§6, Fig. 8",
-        "for R = 2..6 the gain grows with N; many robots delay its end",
-        "grows",
-        "gain at N = 20..30 above N = 2..6, and the R where it falls under 10 pp is larger",
-        judge_robots,
-        ("a-cmommt", "centroid"),
-    ),
-    Claim(
-        "range-gain",
-        "§7, Fig. 10",
-        "awareness range 1 instead of 0.5 never observes less",
-        "≥ 0 everywhere",
-        "no cell below 0 by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance); mean > 0",
-        judge_range,
-        ("a-cmommt", "half-range"),
-    ),
-    Claim(
-        "range-neighbours",
-        "§7",
-        "a larger awareness range means more neighbours",
-        "more",
-        "a run's maximum at 1 less that at 0.5: no cell below 0 by > 4.5 se, pooled over 3 × 3 cells; mean > 0 "
-        "(≥ in every cell would fail by chance)",
-        judge_range_neighbours,
-        ("a-cmommt", "half-range"),
-    ),
-    Claim(
-        "delta-sufficient",
-        "§3.4, §8",
-        "with δ = 16 awareness is as good as with Θ(N)",
-        "no difference",
-        "A-CMOMMT under ring 16 and pairwise: mean difference over the grid within ±1 pp",
-        judge_sufficient,
-        ("ring-16", "a-cmommt"),
-    ),
-)

@@ -1,4 +1,4 @@
-"""What a claim is: words from the paper, a rule, and the function that applies the rule to tables."""
+"""The interface of claims, and the statistics that their rules share."""
 
 from __future__ import annotations
 
@@ -16,86 +16,103 @@ Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
 #: The arena radii between which the paper finds that awareness matters.
 PREFERRED = (2.0, 6.0)
-#: By how many se the worst of a surface's cells or pairs of cells may lie on the wrong side. With 3, as first chosen,
-#: noise alone would fail one of the some 500 pairs of a flat surface more often than not; see docs/claims.md.
+#: Largest violation [standard errors] allowed in the worst cell, or pair of neighbouring cells, of a surface. With 3,
+#: noise alone would usually violate one of the 500 pairs of a flat surface; see docs/claims.md.
 CHANCE = 4.5
-# Distances stay finite, and those of claims that differ above 1.
+# Distances are finite, and those of claims that differ are above 1.
 _LARGE, _LEAST = 1e9, 1e-6
 
 
 class Verdict(NamedTuple):
-    """What was measured, and whether the claim holds by its rule."""
+    """The result of applying a claim's rule.
+
+    Attributes
+    ----------
+    holds : bool
+        Whether the claim holds.
+    measured : str
+        What was measured, in words.
+    distance : float
+        Distance of the measurement from the paper's figure, in tolerances of the rule; up to 1 the claim holds.
+    """
 
     holds: bool
     measured: str
-    #: How far the measurement is from the paper's figure, in tolerances of the rule: up to 1 holds.
     distance: float
+
+
+#: Takes the tables that a claim reads, and returns the verdict.
+Judge: TypeAlias = Callable[[Tables], Verdict]
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One statement of the paper that a simulation can check.
+    """A statement of the paper that simulation can check.
 
     Parameters
     ----------
-    name : str
-        Identifies the claim.
     where : str
         Section and figure of the paper.
     statement : str
         The claim in words.
     figure : str
-        The number that the paper gives, in words where it gives none.
+        The number that the paper gives, or its word where it gives none.
     rule : str
         The statistic and the tolerance by which `judge` decides.
     judge : callable
-        Takes the tables and returns the verdict.
+        Takes the tables of the experiments in `needs` and returns the verdict.
     needs : tuple of str
-        Experiments whose tables `judge` reads.
+        Names of the experiments that `judge` reads.
     """
 
-    name: str
     where: str
     statement: str
     figure: str
     rule: str
-    judge: Callable[[Tables], Verdict]
+    judge: Judge
     needs: tuple[str, ...] = ()
 
 
+def claim(
+    *, where: str, statement: str, figure: str, rule: str, needs: tuple[str, ...] = ()
+) -> Callable[[Judge], Claim]:
+    """Return a decorator that turns a function into the `Claim` that it judges; see there for the parameters."""
+    return lambda judge: Claim(where, statement, figure, rule, judge, needs)
+
+
 def within(value: float, target: float, tolerance: float) -> float:
-    """Return the distance of `value` from `target` in tolerances."""
+    """Return the distance of `value` from `target`, in tolerances."""
     return abs(value - target) / tolerance
 
 
 def at_most(value: float, limit: float) -> float:
-    """Return a distance of up to 1 when `value` is at most `limit`, and of one more for each `limit` above it."""
+    """Return value / limit, at least 0, when `value` is at most `limit`, else 1 plus the relative excess."""
     return max(0.0, value / limit) if value <= limit else 1.0 + max(_LEAST, (value - limit) / limit)
 
 
 def at_least(value: float, limit: float) -> float:
-    """Return 0 when `value` is at least `limit`, else 1 plus what is missing of it."""
+    """Return 0 when `value` is at least `limit`, else 1 plus the relative shortfall."""
     return 0.0 if value >= limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
 
 
 def above(value: float, limit: float) -> float:
-    """Return 0 when `value` is above `limit`, else 1 plus what is missing."""
+    """Return 0 when `value` is above `limit`, else 1 plus the relative shortfall."""
     return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
 
 
 def verdict(measured: str, *distances: float) -> Verdict:
-    """Return the verdict of a rule with several parts: all of them have to hold."""
+    """Return the verdict of a rule with one or more parts, all of which must hold."""
     worst = max(distances)
     return Verdict(worst <= 1.0, measured, min(worst, _LARGE))
 
 
 def percent(table: pd.DataFrame) -> pd.DataFrame:
-    """Return cell means of the observed fraction in per cent: rows are team sizes, columns radii."""
+    """Return the mean observed fraction of each cell [%]: rows are team sizes, columns radii."""
     return grid_of(cell_means(table, "observed_fraction")) * 100.0
 
 
 def maxima(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the largest degree over the replicates of each cell: rows are team sizes, columns radii."""
+    """Return the largest number of neighbours over the replicates of each cell: rows are team sizes, columns radii."""
     return grid_of(cell_maxima(table, "max_neighbours"))
 
 
@@ -105,7 +122,7 @@ def gain(table: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
 
 
 class Peak(NamedTuple):
-    """The largest value of a grid and where it is."""
+    """The largest value of a grid, and its cell."""
 
     value: float
     robots: int

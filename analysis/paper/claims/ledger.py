@@ -1,46 +1,26 @@
-"""The ledger: every claim beside its verdict, for one or several settings, as Markdown, JSON and rows."""
+"""The ledger: every claim beside its verdicts under one or more settings, as Markdown and as JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.analysis.paper.claims import awareness, formulas, learning, neighbours, performance
-from teamsight.analysis.paper.claims.interface import Claim, Tables, Verdict
-
-#: Every claim, in the order of the paper.
-CLAIMS: tuple[Claim, ...] = (
-    *formulas.SEARCH_SPACE,
-    *neighbours.CLAIMS,
-    *performance.CLAIMS,
-    *awareness.CLAIMS[:3],
-    *formulas.REPULSION,
-    *awareness.CLAIMS[3:],
-    *learning.CLAIMS,
-)
-
-
-def needed(claims: Iterable[Claim] = CLAIMS) -> set[str]:
-    """Return the names of the experiments that the claims read."""
-    return {name for claim in claims for name in claim.needs}
-
-
-def judge(tables: Tables, claims: Iterable[Claim] = CLAIMS) -> dict[str, Verdict]:
-    """Return the verdict on each claim by its name."""
-    return {claim.name: claim.judge(tables) for claim in claims}
+from teamsight.analysis.paper.claims.interface import Claim, Verdict
+from teamsight.analysis.paper.claims.registry import CLAIMS
+from teamsight.analysis.plot import markdown
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Verdicts on the claims, side by side for each setting.
+    """Verdicts on the claims under one or more settings.
 
     Parameters
     ----------
     verdicts : mapping of str to mapping
-        For each setting, by its name, the verdict on each claim.
+        The verdicts by name of the claim, by name of the setting.
     conditions : mapping
-        What the verdicts rest on: seed, runs, steps, grid, settings, version.
+        Seed, runs, steps, grid, settings and version behind the verdicts, fit for JSON.
     """
 
     verdicts: Mapping[str, Mapping[str, Verdict]]
@@ -51,30 +31,30 @@ class Ledger:
         """The names of the settings."""
         return list(self.verdicts)
 
-    def claims(self) -> list[Claim]:
-        """Return the claims that were judged, in the order of the paper."""
+    def claims(self) -> dict[str, Claim]:
+        """Return the claims that were judged by name, in the order of the paper."""
         judged = next(iter(self.verdicts.values()))
-        return [claim for claim in CLAIMS if claim.name in judged]
+        return {name: claim for name, claim in CLAIMS.items() if name in judged}
 
     def holding(self, setting: str) -> int:
         """Return how many claims hold under `setting`."""
         return sum(found.holds for found in self.verdicts[setting].values())
 
     def records(self) -> list[dict[str, Any]]:
-        """Return one mapping a claim, fit for JSON."""
+        """Return one record for each claim, fit for JSON."""
         return [
             {
-                "claim": claim.name,
+                "claim": name,
                 "where": claim.where,
                 "statement": claim.statement,
                 "paper": claim.figure,
                 "rule": claim.rule,
                 "settings": {
-                    setting: {"holds": found[claim.name].holds, "measured": found[claim.name].measured}
+                    setting: {"holds": found[name].holds, "measured": found[name].measured}
                     for setting, found in self.verdicts.items()
                 },
             }
-            for claim in self.claims()
+            for name, claim in self.claims().items()
         ]
 
     def to_json(self) -> dict[str, Any]:
@@ -84,28 +64,21 @@ class Ledger:
 
     def to_markdown(self) -> str:
         """Return the ledger as a page of Markdown."""
-        head = ["claim", "where", "the paper says", "its figure", *self.settings, "rule"]
-        rows = [
-            [
-                claim.name,
-                claim.where,
-                claim.statement,
-                claim.figure,
-                *(_words(found[claim.name]) for found in self.verdicts.values()),
-                claim.rule,
-            ]
-            for claim in self.claims()
-        ]
         total = len(self.claims())
-        counts = "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings)
-        told = "\n".join(f"- {name}: {value}" for name, value in self.conditions.items())
-        return f"# The paper's claims\n\n{counts}.\n\n{_table(head, rows)}\n\n## Conditions\n\n{told}\n"
+        rows = (
+            [name, claim.where, claim.statement, claim.figure]
+            + [_in_words(verdicts[name]) for verdicts in self.verdicts.values()]
+            + [claim.rule]
+            for name, claim in self.claims().items()
+        )
+        return markdown.page(
+            "# The paper's claims",
+            "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings) + ".",
+            markdown.table(["claim", "where", "the paper says", "its figure", *self.settings, "rule"], rows),
+            "## Conditions",
+            "\n".join(f"- {name}: {value}" for name, value in self.conditions.items()),
+        )
 
 
-def _words(found: Verdict) -> str:
-    return f"{'holds' if found.holds else '**differs**'}: {found.measured}"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+def _in_words(verdict: Verdict) -> str:
+    return f"{'holds' if verdict.holds else '**differs**'}: {verdict.measured}"

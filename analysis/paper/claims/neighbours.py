@@ -1,16 +1,16 @@
-"""Claims on how many teammates a robot has within its awareness range (sections 3 to 5, Figs. 2, 4, 5)."""
+"""Claims about the number of teammates within a robot's awareness range (sections 3 to 5, Figs. 2, 4, 5)."""
 
 from __future__ import annotations
 
 import pandas as pd
 
 from teamsight.analysis.paper.claims.interface import (
-    Claim,
     Tables,
     Verdict,
     at_least,
     at_most,
     average,
+    claim,
     maxima,
     part,
     peak,
@@ -22,14 +22,26 @@ from teamsight.analysis.stats.paired import cell_means, grid_of, paired
 _TEAM = (1, 30)
 
 
-def judge_random(tables: Tables) -> Verdict:
-    """The largest degree under random walk, off the smallest arena, is what the paper sets δ to."""
+@claim(
+    where="§4, Fig. 4",
+    statement="random walk: δ = 16 seems appropriate",
+    figure="16",
+    rule="largest degree over N ≤ 30, R ≥ 2 is within 16 ± 2",
+    needs=("random-walk",),
+)
+def neighbours_random(tables: Tables) -> Verdict:
     largest = int(part(maxima(tables["random-walk"]), _TEAM, (2, 9)).to_numpy().max())
     return verdict(f"{largest}", within(largest, 16, 2))
 
 
-def judge_small_arena(tables: Tables) -> Verdict:
-    """At R = 1 some team never has all its robots in sight of one."""
+@claim(
+    where="Fig. 4",
+    statement="at R = 1 the maximum is not always N − 1: a robot at the border senses past the wall",
+    figure="< N − 1 for some N",
+    rule="at R = 1 some N has a maximum < N − 1",
+    needs=("random-walk",),
+)
+def neighbours_small_arena(tables: Tables) -> Verdict:
     at_one = part(maxima(tables["random-walk"]), (2, 30), (1, 1)).iloc[:, 0]
     short = at_one[at_one < at_one.index - 1]
     found = ", ".join(f"{most} at N = {robots}" for robots, most in short.items()) or "N − 1 for every N"
@@ -38,8 +50,14 @@ def judge_small_arena(tables: Tables) -> Verdict:
     )
 
 
-def judge_acmommt(tables: Tables) -> Verdict:
-    """Under A-CMOMMT the maximum hardly varies over teams of 5 to 30 in arenas of 3 to 9."""
+@claim(
+    where="§5, Fig. 5",
+    statement="A-CMOMMT, 5–30 robots, arena not ridiculously small: the maximum varies little",
+    figure="around 7",
+    rule="over N = 5..30, R = 3..9: all in 2..9, and N = 30 at R = 3 in 6..8",
+    needs=("a-cmommt",),
+)
+def neighbours_acmommt(tables: Tables) -> Verdict:
     grid = maxima(tables["a-cmommt"])
     cells = part(grid, (5, 30), (3, 9)).to_numpy()
     crowded = average(part(grid, (30, 30), (3, 3)))
@@ -52,23 +70,44 @@ def judge_acmommt(tables: Tables) -> Verdict:
     )
 
 
-def judge_same_peak(tables: Tables) -> Verdict:
-    """The peaks of Figs. 4 and 5 are almost identical."""
+@claim(
+    where="Fig. 5",
+    statement="the highest values of Figs. 4 and 5 are almost identical",
+    figure="equal",
+    rule="differ by ≤ 2",
+    needs=("random-walk", "a-cmommt"),
+)
+def neighbours_same_peak(tables: Tables) -> Verdict:
     peaks = [int(maxima(tables[name]).to_numpy().max()) for name in ("random-walk", "a-cmommt")]
     return verdict(f"{peaks[0]} and {peaks[1]}", within(peaks[0], peaks[1], 2))
 
 
-def judge_targets(tables: Tables) -> Verdict:
-    """The number of targets hardly changes the maximum."""
+@claim(
+    where="§5",
+    statement="the number of targets has little effect on the maximum",
+    figure="little",
+    rule="5, 15, 30 targets at N = 30, R = 3, 5: differ by ≤ 2",
+    needs=("targets-5", "targets-15", "targets-30"),
+)
+def neighbours_targets(tables: Tables) -> Verdict:
     grids = [maxima(tables[f"targets-{targets}"]) for targets in (5, 15, 30)]
     found = {radius: [int(grid[radius].iloc[0]) for grid in grids] for radius in grids[0].columns}
     spread = max(max(values) - min(values) for values in found.values())
-    told = "; ".join(f"{', '.join(map(str, values))} at R = {radius:g}" for radius, values in found.items())
-    return verdict(told, at_most(spread, 2))
+    measured = "; ".join(f"{', '.join(map(str, values))} at R = {radius:g}" for radius, values in found.items())
+    return verdict(measured, at_most(spread, 2))
 
 
-def judge_evasive(tables: Tables) -> Verdict:
-    """Targets that avoid robots may change the maximum a great deal."""
+@claim(
+    where="§5",
+    statement="targets that avoid robots may have a huge impact on the maximum",
+    figure="may",
+    rule=(
+        "some cell at R ≥ 2 differs by ≥ 3 from random targets, on the mean of the runs' maxima (the maximum of all "
+        "runs would by chance)"
+    ),
+    needs=("a-cmommt", "evasive"),
+)
+def neighbours_evasive(tables: Tables) -> Verdict:
     cells = cell_means(paired(tables["evasive"], _roomy(tables["a-cmommt"]), "max_neighbours"), "difference")
     change = grid_of(cells)
     up, down = peak(change), peak(-change)
@@ -78,62 +117,3 @@ def judge_evasive(tables: Tables) -> Verdict:
 
 def _roomy(table: pd.DataFrame) -> pd.DataFrame:
     return table[table["radius"] >= 2]
-
-
-CLAIMS = (
-    Claim(
-        "neighbours-random",
-        "§4, Fig. 4",
-        "random walk: δ = 16 seems appropriate",
-        "16",
-        "largest degree over N ≤ 30, R ≥ 2 is within 16 ± 2",
-        judge_random,
-        ("random-walk",),
-    ),
-    Claim(
-        "neighbours-small-arena",
-        "Fig. 4",
-        "at R = 1 the maximum is not always N − 1: a robot at the border senses past the wall",
-        "< N − 1 for some N",
-        "at R = 1 some N has a maximum < N − 1",
-        judge_small_arena,
-        ("random-walk",),
-    ),
-    Claim(
-        "neighbours-acmommt",
-        "§5, Fig. 5",
-        "A-CMOMMT, 5–30 robots, arena not ridiculously small: the maximum varies little",
-        "around 7",
-        "over N = 5..30, R = 3..9: all in 2..9, and N = 30 at R = 3 in 6..8",
-        judge_acmommt,
-        ("a-cmommt",),
-    ),
-    Claim(
-        "neighbours-same-peak",
-        "Fig. 5",
-        "the highest values of Figs. 4 and 5 are almost identical",
-        "equal",
-        "differ by ≤ 2",
-        judge_same_peak,
-        ("random-walk", "a-cmommt"),
-    ),
-    Claim(
-        "neighbours-targets",
-        "§5",
-        "the number of targets has little effect on the maximum",
-        "little",
-        "5, 15, 30 targets at N = 30, R = 3, 5: differ by ≤ 2",
-        judge_targets,
-        ("targets-5", "targets-15", "targets-30"),
-    ),
-    Claim(
-        "neighbours-evasive",
-        "§5",
-        "targets that avoid robots may have a huge impact on the maximum",
-        "may",
-        "some cell at R ≥ 2 differs by ≥ 3 from random targets, on the mean of the runs' maxima (the maximum of all "
-        "runs would by chance)",
-        judge_evasive,
-        ("a-cmommt", "evasive"),
-    ),
-)

@@ -1,4 +1,4 @@
-"""The figures of the paper and one that it lacks, each as tidy tables and a drawing."""
+"""The figures of the paper, and observed targets against δ, each as tidy tables and a drawing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fig. 3: one arena, its robots with their ranges, and who senses whom."""
+"""Fig. 3: robots in an arena, their awareness ranges, and their neighbours."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]
     walk = Experiment("arena", {"policy": "random-walk", "awareness": "none"}, ())
     model = CMOMMT(robots=_ROBOTS, targets=_TARGETS, radius=_RADIUS, **walk.parameters(conditions.setting), rng=seed)
     try:
-        # As in the paper's picture three robots shall sense each other: take the first time at which they do.
-        while model.tick < conditions.steps and not _has_triangle(model.proximity.start, model.proximity.identity):
+        # The paper's picture has three robots that all sense each other: run until there are three.
+        while model.tick < conditions.steps and not _has_triangle(model.neighbours.start, model.neighbours.identity):
             model.run(1)
-        start, index = model.proximity.start, model.proximity.identity
+        start, index = model.neighbours.start, model.neighbours.identity
         links = pd.DataFrame({"robot": np.repeat(np.arange(_ROBOTS), np.diff(start)), "senses": index})
         robots = pd.DataFrame(
             {
@@ -66,8 +66,8 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     head(
         figure,
         f"Fig. 3   {_ROBOTS} robots moving randomly in an arena of radius {_RADIUS:g}",
-        f"step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and numbers: robots that a robot "
-        f"senses; seed {conditions.root}",
+        f"step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and numbers: the neighbours of a "
+        f"robot; seed {conditions.root}",
     )
     axes = figure.add_axes((0.09, 0.06, 0.87, 0.82))
     axes.add_patch(Circle((0, 0), _RADIUS, facecolor="#fafafa", edgecolor=INK, linewidth=1.8))
@@ -88,7 +88,7 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
 
 
 def _write_degree(axes: Axes, place: np.ndarray, robot: int, degree: int, links: pd.DataFrame) -> None:
-    """Write a robot's degree beside it, away from those that it senses."""
+    """Write a robot's number of neighbours beside it, on the side away from them."""
     ends = links.to_numpy()
     teammates = ends[(ends == robot).any(axis=1)].ravel()
     away = place[robot] - place[teammates[teammates != robot]].mean(axis=0)

@@ -1,4 +1,4 @@
-"""What the paper asks for and does not draw: the share of observed targets against the number of sectors δ."""
+"""Observed targets against the number of sectors δ, which the paper discusses but does not draw."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _COLUMNS = 3
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
     parts = [tables[name].assign(awareness=degree) for degree, name in _EXPERIMENTS.items()]
     runs = pd.concat(parts, ignore_index=True)
-    # δ is a property of the ring alone; 0 stands where there is none, so that the column stays whole.
+    # Only the ring has a δ. 0 elsewhere keeps the column integer.
     runs["delta"] = runs["delta"].fillna(0).astype("int64")
     return {"": runs, "cells": cell_means(runs, "observed_fraction", (*CELL, "awareness", "delta"))}
 

@@ -1,4 +1,4 @@
-"""Figs. 8, 10 and 11: what awareness, and a longer awareness range, add to the share of observed targets."""
+"""Figures of paired differences: one experiment less another, cell by cell."""
 
 from __future__ import annotations
 
@@ -17,18 +17,26 @@ from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, paired
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-
-# How many letters of a caption stand above a surface, beside the heat map.
+# Letters in a line of a caption, which stands above a surface, beside the heat map.
 _CAPTION = 84
 _CHANCE = 0.025
 
 
 class Contrast(NamedTuple):
-    """Two experiments whose difference is drawn."""
+    """Two experiments whose difference is drawn.
+
+    Attributes
+    ----------
+    treated, base : str
+        Names of the experiments; `base` is subtracted.
+    variant : str
+        Value of the column `variant`, which tells the contrasts of a figure apart.
+    caption : str
+        Text above the surface.
+    """
 
     treated: str
     base: str
-    #: Value of the column `variant`, where a figure shows several.
     variant: str
     caption: str
 
@@ -39,12 +47,20 @@ def difference_figure(
     contrasts: tuple[Contrast, ...],
     *,
     own_colours: bool = False,
-    tell: Callable[[pd.DataFrame], str] | None = None,
+    summarise: Callable[[pd.DataFrame], str] | None = None,
 ) -> Figure:
     """Return a figure of paired differences in percentage points, one row for each contrast.
 
-    All surfaces have one height; with `own_colours` each row has its own colours, so that the small can be seen beside
-    the large.
+    Parameters
+    ----------
+    name, title : str
+        See `Figure`.
+    contrasts : tuple of Contrast
+        The rows, from the top. All surfaces have the same height.
+    own_colours : bool
+        Give each row its own colour scale, so that small differences stay visible beside large ones.
+    summarise : callable, optional
+        See `Figure`.
     """
 
     def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
@@ -66,7 +82,7 @@ def difference_figure(
             f"paired on common noise, mean over {conditions.line()}; "
             "in brackets: the 95 % confidence interval includes 0",
         )
-        # Differences are mostly of one sign: leave out what no cell reaches of the other.
+        # Most differences have one sign: cut the axis where no cell reaches.
         heights = (min(0.0, 10.0 * np.floor(cells["mean"].min() * 10 + 0.05)), _limit(cells))
         for row, contrast in enumerate(contrasts):
             of = cells[cells["variant"] == contrast.variant]
@@ -78,11 +94,11 @@ def difference_figure(
         return figure
 
     needs = tuple(dict.fromkeys(name for contrast in contrasts for name in (contrast.treated, contrast.base)))
-    return Figure(name, title, needs, tabulate, draw, tell)
+    return Figure(name, title, needs, tabulate, draw, summarise)
 
 
 def _limit(cells: pd.DataFrame) -> float:
-    """Return the next ten percentage points beyond all cells."""
+    """Return the smallest multiple of ten percentage points that no cell exceeds."""
     return float(10.0 * np.ceil(cells["mean"].abs().max() * 10 + 1e-9))
 
 
@@ -92,35 +108,38 @@ def _caption(figure: Canvas, text: str, row: int, rows: int) -> None:
     figure.text(0.03, ((rows - row) * HEIGHT - 0.12) / total, lines, size=11, color=FAINT, va="top", linespacing=1.4)
 
 
-def tell_gain(cells: pd.DataFrame, variant: str) -> str:
-    """Return in one line what a contrast comes to.
+def gain_in_words(cells: pd.DataFrame, variant: str) -> str:
+    """Return one contrast in one line.
 
     Parameters
     ----------
     cells : DataFrame
         The figure's table of cells.
     variant : str
-        Of which contrast.
+        Which contrast.
 
     Returns
     -------
     str
-        The mean over the cells, the largest and where, and how many cells are clearly above and clearly below 0: those
-        whose 95 % interval does not include it.
+        The mean over the cells, the largest gain and its cell, and the numbers of cells significantly above and below
+        0, whose 95 % interval excludes 0.
     """
     of = cells[cells["variant"] == variant]
     most = of.iloc[int(np.argmax(of["mean"].to_numpy()))]
-    told = (
-        f"{100 * of['mean'].mean():+.1f} pp on the mean of {len(of)} cells, at most {100 * most['mean']:+.1f} at "
+    text = (
+        f"{100 * of['mean'].mean():+.1f} pp on average over {len(of)} cells, at most {100 * most['mean']:+.1f} at "
         f"N = {most['robots']:.0f}, R = {most['radius']:g}"
     )
     if not np.isfinite(of["low"]).all():
-        return f"{told}; one run a cell does not tell what of it is chance"
+        return f"{text}; one run per cell gives no confidence intervals"
     more, less = int((of["low"] > 0).sum()), int((of["high"] < 0).sum())
-    return f"{told}; clearly more in {more}, clearly less in {less} (by chance about {_CHANCE * len(of):.0f} each)"
+    return (
+        f"{text}; significantly more in {more} cells, less in {less} (expected by chance: about "
+        f"{_CHANCE * len(of):.0f} each)"
+    )
 
 
 def signed(value: float) -> str:
-    """Write without decimals; a whisker around nothing is 0, without a sign."""
+    """Return a number without decimals and with its sign; what rounds to 0 has no sign."""
     rounded = round(value)
     return f"{rounded:+d}".replace("-", "−") if rounded else "0"

@@ -1,4 +1,4 @@
-"""What a figure is: the experiments that it reads, the tables that it makes of them, and the drawing of those."""
+"""The interface of figures."""
 
 from __future__ import annotations
 
@@ -15,40 +15,50 @@ Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
 
 class Conditions(NamedTuple):
-    """What holds for all runs of a figure."""
+    """What all runs of a figure have in common.
 
-    #: "defaults" or the name of a preset.
+    Attributes
+    ----------
+    name : str
+        Name of the setting: "defaults" or a preset.
+    setting : mapping
+        Keyword parameters of CMOMMT.
+    root : int
+        Root seed.
+    runs, steps : int
+        Runs of each cell, and steps of each run.
+    """
+
     name: str
-    #: Keyword parameters of CMOMMT.
     setting: Mapping[str, Any]
     root: int
     runs: int
     steps: int
 
     def line(self) -> str:
-        """Return the conditions on one line, to stand under a title."""
+        """Return the conditions on one line, for the subtitle."""
         return f"{self.runs} runs of {self.steps} steps, setting {self.name}, seed {self.root}"
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of the paper, or one that it lacks.
+    """A figure: the experiments that it reads, and how their tables become its tables and its drawing.
 
     Parameters
     ----------
     name : str
-        What the command line calls it, such as "4".
+        Its name on the command line, such as "4".
     title : str
         What it shows, on one line.
     needs : tuple of str
-        Experiments whose tables it reads.
+        Names of the experiments whose tables it reads.
     tabulate : callable
-        Takes the tables of the experiments and the conditions, and returns the figure's tidy tables: the first holds
-        every run, further ones what was computed of them; each is stored under its key, a suffix of the file's name.
+        Takes the tables of the experiments and the conditions, and returns the figure's tidy tables by the suffix of
+        their file names. The table "" holds every run; the others are computed from it.
     draw : callable
-        Takes the figure's tables and the conditions and returns the drawing.
-    tell : callable, optional
-        Takes the table `cells` and returns in one line what the figure comes to, to be read beside it.
+        Takes the figure's tables and the conditions, and returns the drawing.
+    summarise : callable, optional
+        Takes the table "cells" and returns the result in one line, for the terminal.
     """
 
     name: str
@@ -56,11 +66,11 @@ class Figure:
     needs: tuple[str, ...]
     tabulate: Callable[[Tables, Conditions], dict[str, pd.DataFrame]]
     draw: Callable[[Tables, Conditions], Canvas]
-    tell: Callable[[pd.DataFrame], str] | None = None
+    summarise: Callable[[pd.DataFrame], str] | None = None
 
 
 class Drawn(NamedTuple):
-    """A figure ready to be stored."""
+    """The tables of a figure by suffix, and its drawing as PNG."""
 
     name: str
     tables: dict[str, pd.DataFrame]

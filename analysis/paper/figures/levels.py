@@ -1,4 +1,4 @@
-"""Figs. 4 to 7: the largest number of neighbours, and the share of observed targets, under one policy."""
+"""Figs. 4 to 7: the largest number of neighbours, and the percentage of observed targets, under one policy."""
 
 from __future__ import annotations
 
@@ -66,3 +66,9 @@ def _tabulate(experiment: str) -> Callable[[Tables, Conditions], dict[str, pd.Da
 def _range_of(grid: pd.DataFrame) -> str:
     robots, radius = np.asarray(grid.index), np.asarray(grid.columns)
     return f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}"
+
+
+FIGURE_4 = neighbours_figure("4", "random-walk", "random walk")
+FIGURE_5 = neighbours_figure("5", "a-cmommt", "A-CMOMMT")
+FIGURE_6 = observed_figure("6", "centroid", "centroid of the sensed targets, no awareness")
+FIGURE_7 = observed_figure("7", "a-cmommt", "A-CMOMMT, pairwise awareness")

@@ -1,4 +1,4 @@
-"""Fig. 2: how the inputs of a robot, and with them its search space, grow with the team."""
+"""Fig. 2: inputs of a robot, and size of its search space, against team size."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _lines(axes: Axes, table: pd.DataFrame, value: str) -> None:
         axes.annotate(
             f"{last['growth']}:  {formula}",
             (last["team_size"], last[value]),
-            # Θ(0) and Θ(1) end close together: part their labels.
+            # Θ(0) and Θ(1) end close together: move their labels apart.
             xytext=(8, {"none": -5, "ring": 4}.get(str(degree), 0)),
             textcoords="offset points",
             color=colour,

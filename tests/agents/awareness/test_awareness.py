@@ -23,7 +23,7 @@ from teamsight.agents.awareness import (
 )
 from teamsight.core.kernel import kernel
 from teamsight.policies import Stationary
-from teamsight.policies.interface import Action
+from teamsight.policies.interface import Action, Policy
 
 DEGREES: list[Awareness] = [
     NoAwareness(),
@@ -161,7 +161,7 @@ def test_widths(team_size: int) -> None:
     assert RingAwareness(7).width(team_size) == (16, 7)
 
 
-class Reader:
+class Reader(Policy):
     """A NumPy policy that keeps the last percept that it was given."""
 
     draws = 0

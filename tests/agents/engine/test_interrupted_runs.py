@@ -15,7 +15,7 @@ import pytest
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.engine.engine import Engine
 from teamsight.core.kernel import Entry
-from teamsight.policies import Action
+from teamsight.policies import Action, Policy
 from teamsight.world.proximity.search import Search
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -114,7 +114,7 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
     """Groups with kernels and without decide in one step; nobody may be one decision ahead."""
     fail = [False]
 
-    class Counting:
+    class Counting(Policy):
         """Walks straight on, remembers how often, and fails when it is to."""
 
         draws = 0
@@ -169,7 +169,7 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
     assert world.recording.history.equals(other.recording.history)
 
 
-class Straight:
+class Straight(Policy):
     """A NumPy policy that goes to the middle of what it senses and remembers how often it has decided."""
 
     draws = 0

@@ -13,7 +13,7 @@ import pytest
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.policies import ACmommt, Centroid, Evasive, Evolved, RandomWalk, Stationary, turned
-from teamsight.policies.interface import Action
+from teamsight.policies.interface import Action, Policy
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -177,7 +177,7 @@ def test_events_between() -> None:
     assert_one_answer(make)
 
 
-class Careful:
+class Careful(Policy):
     """A NumPy policy with a memory: circles, the wider the more targets there are, with noise."""
 
     draws = 2

@@ -181,5 +181,5 @@ def test_exploring_keeps_what_each_group_meets(make: Callable[[int], World]) -> 
 
 def test_cmommt_is_a_world_like_any_other() -> None:
     model = CMOMMT(robots=9, radius=2.0, rng=3)
-    assert model.proximity.identity.tolist() == model.robots.relations["teammates"].graph.identity.tolist()
+    assert model.neighbours.identity.tolist() == model.robots.relations["teammates"].graph.identity.tolist()
     assert model.teammates.identity.tolist() == model.robots.identity.tolist()

@@ -1,4 +1,4 @@
-"""Evolution: it can be interrupted anywhere, and goes on as if it had not been."""
+"""Evolution: it can be interrupted anywhere and resumes with the same bits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndar
         return [found.mean for found in evolve(what, generations, folder, pool)]
 
 
-def test_an_interrupted_evolution_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+def test_an_interrupted_evolution_resumes_with_the_same_bits(tmp_path: Path) -> None:
     whole, parts = tmp_path / "ints", tmp_path / "parts"
     whole.mkdir(), parts.mkdir()
     expected = run(4, whole)
@@ -49,15 +49,11 @@ def test_another_evolution_is_not_mixed_in(tmp_path: Path) -> None:
     assert (tmp_path / LOG).read_bytes() == before
 
 
-def test_every_candidate_of_a_generation_meets_the_same_worlds_and_the_next_meets_others() -> None:
-    first = cma.Job(cma.beginning(1), 0)
-    assert cma.worth(first) == cma.worth(first) != cma.worth(first._replace(generation=1))
-
-
-def test_no_command_accepts_a_seed_of_the_evolution_and_none_is_used_twice() -> None:
-    roots = [cma.TRAIN, cma.VALIDATE, cma.SCREEN, cma.TEST]
-    assert max(roots) < 0
-    assert len(set(roots)) == 4
+def test_a_generation_has_the_same_worlds_for_all_and_the_next_has_others() -> None:
+    constants = cma.beginning(1)
+    (alone,) = cma.fitness([constants], 0)
+    assert cma.fitness([0.9 * constants, constants], 0)[1] == alone
+    assert cma.fitness([constants], 1) != [alone]
 
 
 def test_the_interval_rests_on_the_replicates() -> None:

@@ -7,7 +7,7 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.paper.experiments import LEARNED, catalogue
+from teamsight.analysis.paper.experiments import LEARNED, chosen
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, treatments
 from teamsight.analysis.runs.experiment import QUICK, Run
 from teamsight.analysis.runs.seeds import canonical
@@ -41,11 +41,11 @@ def test_both_surfaces_read_one_memory_each_in_its_own_width(setting: dict[str, 
         COLLECTIVE: (16, "none"),
     }
     assert found[COOPERATIVE]["policy"].memory is found[COLLECTIVE]["policy"].memory
-    experiments = catalogue(QUICK, setting)
-    assert set(experiments) >= LEARNED
-    for name in LEARNED:
-        parameters = experiments[name].parameters(setting)
-        assert canonical(parameters["policy"]) == canonical(treatments(setting)[name]["policy"])
+    experiments = chosen(LEARNED, QUICK, setting)
+    assert {experiment.name for experiment in experiments} == LEARNED
+    for experiment in experiments:
+        parameters = experiment.parameters(setting)
+        assert canonical(parameters["policy"]) == canonical(found[experiment.name]["policy"])
         CMOMMT(**parameters, rng=1).run(2)
 
 

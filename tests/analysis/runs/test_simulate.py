@@ -7,7 +7,7 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.analysis.paper.experiments import catalogue
+from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables
 from teamsight.analysis.runs.run import Outcome, Run
@@ -20,7 +20,7 @@ SETTING = {"robot_speed": 0.2, "policy_options": {"idle": "wander"}}
 
 
 def requests(*names: str) -> list[Request]:
-    return [Request(SETTING, [catalogue(GRID, SETTING)[name] for name in names])]
+    return [Request(SETTING, chosen(names, GRID, SETTING))]
 
 
 def made(workers: int, *names: str) -> dict[str, pd.DataFrame]:

@@ -15,10 +15,11 @@ from teamsight import CMOMMT
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.evolved.layout import BLOCKS, SIZE, beginning, silenced
 from teamsight.policies.evolved.policy import shipped, to_json
-from teamsight.policies.interface import percept_of_one
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import percept_of_one
 
 
-class Watched:
+class Watched(Policy):
     """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
 
     def __init__(self, policy: Evolved) -> None:

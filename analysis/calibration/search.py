@@ -1,0 +1,170 @@
+"""The common part of the searches: candidates are simulated, judged by the paper's claims, scored and ranked.
+
+All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds that chose
+them. Worlds that report a result are not among those that chose it, because the best of many is partly the luckiest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import pandas as pd
+
+from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge
+from teamsight.analysis.runs.experiment import Grid, Request, make_tables
+from teamsight.analysis.runs.workers import WorkerPool
+
+#: Called with a phase, the work done in it and its work in all.
+Watch: TypeAlias = Callable[[str, float, float], None]
+T = TypeVar("T")
+
+# Limit of a claim's distance in the score, so that one claim cannot outweigh all others.
+_FARTHEST = 5.0
+# Candidates whose runs are made together. Runs that several candidates share are made once.
+_BATCH = 36
+
+
+class Phase(NamedTuple):
+    """One pass over candidates.
+
+    Attributes
+    ----------
+    name : str
+        Value of the column `phase`.
+    grid : Grid
+        Team sizes and radii.
+    roots : tuple of int
+        Root seeds; each candidate is judged on each of them.
+    claims : mapping of str to Claim
+        The claims that are judged.
+    runs, steps : int
+        Runs of each cell, and steps of each run.
+    """
+
+    name: str
+    grid: Grid
+    roots: tuple[int, ...]
+    claims: Mapping[str, Claim]
+    runs: int
+    steps: int = 600
+
+
+class Candidate(NamedTuple):
+    """Constants to be judged.
+
+    Attributes
+    ----------
+    columns : mapping
+        Columns of the table that describe the candidate.
+    request : Request
+        The experiments that the claims read.
+    """
+
+    columns: Mapping[str, Any]
+    request: Request
+
+
+def score(verdicts: Mapping[str, Verdict]) -> tuple[int, float]:
+    """Return the number of claims that hold, and their mean distance from the paper's figures, in tolerances."""
+    holding = sum(verdict.holds for verdict in verdicts.values())
+    return holding, sum(min(verdict.distance, _FARTHEST) for verdict in verdicts.values()) / len(verdicts)
+
+
+def assess(
+    phase: Phase,
+    candidates: Sequence[T],
+    prepare: Callable[[T], Candidate],
+    pool: WorkerPool | None = None,
+    *,
+    measure: Callable[[Tables], Mapping[str, float]] = lambda tables: {},
+    watch: Watch = lambda phase, done, total: None,
+) -> list[dict[str, Any]]:
+    """Return one row for each candidate and root seed.
+
+    Parameters
+    ----------
+    phase : Phase
+        Worlds and claims.
+    candidates : sequence
+        What is tried.
+    prepare : callable
+        Takes one of them and returns the candidate; called when its batch begins.
+    pool : WorkerPool, optional
+        Processes that do the work; by default this process. The rows do not depend on it.
+    measure : callable
+        Takes the tables of a candidate and returns further columns.
+    watch : callable
+        Called with the phase, the candidates done and all candidates.
+
+    Returns
+    -------
+    list of dict
+        Columns phase, those of the candidate, root, those of `measure`, holding, distance_from_paper, and one for
+        each claim: whether it holds.
+    """
+    rows = []
+    for first in range(0, len(candidates), _BATCH):
+        batch = [prepare(one) for one in candidates[first : first + _BATCH]]
+
+        def show(share: float, first: int = first, size: int = len(batch)) -> None:
+            watch(phase.name, first + size * share, len(candidates))
+
+        made = _tables(phase, [candidate.request for candidate in batch], pool, show)
+        for number, candidate in enumerate(batch):
+            for root, tables in zip(phase.roots, made, strict=True):
+                rows.append(_row(phase, candidate, root, tables[number], measure(tables[number])))
+    return rows
+
+
+def ranking(table: pd.DataFrame, by: Sequence[str], claims: Sequence[str] = ()) -> pd.DataFrame:
+    """Return one row for each candidate, best first: most claims hold, then the least distance from the paper.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Rows of `assess`.
+    by : sequence of str
+        Columns that identify a candidate.
+    claims : sequence of str
+        Claims whose share of root seeds is returned too.
+
+    Returns
+    -------
+    DataFrame
+        Columns `by`, means over the root seeds of holding, distance_from_paper and `claims`, and the smallest and
+        largest holding in fewest and most.
+    """
+    scores = table[[*by, "holding", "distance_from_paper", *claims]].astype(dict.fromkeys(claims, float))
+    grouped = scores.groupby(list(by), sort=False)
+    extremes = grouped.agg(fewest=("holding", "min"), most=("holding", "max"))
+    means = grouped.mean().join(extremes).reset_index()
+    return means.sort_values(
+        ["holding", "distance_from_paper"], ascending=[False, True], kind="stable", ignore_index=True
+    )
+
+
+def _tables(
+    phase: Phase, requests: Sequence[Request], pool: WorkerPool | None, show: Callable[[float], None]
+) -> list[list[dict[str, pd.DataFrame]]]:
+    """Return the tables of each request, for each root seed; `show` is called with the share that is done."""
+    made = []
+    for number, root in enumerate(phase.roots):
+
+        def progress(done: float, total: float, before: int = number) -> None:
+            show((before + done / max(total, 1.0)) / len(phase.roots))
+
+        made.append(make_tables(requests, pool, root=root, runs=phase.runs, steps=phase.steps, progress=progress))
+    return made
+
+
+def _row(
+    phase: Phase, candidate: Candidate, root: int, tables: Tables, measured: Mapping[str, float]
+) -> dict[str, Any]:
+    verdicts = judge(tables, phase.claims)
+    holding, distance = score(verdicts)
+    return {
+        "phase": phase.name, **candidate.columns, "root": root, **measured,
+        "holding": holding, "distance_from_paper": distance,
+        **{name: verdict.holds for name, verdict in verdicts.items()},
+    }  # fmt: skip

@@ -1,0 +1,112 @@
+"""The percept of one robot, for policies that are functions of a single robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
+from teamsight.policies.interface import Floats, Integers, Percept
+
+
+class NeighboursOfOne(NamedTuple):
+    """The neighbours of one robot: `identity` (k,), `offset` (k, 2) along the arena's axes, `distance` (k,)."""
+
+    identity: Integers
+    offset: Floats
+    distance: Floats
+
+
+class PerceptOfOne(NamedTuple):
+    """What one robot perceives; the fields of `Percept` without the axis of robots."""
+
+    heading: Floats
+    moved: Floats
+    speed: float
+    sensing_range: float
+    awareness_range: float
+    targets: NeighboursOfOne
+    teammates: NeighboursOfOne
+    relayed: NeighboursOfOne
+    situation: npt.NDArray[np.float32]
+
+
+#: A policy for one robot: returns (turn [rad], distance [length]).
+Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
+
+
+def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
+    """Return the percept of robot `i` of a group."""
+    return PerceptOfOne(
+        percept.heading[i],
+        percept.moved[i],
+        float(percept.speed[i]),
+        float(percept.sensing_range[i]),
+        float(percept.awareness_range[i]),
+        _neighbours_of_one(percept.targets, i),
+        _neighbours_of_one(percept.teammates, i),
+        _neighbours_of_one(percept.relayed, i),
+        percept.situation[i],
+    )
+
+
+def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:
+    mine = slice(seen.start[i], seen.start[i + 1])
+    return NeighboursOfOne(seen.identity[mine], seen.offset[mine], seen.distance[mine])
+
+
+def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
+    """Return the percept of one robot as that of a group of one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field has a wrong type or shape, or its arrays differ in length, so that a kernel would read beyond them.
+    """
+    if not isinstance(percept, PerceptOfOne):
+        kind = type(percept).__name__
+        raise TypeError(f"percept={kind}: must be a PerceptOfOne; change fields with percept._replace(…)")
+    situation = np.asarray(percept.situation, np.float32)
+    if situation.ndim != 1:
+        raise ValueError(f"percept.situation: has the shape {situation.shape}; it must be (width,)")
+    return Percept(
+        _row("heading", percept.heading),
+        _row("moved", percept.moved),
+        _number("speed", percept.speed),
+        _number("sensing_range", percept.sensing_range),
+        _number("awareness_range", percept.awareness_range),
+        _neighbour_list_of_one("targets", percept.targets),
+        _neighbour_list_of_one("teammates", percept.teammates),
+        _neighbour_list_of_one("relayed", percept.relayed),
+        np.ascontiguousarray(situation[None]),
+    )
+
+
+def _number(name: str, value: Any) -> Floats:
+    return np.array([checks.number(f"percept.{name}", value, least=0)])
+
+
+def _row(name: str, value: npt.ArrayLike) -> Floats:
+    array = np.asarray(value, float)
+    if array.shape != (2,):
+        raise ValueError(f"percept.{name}: has the shape {array.shape}; it must be (2,)")
+    if not np.isfinite(array).all():
+        raise ValueError(f"percept.{name}={tuple(array.tolist())}: must be two finite numbers")
+    return np.ascontiguousarray(array[None])
+
+
+def _neighbour_list_of_one(name: str, seen: NeighboursOfOne) -> NeighbourList:
+    if not isinstance(seen, tuple) or len(seen) != len(NeighboursOfOne._fields):
+        raise TypeError(f"percept.{name}: must be NeighboursOfOne(identity, offset, distance)")
+    identity, offset, distance = (
+        np.ascontiguousarray(part, kind) for part, kind in zip(seen, (np.int64, float, float), strict=True)
+    )
+    k = len(distance) if distance.ndim == 1 else -1
+    if identity.shape != (k,) or offset.shape != (k, 2):
+        shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
+        raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
+    return NeighbourList(np.array([0, k]), identity, offset, distance)

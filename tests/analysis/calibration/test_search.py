@@ -1,0 +1,58 @@
+"""What both searches share: the score of a candidate, and the rows that are made of it."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from teamsight.analysis.calibration import calibrate, lazy, model
+from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking, score
+from teamsight.analysis.paper.claims import CLAIMS, Verdict
+from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.runs.experiment import Grid, Request
+from teamsight.analysis.runs.workers import WorkerPool
+
+SMALL = Grid((2, 30), (1.0, 2.0))
+PHASE = Phase("try", SMALL, (-7, -8), {"neighbours-random": CLAIMS["neighbours-random"]}, runs=1, steps=3)
+
+
+def prepare(speed: float) -> Candidate:
+    setting = {"robot_speed": speed}
+    return Candidate(setting, Request(setting, chosen(["random-walk"], SMALL, setting)))
+
+
+def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
+    near, far = Verdict(False, "", 2.0), Verdict(False, "", 1e9)
+    holds = Verdict(True, "", 0.5)
+    assert score({"a": holds, "b": far})[1] < score({"a": near, "b": far})[1] < 5
+    assert score({"a": holds, "b": near}) == (1, 1.25)
+
+
+def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
+    speeds = [0.1, 0.2, 0.3]
+    seen: list[tuple[str, float, float]] = []
+    rows = assess(PHASE, speeds, prepare, watch=lambda *done: seen.append(done))
+    assert [(row["robot_speed"], row["root"]) for row in rows] == [
+        (speed, root) for speed in speeds for root in (-7, -8)
+    ]
+    assert {row["phase"] for row in rows} == {"try"}
+    assert seen[-1] == ("try", 3, 3)
+    assert [done for _, done, _ in seen] == sorted(done for _, done, _ in seen)
+    with WorkerPool(2) as pool:
+        assert assess(PHASE, speeds, prepare, pool) == rows
+    # No candidate depends on those beside it.
+    assert assess(PHASE, speeds[1:2], prepare) == rows[2:4]
+
+
+def test_of_equals_the_first_wins() -> None:
+    table = pd.DataFrame({"name": ["b", "a", "c"], "holding": [1, 1, 2], "distance_from_paper": [0.5, 0.5, 3.0]})
+    assert ranking(table, ["name"])["name"].tolist() == ["c", "b", "a"]
+
+
+def test_no_root_seed_of_a_search_is_one_that_a_command_accepts() -> None:
+    roots = [*model.SCREEN.roots, *model.FINAL.roots, *lazy.CHOOSE, *lazy.AGAIN, *lazy.REPORT]
+    assert max(roots) < 0
+
+
+def test_every_search_has_files_of_its_own() -> None:
+    stems = [search.stem for search in calibrate.SEARCHES.values()]
+    assert len(set(stems)) == len(stems)

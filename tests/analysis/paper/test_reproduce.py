@@ -1,0 +1,69 @@
+"""Reproduction makes only what the plan's figures and claims read."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from teamsight.analysis.paper import lazy_teams
+from teamsight.analysis.paper.claims import CLAIMS, needed
+from teamsight.analysis.paper.experiments import EXPERIMENTS, chosen
+from teamsight.analysis.paper.figures import FIGURES
+from teamsight.analysis.paper.reproduce import Plan, reproduce
+from teamsight.analysis.runs.experiment import QUICK
+from teamsight.analysis.runs.workers import WorkerPool
+
+ROOT = Path(__file__).parents[3]
+REPRODUCE_2 = """
+import sys
+from pathlib import Path
+from teamsight.analysis.paper.reproduce import Plan, reproduce
+from teamsight.analysis.runs.workers import WorkerPool
+
+with WorkerPool(1) as pool:
+    reproduce(Plan({"defaults": {}}, ("2",), ledger=False), Path(sys.argv[1]), pool)
+print(*sys.modules)
+"""
+
+
+@pytest.mark.short
+def test_a_figure_in_closed_form_imports_no_simulation(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", REPRODUCE_2, str(tmp_path)], capture_output=True, text=True, check=True,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)),
+    )  # fmt: skip
+    assert (tmp_path / "figure-2.parquet").exists()
+    packages = ("teamsight.agents", "teamsight.policies", "teamsight.world", "teamsight.analysis.learning", "mesa")
+    assert [name for name in done.stdout.split() if name.startswith(packages)] == []
+
+
+@pytest.mark.parametrize("name", [name for name, figure in FIGURES.items() if name != "11"])
+def test_only_figure_11_explores(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def explored(setting: object) -> None:
+        raise AssertionError("explored")
+
+    monkeypatch.setattr(lazy_teams, "memory_for", explored)
+    assert {one.name for one in chosen(FIGURES[name].needs, QUICK, {})} == set(FIGURES[name].needs)
+    with pytest.raises(AssertionError, match="explored"):
+        chosen(FIGURES["11"].needs, QUICK, {})
+
+
+def test_every_experiment_is_read_and_every_name_exists() -> None:
+    drawn = {name for figure in FIGURES.values() for name in figure.needs}
+    assert needed(CLAIMS) | drawn == set(EXPERIMENTS)
+
+
+def test_a_figure_alone_is_the_same_as_among_others(tmp_path: Path) -> None:
+    grid = QUICK._replace(robots=(1, 5), radius=(2.0, 3.0))
+    for figures in (("5",), ("4", "5", "6")):
+        folder = tmp_path / "-".join(figures)
+        folder.mkdir()
+        with WorkerPool(1) as pool:
+            reproduce(Plan({"defaults": {}}, figures, False, grid, runs=1, steps=3), folder, pool)
+    for kind in ("parquet", "png"):
+        alone, among = ((tmp_path / folder / f"figure-5.{kind}").read_bytes() for folder in ("5", "4-5-6"))
+        assert alone == among
