@@ -1,4 +1,4 @@
-"""What robots and targets have in common: a mesa agent that is a view of one row of its group's arrays."""
+"""Bodies: what robots and targets have in common. An agent is a view of one row of its group's arrays."""
 
 from __future__ import annotations
 
@@ -20,38 +20,50 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
+def _ability(name: str, doc: str) -> Any:
+    """Return a property of agents that reads an array of the group, and sets one element of it."""
+
+    def get(agent: Body) -> float:
+        return float(getattr(agent.group, name)[agent.row])
+
+    def set_(agent: Body, value: float) -> None:
+        agent.group.host.adjust_one(agent, name, value)
+
+    return property(get, set_, doc=doc)
+
+
 def _of_group(agent: Body, name: str, value: Any) -> AttributeError:
     group = agent.group.name
     shown = value if isinstance(value, str) else checks.shown(value)
     return AttributeError(
-        f"{name}={shown}: belongs to the group {group!r}; set group.{name} for all of it, or add a group for this agent"
+        f"{name}={shown}: belongs to the group {group!r}; set group.{name} for all agents, or add a group for this one"
     )
 
 
 class Body(mesa.Agent):  # type: ignore[misc]
-    """An agent with a body in the world. Groups make their agents; scripts read and move them.
+    """An agent in a world. `World.add` makes the agents of a group.
 
-    Its group's columns are attributes too; see `Group.add_column`. A subclass that has an ``__init__`` of its own takes
-    ``(self, model, group, row)`` and hands them to ``super().__init__``.
+    The columns of its group are attributes too; see `Group.add_column`. The ``__init__`` of a subclass takes
+    ``(self, model, group, row)`` and passes them to ``super().__init__``.
 
     Attributes
     ----------
     group : Group
-        The group that it belongs to.
+        Its group.
     """
 
     team: ClassVar[str | None] = None
 
     def __init__(self, model: mesa.Model, group: Group, row: int) -> None:
-        # Before mesa registers it: an agent whose class then fails is found by its group and taken out again.
+        # Before mesa registers it: if the class fails afterwards, the agent is found by its group and removed.
         self.group, self._row = group, row
         super().__init__(model)
 
     @property
     def row(self) -> int:
-        """Its row in the group's arrays; a ValueError once it has left the world."""
+        """Its row in the group's arrays. Raises a ValueError once it has been removed."""
         if self._row < 0:
-            raise ValueError(f"{self!r} has left the world: it has no place, and can do nothing; ask another agent")
+            raise ValueError(f"{self!r} was removed from the world: it has no state; use another agent")
         return self._row
 
     @row.setter
@@ -63,7 +75,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @property
     def position(self) -> Floats:
-        """Where it is, shape (2,) [length]. What is set must lie in the arena."""
+        """Its position, shape (2,) [length]. A new one must be in the arena."""
         place: Floats = unwritable(self.group.bodies.position[self.row])
         return place
 
@@ -73,7 +85,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @property
     def pos(self) -> Floats | None:
-        """mesa's name for `position`; None once the agent has left."""
+        """mesa's name for `position`; None once the agent has been removed."""
         return None if self._row < 0 else self.position
 
     @pos.setter
@@ -84,7 +96,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @property
     def heading(self) -> Floats:
-        """Which way it faces, shape (2,): a unit vector. What is set is given this length."""
+        """Its direction, shape (2,): a unit vector. A new one is normalised."""
         vector: Floats = unwritable(self.group.bodies.heading[self.row])
         return vector
 
@@ -99,45 +111,14 @@ class Body(mesa.Agent):  # type: ignore[misc]
             raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
         self.group.host.turn(self, vector / length)
 
-    @property
-    def speed(self) -> float:
-        """The farthest that it can go a step [length]."""
-        return float(self.group.bodies.speed[self.row])
-
-    @speed.setter
-    def speed(self, value: float) -> None:
-        self.group.host.adjust_one(self, "speed", value)
-
-    @property
-    def turn_limit(self) -> float:
-        """The farthest that it can turn a step [rad]."""
-        return float(self.group.turn_limit[self.row])
-
-    @turn_limit.setter
-    def turn_limit(self, value: float) -> None:
-        self.group.host.adjust_one(self, "turn_limit", value)
-
-    @property
-    def sensing_range(self) -> float:
-        """How far it senses targets [length]."""
-        return float(self.group.ranges[0][self.row])
-
-    @sensing_range.setter
-    def sensing_range(self, value: float) -> None:
-        self.group.host.adjust_one(self, "sensing_range", value)
-
-    @property
-    def awareness_range(self) -> float:
-        """How far it senses teammates [length]."""
-        return float(self.group.ranges[1][self.row])
-
-    @awareness_range.setter
-    def awareness_range(self, value: float) -> None:
-        self.group.host.adjust_one(self, "awareness_range", value)
+    speed = _ability("speed", "The largest distance that it can move in a step [length].")
+    turn_limit = _ability("turn_limit", "The largest angle that it can turn in a step [rad].")
+    sensing_range = _ability("sensing_range", "Distance within which it senses targets [length].")
+    awareness_range = _ability("awareness_range", "Distance within which it senses teammates [length].")
 
     @property
     def policy(self) -> Any:
-        """The policy of its group. One agent cannot have another: put it into a group of its own."""
+        """The policy of its group. To give one agent another policy, add a group for it."""
         return self.group.policy
 
     @policy.setter
@@ -155,20 +136,20 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @property
     def percept(self) -> PerceptOfOne:
-        """What it knows now."""
+        """Its present percept."""
         self.group.host.perceive(self.group)
         return percept_of_one(self.group.percept, self.row)
 
     def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
-        """Return (turn [rad], distance [length]) for one step; what its group's policy decides unless overridden.
+        """Return (turn [rad], distance [length]) for one step: the decision of its group's policy, unless overridden.
 
         Parameters
         ----------
         percept : PerceptOfOne
-            What it knows. A subclass may hand on a changed one, as in
-            ``super().decide(percept._replace(speed=0.1), rng)``: the policy decides on what it is given.
+            Its percept. A subclass may pass on a changed one, as in
+            ``super().decide(percept._replace(speed=0.1), rng)``.
         rng : numpy.random.Generator
-            Its own random numbers for this tick.
+            The agent's random numbers for this tick.
         """
         return self.group.host.decide(self, percept, rng)
 

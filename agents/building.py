@@ -1,4 +1,4 @@
-"""Building: make a group from what a user gives, each value checked."""
+"""Building: make a group from a user's values, and check all of them."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.starts import Founders, starts
 
 MOST_AGENTS = 10_000_000
-"""How many agents a group can have: more would not fit in the memory of any machine."""
+"""The largest size of a group: a larger one would not fit in memory."""
 
 Floats = npt.NDArray[np.float64]
 
 
 class Plan(NamedTuple):
-    """What a user gives for a group; as for `World.add`."""
+    """The arguments of `World.add`."""
 
     policy: Any
     awareness: Awareness | str
@@ -68,7 +68,7 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
 
 
 def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
-    """Return the abilities of a group's agents, all of them checked."""
+    """Return the abilities of a group's agents, after checking them."""
     sensing = column("sensing_range", plan.sensing_range, size, limits.range)
     aware = column("awareness_range", plan.awareness_range, size, limits.range)
     turning = turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
@@ -91,13 +91,13 @@ def _free_name(data: WorldData, name: str) -> str:
 
 
 def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
-    """Return one number for each agent, all of them checked."""
+    """Return an array with one number for each agent, after checking all of them."""
     try:
         array = np.asarray(value)
     except ValueError:
         raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
     if array.dtype.kind not in "iuf":
-        # What is no array of numbers may still be one number, such as a fraction or 10**400.
+        # A value that is not an array of numbers may still be a number, such as a fraction or 10**400.
         if not isinstance(value, Real) or isinstance(value, bool):
             raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
         array = np.asarray(check(name, value))

@@ -42,45 +42,45 @@ DEFAULTS: dict[str, Any] = {
     "target_policy_options": {},
 }
 
-# Not None: a user who writes ``awareness=None`` means something, and is told what to write instead.
+# Not None, so that ``awareness=None`` raises an error with the cure.
 NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
 
-# Options of targets' policies by name whose defaults are meant for robots.
+# Options of policies by name whose defaults are for robots.
 _TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
 
 
 class CMOMMT(World):
-    """Robots that observe as many moving targets as they can, in a disc.
+    """Robots in a disc that observe as many moving targets as possible.
 
     Parameters
     ----------
     robots, targets : int
-        How many; by default 10 and 15.
+        The numbers of robots and targets; by default 10 and 15.
     radius : float
-        Of the arena [sensing ranges]; 5.
+        The radius of the arena [length]; by default 5.
     policy : str or Policy
-        What the robots do: "a-cmommt", "centroid", "random-walk", "stationary", or an object. Stationary robots are
-        spread over the arena; all others begin anywhere.
+        The policy of the robots: a name, by default "a-cmommt", or an object. Stationary robots are spread over the
+        arena; all others are placed uniformly.
     awareness : str or Awareness
-        What they perceive of teammates: "none", "ring", "pairwise", "shared", or an object; "pairwise".
+        What they perceive of teammates: "none", "ring", "pairwise" (the default), "shared", or an object.
     delta : int
-        The sectors of "ring"; 16.
+        The number of sectors of "ring"; by default 16.
     sensing_range, awareness_range : float
-        How far they sense targets and teammates; 1.
+        Distances within which they sense targets and teammates [length]; by default 1.
     robot_speed, target_speed : float
-        The farthest each goes a step; 0.1 and 0.075.
+        The largest distance of a step [length]; by default 0.1 and 0.075.
     uniform_target_speed : bool
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
     target_policy : str or Policy
-        "random-walk", which turns with a probability of 5 % a step, "evasive", or an object.
+        The policy of the targets: "random-walk" (the default), which turns with a probability of 5 % in a step,
+        "evasive", or another.
     policy_options, target_policy_options : mapping of str to object, optional
-        Options of a policy given by name, such as ``policy="a-cmommt", policy_options={"weights": "shared"}``; they are
-        the parameters of its class.
+        The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
     preset : str, optional
-        "touzet2000" sets what calibration found and the caller did not give. Its policy options are set for policies
-        that have them.
+        "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
+        policies by name that have them.
     rng, seed : int, optional
-        The seed; two names for one thing.
+        The seed, under two names.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ class CMOMMT(World):
 
     Notes
     -----
-    *Source:* §4 and §5. *Departs:* the paper leaves open the speeds, the wall and the search; see docs/model.md.
+    *Source:* §4 and §5. *Departs:* speeds, wall and idle behaviour are open in the paper; see docs/model.md.
     """
 
     def __init__(
@@ -175,7 +175,7 @@ class CMOMMT(World):
 
     @property
     def target_policy(self) -> Any:
-        """``targets.policy``; targets that evade from now on sense robots too."""
+        """``targets.policy``. Targets with an evasive policy sense robots."""
         return self.targets.policy
 
     @target_policy.setter
@@ -185,7 +185,7 @@ class CMOMMT(World):
         self._let_targets_sense()
 
     def _robot_policy(self, value: Any) -> Any:
-        """Return the policy that is set; one by name takes those of the model's options that it has."""
+        """Return a policy of the robots. One by name takes those of the model's options that it has."""
         return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
@@ -193,7 +193,7 @@ class CMOMMT(World):
             self.senses(self.targets, self.robots)
 
     def reset(self, rng: int | None = None) -> None:
-        """Begin anew, also to collect; see `World.reset`."""
+        """Begin anew, and collect the present values; see `World.reset`."""
         super().reset(rng)
         self._draw_target_speeds()
         self._stepper.begin_to_collect()
@@ -255,7 +255,7 @@ def checked_numbers(plan: Mapping[str, Any]) -> Numbers:
     Raises
     ------
     TypeError, ValueError
-        If one is no number or outside its limits.
+        If one is not a number or outside its limits.
     """
     arena = Disc(length("radius", plan["radius"]))
     limits = Limits(arena)

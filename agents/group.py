@@ -33,7 +33,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class Host(Protocol):
-    """What groups and their agents ask of the world that they are in; see `teamsight.agents.membership`."""
+    """What groups and their agents ask of the world that they are in; see `teamsight.agents.host`."""
 
     def adjust(self, group: Group, **changes: Any) -> None: ...
     def adjust_one(self, agent: Any, name: str, value: float) -> None: ...

@@ -1,4 +1,4 @@
-"""Live settings: parameters of a model that are read from its groups, and change them when they are set."""
+"""Settings of a model: parameters that read and change its groups, and parameters that are fixed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ class LiveSetting:
     name : str
         The group's attribute.
     resolve : callable, optional
-        ``resolve(model, value)`` returns what the group is given for a value.
+        ``resolve(model, value)`` returns the value for the group.
     """
 
     def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
         self._group, self._name, self._resolve = group, name, resolve
-        self.__doc__ = f"``{group}.{name}``; what is set takes effect from the next step on."
+        self.__doc__ = f"``{group}.{name}``; a new value takes effect from the next step on."
 
     def __get__(self, model: Any, owner: type | None = None) -> Any:
         return self if model is None else getattr(getattr(model, self._group), self._name)
@@ -36,15 +36,15 @@ class LiveSetting:
 
 
 class FixedSetting:
-    """A parameter that cannot be changed by itself.
+    """A parameter that cannot be changed.
 
     Parameters
     ----------
     cure : str
         What to do instead.
     source : str, optional
-        The model's attribute in whose own attribute of this name the present value is found; by default the value with
-        which the model was built.
+        The attribute of the model that has the present value, under the name of the parameter. By default the value is
+        that with which the model was built.
     """
 
     def __init__(self, cure: str, source: str | None = None) -> None:
@@ -64,9 +64,9 @@ class FixedSetting:
 
 
 class SettingOfGroups:
-    """What each group of a world has for itself, and the world has not.
+    """A setting that groups have and a world has not: setting it on a world raises.
 
-    In a subclass of the world it is an ordinary attribute, so that a model may keep its parameters under these names.
+    In a subclass of `World` it is an ordinary attribute, so that models may have parameters of these names.
     """
 
     def __set_name__(self, owner: type, name: str) -> None:

@@ -1,4 +1,4 @@
-"""mesa, as far as its versions differ: counting steps, keeping time, events, identities, and letting go of a model."""
+"""The differences between versions of mesa: step counters, time, events, identities, release of models."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 
 import mesa
 
-# What mesa 3.5 gives its own event for a step: it precedes events of the same time whose priority is the default one.
+# The priority of mesa 3.5's own event for a step: it precedes events of the same time and default priority.
 _HIGH = 1
 
 
 def take_over_step(model: mesa.Model) -> None:
-    """Put our own wrapper around the user's ``step``.
+    """Wrap the user's ``step``.
 
-    mesa 3.5 steps through an event list which, once a step has raised, silently does nothing for ever; and it cannot be
-    told that many steps were made at once. The user's own mesa events still happen at their times.
+    mesa 3.5 steps through an event list, which silently does nothing once a step has raised and cannot count many steps
+    at once. The user's own mesa events are still processed at their times.
     """
     schedule = getattr(model, "_default_schedule", None)
     if schedule is not None:
@@ -41,15 +41,15 @@ def _counted_step(model: mesa.Model, *arguments: Any, **named: Any) -> None:
 
 
 def end_step(model: mesa.Model) -> None:
-    """Let mesa's events happen that are due at the end of the step which was counted last."""
+    """Process mesa's events that are due at the end of the last counted step."""
     if has_events(model):
-        # As in mesa: what was scheduled during this step, with high priority and for the next, precedes the next.
+        # As in mesa: high-priority events that this step scheduled for the next one precede it.
         model._step_event = _next_event_number(model)
         _let_happen(model, (float(model.steps), math.inf, math.inf))
 
 
 def _let_happen(model: mesa.Model, until: tuple[float, float, float]) -> None:
-    """Let mesa's events happen that precede (time, priority, number); mesa's own step does so around the user's."""
+    """Process mesa's events that precede (time, priority, number), as mesa's own step does around the user's."""
     events = model._event_list
     while has_events(model):
         try:
@@ -65,7 +65,7 @@ def _let_happen(model: mesa.Model, until: tuple[float, float, float]) -> None:
 
 
 def _next_event_number(model: mesa.Model) -> int:
-    """Return the number that mesa's event for the next step would have; it orders events of one time and priority."""
+    """Return the number of mesa's event for the next step. Numbers order events of one time and priority."""
     if not hasattr(model, "_event_list"):
         return 0
     from mesa.time import Event
@@ -86,13 +86,13 @@ def set_counters(model: mesa.Model, steps: int) -> None:
 
 
 def has_events(model: mesa.Model) -> bool:
-    """Whether the user has scheduled events with mesa; then steps are made one by one."""
+    """Whether the user has scheduled events with mesa. Then steps are made one by one."""
     events: Any = getattr(model, "_event_list", None)
     return bool(events is not None and len(events))
 
 
 def next_identity(model: mesa.Model) -> int:
-    """Return the `unique_id` that the next agent will get."""
+    """Return the `unique_id` of the next agent."""
     if hasattr(model, "agent_id_counter"):
         return int(model.agent_id_counter)
     following = int(next(mesa.Agent._ids[model]))
@@ -101,7 +101,7 @@ def next_identity(model: mesa.Model) -> int:
 
 
 def set_next_identity(model: mesa.Model, identity: int) -> None:
-    """Set the `unique_id` that the next agent gets."""
+    """Set the `unique_id` of the next agent."""
     if hasattr(model, "agent_id_counter"):
         model.agent_id_counter = identity
     else:
@@ -109,10 +109,9 @@ def set_next_identity(model: mesa.Model, identity: int) -> None:
 
 
 def signature_for_batches(model_class: type[mesa.Model]) -> inspect.Signature | None:
-    """Return a signature that names `rng` and `seed`, for a class whose ``__init__`` passes them on by ``**kwargs``.
+    """Return a signature with `rng` and `seed` for a class whose ``__init__`` passes them on by ``**kwargs``.
 
-    mesa 3.5's ``batch_run`` looks for the name `seed`; where it finds none, it replaces the seeds of the user's `rng`
-    by None.
+    mesa 3.5's ``batch_run`` looks for the parameter `seed`. Without it, it replaces the user's `rng` by None.
     """
     signature = inspect.signature(model_class.__init__)
     own = list(signature.parameters.values())[1:]
@@ -128,7 +127,7 @@ def signature_for_batches(model_class: type[mesa.Model]) -> inspect.Signature | 
 
 
 def release(model: mesa.Model) -> None:
-    """Drop the references to a model that mesa 3.3 would keep for ever."""
+    """Drop the references to a model that mesa 3.3 would keep."""
     numbers = getattr(mesa.Agent, "_ids", None)
     if numbers is not None:
         numbers.pop(model, None)

@@ -15,8 +15,8 @@ from teamsight.agents.body import Body
 from teamsight.agents.building import Plan
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
+from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.membership import Membership
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import policy_of
 from teamsight.agents.state import State, StateKeeper
@@ -49,14 +49,12 @@ class World(mesa.Model):  # type: ignore[misc]
     recording : Recording
         The history, and the positions and transitions that were recorded.
     running : bool
-        Whether `run` goes on; set it to False to stop.
+        Set it to False to stop `run`.
 
     Raises
     ------
-    TypeError
-        If `arena` is not an arena, or a seed is not a whole number.
-    ValueError
-        If a seed is negative, or `rng` and `seed` differ.
+    TypeError, ValueError
+        If `arena` is not an arena, a seed is not a whole number of at least 0, or `rng` and `seed` differ.
 
     Notes
     -----
@@ -79,7 +77,7 @@ class World(mesa.Model):  # type: ignore[misc]
         self.clock = data.timeline.clock
         self._engine = Engine(data)
         self.recording = Recording(data, self._engine)
-        self._members = Membership(self, data, self._engine)
+        self._host = WorldHost(self, data, self._engine)
         self._stepper = Stepper(self, data, self._engine, self.recording, type(self).step is not World.step)
         self._states = StateKeeper(self, data, self._engine, self.recording)
 
@@ -163,7 +161,7 @@ class World(mesa.Model):  # type: ignore[misc]
             policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit, placement,
             name,
         )  # fmt: skip
-        return self._members.add(agent_class, count, plan)
+        return self._host.add(agent_class, count, plan)
 
     def senses(self, observers: Group, observed: Group) -> None:
         """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
@@ -171,12 +169,7 @@ class World(mesa.Model):  # type: ignore[misc]
         Parameters
         ----------
         observers, observed : Group
-            Groups of this world.
-
-        Raises
-        ------
-        ValueError
-            If a group is not in this world.
+            Groups of this world; others raise a ValueError.
         """
         self._engine.senses(observers, observed)
 
@@ -206,7 +199,7 @@ class World(mesa.Model):  # type: ignore[misc]
         TypeError, ValueError
             As for `add`; then nothing is changed.
         """
-        self._members.adjust(
+        self._host.adjust(
             group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
         )  # fmt: skip
@@ -218,15 +211,7 @@ class World(mesa.Model):  # type: ignore[misc]
     def run(self, steps: int) -> None:
         """Make `steps` steps, in one compiled call where nothing needs Python between them.
 
-        Parameters
-        ----------
-        steps : int
-            The number of steps, at least 0. Fewer are made if the model stops `running`.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `steps` is not a whole number of at least 0.
+        Fewer steps are made if the model stops `running`.
         """
         self._stepper.run(steps)
 
@@ -271,10 +256,7 @@ class World(mesa.Model):  # type: ignore[misc]
 
     @property
     def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector. One that is set collects at once, and then after every step.
-
-        A world starts with one that holds the history, from its first step on; see `HistoryCollector`.
-        """
+        """mesa's data collector: a `HistoryCollector`, or one that is set. It collects at once and after every step."""
         return self.recording.collector
 
     @datacollector.setter
@@ -296,23 +278,17 @@ class World(mesa.Model):  # type: ignore[misc]
 
         Raises
         ------
-        TypeError
-            If `saved` is not a state.
-        ValueError
-            If the state is of a world with another arena, other groups or other policies; then nothing is changed.
+        TypeError, ValueError
+            If `saved` is not a state, or of a world with another arena, other groups or other policies. Then nothing is
+            changed.
         """
         self._states.restore(saved)
 
     def reset(self, rng: int | None = None) -> None:
         """Begin anew: place all remaining agents again and start the clock at 0, without events.
 
-        Abilities are again those with which the groups were added; policies and degrees of awareness stay those of now,
-        and so do the user's own columns.
-
-        Parameters
-        ----------
-        rng : int, optional
-            The seed; by default the present one.
+        Abilities are again those with which the groups were added. Policies, degrees of awareness and the user's own
+        columns stay as they are. `rng` is the seed; by default the present one.
         """
         self._states.reset(rng)
 

@@ -1,6 +1,6 @@
-"""Presets: values for what the paper leaves open, found by calibration (docs/calibration.md).
+"""Presets: values for what the paper leaves open, chosen by calibration (docs/calibration.md).
 
-The policy options of a preset reach each policy by name that has them.
+The policy options of a preset apply to policies by name that have them.
 """
 
 from __future__ import annotations

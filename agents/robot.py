@@ -1,4 +1,4 @@
-"""Robots: they sense targets, and teammates as far as their degree of awareness lets them."""
+"""Robots: they sense targets, and teammates as their degree of awareness allows."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from teamsight.agents.body import Body
 class Robot(Body):
     """A robot of a team.
 
-    Subclasses may override `decide`, which replaces the group's policy, or `step`, which is called once a step before
-    anything is perceived; the model then takes the stepping road.
+    A subclass may override `decide`, which then replaces the group's policy, or `step`, which is called before each
+    step. The model then makes its steps one by one.
     """
 
     team: ClassVar[str | None] = "robots"
@@ -31,6 +31,6 @@ class Robot(Body):
 
     @property
     def situation(self) -> npt.NDArray[np.float32]:
-        """The vector for learners, shape (width,): 16 heading-relative target sectors and what the degree adds (§8)."""
+        """The inputs of a learner, shape (width,): 16 sectors from the heading, and what the degree adds (§8)."""
         moment = self.group.host.look()
         return np.array(self.group.perception.situate(self.group.awareness, moment)[self.row])

@@ -1,4 +1,4 @@
-"""State: all that changes in a run as one value, apart from the clock's pending events."""
+"""State: all that changes in a run, as one value. Pending events are not part of it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from teamsight.world.starts import Starts
 
 
 class GroupState(NamedTuple):
-    """What changes of a group in a run: its bodies, ranges, memory and the user's columns; and what tells it apart."""
+    """What changes of a group in a run, and its description: name, policy and degree of awareness."""
 
     name: str
     policy: str
@@ -39,20 +39,20 @@ class GroupState(NamedTuple):
 
 
 class State(NamedTuple):
-    """A world at one moment; it can be pickled.
+    """The state of a world; it can be pickled.
 
     Attributes
     ----------
     seed, tick : int
-        The seed and how many steps have been made.
+        The seed and the number of completed steps.
     arena : tuple
-        What tells the arena apart.
+        A description of the arena.
     groups : tuple of GroupState
-        One for each group.
+        The states of the groups.
     history : History
-        The steps so far.
+        The completed steps.
     collected : HistoryCollector or None
-        What the world's own data collector holds; a user's collector is not part of the state.
+        The world's own data collector; a collector of the user's is not part of the state.
     """
 
     seed: int
@@ -165,13 +165,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
     for group, old in zip(data.groups, saved.groups, strict=True):
         if group.is_compiled and layout(old.memory) != layout(group.memory):
             raise ValueError(
-                f"restore(…): {group.name} remembered {layout(old.memory)}, and here {layout(group.memory)}; make "
-                "a world whose policies have the same constants"
+                f"restore(…): the policy of {group.name} has the state {layout(old.memory)}, and here "
+                f"{layout(group.memory)}; make a world whose policies have the same constants"
             )
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
-    """Return a collector that reports the same and has collected nothing."""
+    """Return an empty collector with the same reporters."""
     if isinstance(collector, HistoryCollector):
         return HistoryCollector()
     names = ("model_reporters", "agent_reporters", "agenttype_reporters")
@@ -179,9 +179,9 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
 
 
 def _identified(group: Group) -> tuple[str, str, str]:
-    """Return what tells a group from others: its name, policy and degree of awareness, with their constants."""
+    """Return the description of a group: its name, policy and degree of awareness, with their constants."""
     policy = repr(group.policy)
-    # What says only where it lies in memory would differ from itself once it was saved.
+    # A repr with an address in memory would differ from itself after saving.
     return group.name, type(group.policy).__name__ if " at 0x" in policy else policy, repr(group.awareness)
 
 
@@ -190,14 +190,14 @@ def _difference(theirs: list[Any], mine: list[Any]) -> str:
     if len(theirs) != len(mine):
         return f"{len(theirs)} groups, and here are {len(mine)}"
     one, other = next((one, other) for one, other in zip(theirs, mine, strict=True) if one != other)
-    # Of two policies of one kind, the constants that differ.
+    # For two policies of one class, the constants that differ.
     parts = [", ".join(map(str, group)).replace("(", ", ").replace(")", "").split(", ") for group in (one, other)]
     first, second = (", ".join(part for part in a if part and part not in b)[:120] for a, b in (parts, parts[::-1]))
     return f"{one[0]} that have {first}, and {other[0]} have {second} here"
 
 
 def _identified_arena(arena: Arena) -> tuple[Any, ...]:
-    """Return what tells an arena from others: equal for equal ones, also when one of them was saved in a file."""
+    """Return the description of an arena: equal for equal arenas, also after saving."""
     box = tuple(np.ravel(arena.bounds).tolist())
     return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box)
 

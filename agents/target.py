@@ -1,4 +1,4 @@
-"""Targets: what robots observe."""
+"""Targets: the agents that robots observe."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from teamsight.agents.body import Body
 
 
 class Target(Body):
-    """A target, on no team. Let it sense robots with ``world.senses(targets, robots)`` so that it can avoid them."""
+    """A target, on no team. To avoid robots it must sense them: ``world.senses(targets, robots)``."""
 
     @property
     def observers(self) -> list[Any]:

@@ -1,22 +1,26 @@
-"""A sweep through mesa's own batch_run, on two processes.
-
-Sweep `rng`, not `seed`: mesa 3.5 writes its own value over a parameter of that name.
-"""
+"""Many runs with run_many, and the same through mesa's batch_run."""
 
 from __future__ import annotations
 
 import mesa
 import pandas as pd
 
-from teamsight import CMOMMT
+from teamsight import CMOMMT, run_many
+
+SETTINGS = {"robots": [5, 10], "radius": [2.0, 4.0], "awareness": ["none", "pairwise"]}
+SEEDS = [1, 2]
 
 
-def sweep(processes: int, steps: int = 100) -> pd.DataFrame:
-    """Return the last row of each run, with the parameters that it was given."""
-    parameters = {"robots": [5, 10], "radius": [2.0, 4.0], "awareness": ["none", "pairwise"], "rng": [1, 2]}
+def sweep(workers: int, steps: int = 100) -> pd.DataFrame:
+    """Return one row for each run."""
+    return run_many(SETTINGS, steps=steps, seeds=SEEDS, workers=workers)
+
+
+def sweep_with_mesa(processes: int, steps: int = 100) -> pd.DataFrame:
+    """Return the last row of each run; sweep `rng`, since mesa 3.5 overwrites a parameter `seed`."""
     rows = mesa.batch_run(
         CMOMMT,
-        parameters,
+        {**SETTINGS, "rng": SEEDS},
         max_steps=steps,
         number_processes=processes,
         data_collection_period=-1,
@@ -26,7 +30,7 @@ def sweep(processes: int, steps: int = 100) -> pd.DataFrame:
 
 
 def main() -> None:
-    table = sweep(processes=2)
+    table = sweep(workers=2)
     print(table.groupby(["radius", "robots", "awareness"])[["observed_fraction", "max_neighbours"]].mean())
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.target import Target
+    from teamsight.analysis.runs.run_many import run_many
     from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
@@ -36,11 +37,12 @@ _HOMES = {
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_policy": "teamsight.policies.check",
+    "run_many": "teamsight.analysis.runs.run_many",
 }
 
 __all__ = [
     "CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__", "check_arena", "check_awareness",
-    "check_policy",
+    "check_policy", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

@@ -1,1 +1,1 @@
-"""Columns: properties of the user's own that the agents of a group have."""
+"""Columns: properties of the user's own, one element for each agent of a group."""

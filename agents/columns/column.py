@@ -1,4 +1,4 @@
-"""Columns: properties of the user's own that the agents of a group have, one element an agent."""
+"""Columns: properties of the user's own, one element for each agent of a group."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ Array = npt.NDArray[Any]
 class Column(NDArrayOperatorsMixin):
     """A property of the agents of a group, used like an array of shape (n, …).
 
-    It stays valid when agents leave and when a state is restored, as an array would not: each use reads and writes the
-    elements of the agents that are in the group then.
+    Each use reads and writes the elements of the agents that are in the group at that time. So a column stays valid
+    when agents are removed and states are restored; an array would not.
 
     Parameters
     ----------
     columns : Columns
         The columns of the group.
     name : str
-        Which of them.
+        Its name.
     """
 
     def __init__(self, columns: Columns, name: str) -> None:
@@ -33,7 +33,7 @@ class Column(NDArrayOperatorsMixin):
 
     @property
     def values(self) -> Array:
-        """The present elements, shape (n, …); a view that is valid until an agent leaves or a state is restored."""
+        """The present elements, shape (n, …): a view, valid until an agent is removed or a state is restored."""
         return self._columns.array(self._name)
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> Array:
@@ -72,12 +72,12 @@ class Column(NDArrayOperatorsMixin):
         return f"Column({self._name!r}, {self.values!r})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A copy is a plain array: it belongs to no group.
+        # A copy is a plain array.
         return np.array, (self.values,)
 
 
 class Columns(MutableMapping[str, Column]):
-    """The columns of a group by name. A column that is set takes the values into its elements.
+    """The columns of a group by name. Setting one assigns its elements.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Columns(MutableMapping[str, Column]):
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
 
     def create(self, name: str, array: Array) -> Column:
-        """Add a column that begins with these elements."""
+        """Add a column with these elements."""
         self._arrays[name] = array
         return Column(self, name)
 
@@ -107,7 +107,7 @@ class Columns(MutableMapping[str, Column]):
         return dict(self._arrays)
 
     def replace(self, arrays: dict[str, Array]) -> None:
-        """Take over these arrays; columns that they leave out stay as they are."""
+        """Use these arrays from now on; other columns stay as they are."""
         self._arrays |= arrays
 
     def __getitem__(self, name: str) -> Column:
@@ -134,12 +134,12 @@ class Columns(MutableMapping[str, Column]):
 
 
 def _assign(name: str, array: Array, index: Any, value: Any) -> None:
-    """Set elements, unless the array would silently round them."""
+    """Set elements. Refuse values that the array would silently round."""
     new = np.asarray(value)
     whole = array.dtype.kind in "iu" and new.dtype.kind in "iu"
     if not whole and array.dtype != object and not np.can_cast(new.dtype, array.dtype, "same_kind"):
         raise TypeError(
-            f"{name}={checks.shown(value)}: the column holds {array.dtype}, which would not keep this value; "
+            f"{name}={checks.shown(value)}: the column has the type {array.dtype}, which cannot hold this value; "
             f"make the column with another fill, such as add_column({name!r}, {_fill_for(new)})"
         )
     array[index] = value

@@ -1,4 +1,4 @@
-"""Places: rows of arrays that agents hand out, which cannot be written to."""
+"""Places: read-only rows of arrays."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 
 class Place(np.ndarray[Any, np.dtype[np.float64]]):
-    """A row of an array that cannot be written to; ``agent.position += step`` makes a new one, which is then set."""
+    """A read-only row of an array. ``agent.position += step`` makes a new row, which is then assigned."""
 
     def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
         return np.asarray(self) + other

@@ -1,4 +1,4 @@
-"""Data collection: mesa's DataCollector, filled from the history when many steps were made at once."""
+"""The data collector of a world: mesa's DataCollector, filled from the history."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ REPORTERS = {
 
 @dataclass(slots=True)
 class Rows:
-    """Rows of a stretch that are still to be collected, and the sums over all rows before them.
+    """Rows of a stretch that are not collected yet, and sums over all rows before them.
 
     Attributes
     ----------
     stretch : Stretch
-        Where the rows are.
+        The stretch.
     first, last : int
-        Which.
+        The first row, and the one after the last.
     tick : int
-        The step of the last.
+        The step of the last row.
     observed, largest : int
-        The targets observed in earlier rows of the stretch, and the largest degree so far.
+        The sum of observed targets over earlier rows of the stretch, and the largest degree so far.
     earlier : Totals
-        What was observed in earlier stretches.
+        The sums over earlier stretches.
     """
 
     stretch: Stretch
@@ -43,10 +43,10 @@ class Rows:
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
-    """A DataCollector whose model reporters are columns of the history, so that compiled runs can fill it.
+    """A DataCollector that is filled from the history, so that it needs no Python between steps.
 
-    It reports ``observed`` and ``mean_neighbours`` of the present step, and ``observed_fraction`` and
-    ``max_neighbours`` over all steps so far; and ``seed_used``, so that a run of a batch can be made again.
+    It reports ``observed`` and ``mean_neighbours`` of each step, ``observed_fraction`` and ``max_neighbours`` over all
+    steps so far, and ``seed_used``, with which a run of a batch can be repeated.
     """
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     @property
     def model_vars(self) -> dict[str, list[Any]]:
-        """What was collected; rows of compiled runs are worked out when somebody reads them."""
+        """The collected values. Rows of the history are converted when they are read."""
         pending, self._pending = self._pending, []
         for rows in pending:
             self._fill(rows)
@@ -66,7 +66,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars = value
 
     def collect(self, model: Any) -> None:
-        """Collect the present values; mesa's own way takes several times as long."""
+        """Collect the present values. mesa's own method takes several times as long."""
         for name, values in self.model_vars.items():
             values.append(getattr(model, name))
         if hasattr(self, "_steps"):
@@ -79,7 +79,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     @property
     def _collection_steps(self) -> list[float]:
-        """The steps that mesa 3.5 asks for; mesa 3.3 has no such list and does not read it."""
+        """The list of steps of mesa 3.5; mesa 3.3 does not use it."""
         return self._steps if self.model_vars else []
 
     @_collection_steps.setter
@@ -87,7 +87,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._steps = value
 
     def collect_rows(self, rows: Rows) -> None:
-        """Collect rows of the history, as `collect` would have after each of these steps."""
+        """Collect rows of the history, with the same result as `collect` after each of these steps."""
         last = self._pending[-1] if self._pending else None
         if last is not None and last.stretch is rows.stretch and last.last == rows.first:
             last.last, last.tick = rows.last, rows.tick

@@ -65,6 +65,11 @@ class Stretch:
         """Return for each of these rows how many targets at least one robot saw."""
         return np.asarray(self.raw[first:last, self._targets, _OBSERVED].sum(axis=1))
 
+    @property
+    def edges(self) -> int:
+        """The number of edges between teammates in all rows."""
+        return int(self.raw[: self.rows, self._teammates, _EDGES].sum())
+
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
         raw = self.raw[first : self.rows if last is None else last]
@@ -125,6 +130,17 @@ class History:
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
         return max((stretch.largest for stretch in self._stretches), default=0)
+
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean degree over the robots and steps of the rows with robots; NaN before the first."""
+        edges: dict[int, int] = {}
+        rows = 0
+        for stretch in self._stretches:
+            if stretch.robots and stretch.rows:
+                edges[stretch.robots] = edges.get(stretch.robots, 0) + stretch.edges
+                rows += stretch.rows
+        return float(shares(edges) / rows) if rows else float("nan")
 
     def frame(self) -> pd.DataFrame:
         """Return the rows as a table, indexed by step from 1."""

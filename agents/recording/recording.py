@@ -45,6 +45,11 @@ class Recording:
         """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
         return self._data.history.frame()
 
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean over robots and completed steps of the number of robots within a robot's awareness range."""
+        return self._data.history.mean_neighbours
+
     def record_positions(self, every: int = 1) -> None:
         """Record the positions of all agents from now on, at each tick that `every` divides; see `trajectory`.
 

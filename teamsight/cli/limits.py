@@ -156,7 +156,7 @@ def runs_within(risk: float, runs: int | None) -> int:
 
 
 def check_sectors(settings: Any) -> None:
-    """Refuse ``--delta`` for a degree of awareness without a ring.
+    """Refuse ``--delta`` for a degree of awareness that has no such option.
 
     Parameters
     ----------
@@ -168,10 +168,13 @@ def check_sectors(settings: Any) -> None:
     ValueError
         If both do not fit.
     """
-    if "delta" in settings.given and settings.awareness != "ring":
+    from teamsight.agents.awareness.registry import with_option
+
+    fit = with_option("delta")
+    if "delta" in settings.given and settings.awareness not in fit:
         raise ValueError(
-            f"delta={settings.delta}: needs awareness 'ring', and this is {checks.shown(settings.awareness)}; leave "
-            "--delta out, or give --awareness ring"
+            f"delta={settings.delta}: needs awareness {' or '.join(map(repr, fit))}, and this is "
+            f"{checks.shown(settings.awareness)}; leave --delta out, or give --awareness {fit[0]}"
         )
 
 
@@ -183,14 +186,13 @@ def added_inputs(awareness: str, delta: int, robots: int) -> int:
     awareness : str
         The name of the degree.
     delta : int
-        Number of sectors, for the degree that has a ring.
+        Number of sectors, for a degree with this option.
     robots : int
         The team size.
     """
-    from teamsight.agents.awareness import AWARENESS, RingAwareness
+    from teamsight.agents.awareness.registry import awareness_named
 
-    degree = RingAwareness(delta) if awareness == "ring" else AWARENESS[awareness]()
-    return degree.width(robots).added
+    return awareness_named(awareness, {"delta": delta}).width(robots).added
 
 
 def relays(awareness: str) -> bool:

@@ -10,6 +10,7 @@ from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
+    from teamsight.agents.awareness import AWARENESS
     from teamsight.agents.cmommt import CMOMMT
 
 # Number of parts of a long run, after each of which the progress is shown.
@@ -55,7 +56,7 @@ def run(settings: RunSettings) -> None:
     from teamsight.cli.show import watching
 
     parameters = settings.values(without=("steps", "seed", "save", "force"))
-    if settings.awareness != "ring":
+    if "delta" not in AWARENESS[settings.awareness].options():
         del parameters["delta"]
     about = parameters | {"steps": settings.steps, "seed": settings.seed}
     world = CMOMMT(**parameters, rng=settings.seed)

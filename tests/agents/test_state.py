@@ -148,5 +148,5 @@ def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
     group = saved.groups[0]
     shorter = type(group.memory)(group.memory.floats[:, :2].copy(), group.memory.ints[:, :2].copy())
     forged = saved._replace(groups=(group._replace(memory=shorter), *saved.groups[1:]))
-    with pytest.raises(ValueError, match=r"restore\(…\): robots remembered .*\[10, 2, 4\].*\[10, 16, 4\]"):
+    with pytest.raises(ValueError, match=r"restore\(…\): the policy of robots has the state .*\[10, 2, 4\].*\[10, 16, 4\]"):
         CMOMMT(rng=1).restore(forged)

@@ -88,14 +88,15 @@ def test_delta_comes_from_the_tracks_file(run: Run) -> None:
 
 
 @pytest.mark.short
-def test_a_sweep_gives_what_each_model_gives_alone() -> None:
+@pytest.mark.parametrize(("name", "seed"), [("sweep", "seed"), ("sweep_with_mesa", "rng")])
+def test_a_sweep_gives_what_each_model_gives_alone(name: str, seed: str) -> None:
     from teamsight import CMOMMT
 
-    sweep = runpy.run_path(str(ROOT / "examples" / "sweep.py"))["sweep"]
-    table = sweep(processes=1, steps=20)
+    sweep = runpy.run_path(str(ROOT / "examples" / "sweep.py"))[name]
+    table = sweep(1, steps=20)
     assert len(table) == 16
     for _, row in table.iterrows():
-        model = CMOMMT(robots=row["robots"], radius=row["radius"], awareness=row["awareness"], rng=row["rng"])
+        model = CMOMMT(robots=row["robots"], radius=row["radius"], awareness=row["awareness"], rng=row[seed])
         model.run(20)
         assert row["observed_fraction"] == model.observed_fraction
         model.close()

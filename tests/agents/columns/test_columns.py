@@ -124,7 +124,7 @@ def test_an_element_that_would_be_rounded_or_cut_off_is_refused() -> None:
     model, _ = five()
     model.robots.add_column("count", 0)
     name = model.robots.add_column("nickname", "a")
-    with pytest.raises(TypeError, match=r"count=0\.5: the column holds int64.*add_column\('count', 0\.0\)"):
+    with pytest.raises(TypeError, match=r"count=0\.5: the column has the type int64.*add_column\('count', 0\.0\)"):
         model.robots[0].count = 0.5
     model.robots[0].count = 7
     model.robots[1].nickname = "a long name"

@@ -236,11 +236,17 @@ def test_python_and_compiled_policies_mixed() -> None:
     assert_one_answer(make)
 
 
-class Plain:
+class Plain(Policy):
     """The same policy, as its NumPy side only."""
 
     def __init__(self, policy: Any) -> None:
-        self.policy, self.draws, self.start, self.decide = policy, policy.draws, policy.start, policy.decide
+        self.policy, self.draws, self.inputs = policy, policy.draws, policy.inputs
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size)
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        return self.policy.decide(percept, state, noise)
 
 
 @pytest.mark.parametrize("policy", [p for p in POLICIES if not isinstance(p, Stationary)], ids=str)

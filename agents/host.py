@@ -1,4 +1,4 @@
-"""Membership: the groups of a world, what their agents can do, and who leaves."""
+"""The host of groups and agents: what a world does for them. It adds, changes, moves and removes them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from teamsight.policies.compiled import CompiledPolicy, check_memory
 from teamsight.policies.percept_of_one import PerceptOfOne
 
 
-class Membership:
-    """What a world does for its groups and agents: the `Host` of its groups.
+class WorldHost:
+    """What a world does for its groups and agents; it implements `Host`.
 
     An operation that fails changes nothing: each checks and prepares everything first.
 

@@ -1,0 +1,200 @@
+"""`run_many`: many runs from a script, in a table with one row for each run."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.run import Model, Run
+from teamsight.analysis.runs.seeds import model_seed, run_seed
+from teamsight.analysis.runs.simulate import IMPORTS, Progress, run_all
+from teamsight.analysis.runs.workers import WorkerPool, check_workers
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
+
+Settings = Mapping[str, Any] | Iterable[Mapping[str, Any]] | pd.DataFrame
+
+# Columns of the table that are not parameters of the model.
+_OWN = ("replicate", "seed", "steps")
+
+
+class Summary(NamedTuple):
+    """What `run_many` measures unless it is given another function.
+
+    Attributes
+    ----------
+    observed_fraction : float
+        Mean over the steps of the fraction of targets that at least one robot senses, in [0, 1].
+    max_neighbours : int
+        Largest number of teammates within the awareness range of any robot at any step.
+    mean_neighbours : float
+        Mean of that number over robots and steps.
+    """
+
+    observed_fraction: float
+    max_neighbours: int
+    mean_neighbours: float
+
+
+def summary(world: World, steps: int) -> Summary:
+    """Run a world and return its `Summary`."""
+    world.run(steps)
+    return Summary(float(world.observed_fraction), int(world.max_neighbours), world.recording.mean_neighbours)
+
+
+def run_many(
+    settings: Settings,
+    *,
+    steps: int = 600,
+    replicates: int | None = None,
+    seeds: Sequence[int] | None = None,
+    rng: int | None = None,
+    model: Model | None = None,
+    measure: Callable[[World, int], Any] = summary,
+    workers: int = 1,
+    progress: Progress = lambda done, total: None,
+) -> pd.DataFrame:
+    """Run a model many times and return a table with one row for each run.
+
+    Runs that differ in seed, radius, ranges and speeds only share one built world, which makes short runs several times
+    as fast as building each. The results are those of ``model(**setting, rng=seed)`` to the last bit, for any number of
+    workers.
+
+    Parameters
+    ----------
+    settings : mapping, iterable of mapping, or DataFrame
+        Keyword parameters of the model. In a mapping, each list, tuple, range or array holds values to be combined: all
+        combinations are run. An iterable of mappings, or the rows of a table, are run as they are.
+    steps : int
+        Steps of each run.
+    replicates : int, optional
+        Runs of each setting, whose seeds derive from `rng`; 1 by default. Settings with the same robots, targets and
+        radius get the same seeds, so that their differences are paired.
+    seeds : sequence of int, optional
+        Seeds under which each setting is run, in place of `replicates` and `rng`.
+    rng : int, optional
+        The seed from which those of the runs derive; by default a new one is drawn.
+    model : callable, optional
+        A class or function that is called as ``model(**setting, rng=seed)``; `CMOMMT` by default. Only `CMOMMT` shares
+        worlds.
+    measure : callable, optional
+        ``measure(world, steps)`` runs the world and returns a NamedTuple or a mapping: columns of the table.
+    workers : int
+        Number of processes; with 1 all runs are made in this one. With more, `model` and `measure` must be functions or
+        classes of a module, and a script must start the runs under ``if __name__ == "__main__":``.
+    progress : callable, optional
+        Called as ``progress(done, total)`` whenever some of the work is done.
+
+    Returns
+    -------
+    DataFrame
+        The settings, replicate, seed and steps of each run, and what was measured: by default observed_fraction,
+        max_neighbours and mean_neighbours. Rows are in the order of the settings.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is of the wrong type or outside its limits.
+    JobError
+        If a run fails, for example because a parameter is wrong; the message contains its settings.
+
+    Examples
+    --------
+    >>> table = run_many({"robots": [5, 10], "radius": [2.0, 4.0]}, steps=100, replicates=3, rng=1)
+    >>> table.groupby(["robots", "radius"])["observed_fraction"].mean()  # doctest: +SKIP
+    """
+    steps, workers = limits.steps(steps), check_workers(workers)
+    planned = list(_planned(_listed(settings), _seeding(replicates, seeds, rng, model)))
+    limits.runs(len(planned))
+    runs = [Run(setting, seed, steps, measure, model) for setting, _, seed in planned]
+    with WorkerPool(workers, IMPORTS) as pool:
+        found = run_all(runs, pool, progress=progress)
+    rows = [
+        {**setting, "replicate": replicate, "seed": seed, "steps": steps} | _columns(one)
+        for (setting, replicate, seed), one in zip(planned, found, strict=True)
+    ]
+    return pd.DataFrame(rows)
+
+
+def _listed(settings: Any) -> list[dict[str, Any]]:
+    """Return the settings one by one."""
+    if isinstance(settings, pd.DataFrame):
+        # By columns, because a row of mixed types would turn integers into floats.
+        columns = {str(name): settings[name].tolist() for name in settings.columns}
+        listed = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+    elif isinstance(settings, Mapping):
+        swept = [_values(value) for value in settings.values()]
+        listed = [dict(zip(settings, values, strict=True)) for values in product(*swept)]
+    else:
+        if isinstance(settings, str) or not isinstance(settings, Iterable):
+            raise TypeError(_WHAT.format(checks.shown(settings)))
+        listed = list(settings)
+        for setting in listed:
+            if not isinstance(setting, Mapping):
+                raise TypeError(_WHAT.format(checks.shown(setting)))
+        listed = [dict(setting) for setting in listed]
+    if not listed:
+        raise ValueError("settings: there are none to run; give at least one, such as {} for the defaults")
+    for setting in listed:
+        for name in ("rng", *_OWN):
+            if name in setting:
+                raise ValueError(f"settings: {name!r} is no setting; give it as {_PLACES.get(name, 'an argument')}")
+    return listed
+
+
+_WHAT = "settings={}: must be a mapping of parameters, an iterable of mappings, or a DataFrame"
+_PLACES = {"rng": "seeds=[…], or rng=… with replicates", "seed": "seeds=[…]", "replicate": "replicates=…"}
+
+
+def _values(value: Any) -> list[Any]:
+    """Return the values of one parameter."""
+    if isinstance(value, (list, tuple, range)):
+        return list(value)
+    return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
+
+
+def _seeding(
+    replicates: int | None, seeds: Sequence[int] | None, rng: int | None, model: Model | None
+) -> Callable[[Mapping[str, Any]], list[int]]:
+    """Return what gives the seeds of a setting's runs."""
+    if seeds is not None:
+        if replicates is not None or rng is not None:
+            raise ValueError("seeds: cannot be combined with replicates or rng; give either")
+        given = [checks.count("seeds", seed, least=0) for seed in seeds]
+        return lambda setting: given
+    count = limits.runs(1 if replicates is None else replicates)
+    root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
+    if model is not None:
+        return lambda setting: [run_seed(root, run) for run in range(count)]
+    from teamsight.agents.cmommt import DEFAULTS
+
+    def derived(setting: Mapping[str, Any]) -> list[int]:
+        scenario = (setting.get(name, DEFAULTS[name]) for name in ("robots", "targets", "radius"))
+        robots, targets, radius = scenario
+        return [model_seed(root, replicate, robots, targets, radius) for replicate in range(count)]
+
+    return derived
+
+
+def _planned(
+    settings: Iterable[dict[str, Any]], seeds_of: Callable[[Mapping[str, Any]], list[int]]
+) -> Iterator[tuple[dict[str, Any], int, int]]:
+    for setting in settings:
+        for replicate, seed in enumerate(seeds_of(setting)):
+            yield setting, replicate, seed
+
+
+def _columns(measured: Any) -> dict[str, Any]:
+    if isinstance(measured, Mapping):
+        return dict(measured)
+    if hasattr(measured, "_asdict"):
+        return dict(measured._asdict())
+    raise TypeError(f"measure returned {type(measured).__name__}: must be a NamedTuple or a mapping of columns")

@@ -1,0 +1,128 @@
+"""`run_many`: one row for each run, equal to what the model gives alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from teamsight import CMOMMT, Disc, Robot, World, run_many
+from teamsight.analysis.runs.seeds import model_seed, run_seed
+from teamsight.analysis.runs.workers import JobError
+
+
+def alone(row: Any, settings: dict[str, Any]) -> tuple[float, int, float]:
+    model = CMOMMT(**settings, rng=int(row.seed))
+    model.run(int(row.steps))
+    history = model.recording.history
+    return model.observed_fraction, model.max_neighbours, history["mean_neighbours"].mean()
+
+
+def test_each_row_is_what_the_model_gives_alone() -> None:
+    table = run_many(
+        {"robots": [4, 7], "radius": [2.0, 3.5], "awareness": ("none", "ring"), "targets": 5},
+        steps=30, replicates=2, rng=4,
+    )  # fmt: skip
+    assert list(table.columns) == [
+        "robots", "radius", "awareness", "targets", "replicate", "seed", "steps", "observed_fraction",
+        "max_neighbours", "mean_neighbours",
+    ]  # fmt: skip
+    assert len(table) == 2 * 2 * 2 * 2
+    assert not table[["robots", "radius", "awareness", "replicate"]].duplicated().any()
+    for row in table.itertuples():
+        settings = {name: getattr(row, name) for name in ("robots", "radius", "awareness", "targets")}
+        observed, largest, mean = alone(row, settings)
+        assert (row.observed_fraction, row.max_neighbours) == (observed, largest)
+        assert row.mean_neighbours == pytest.approx(mean, rel=1e-12)
+        assert row.seed == model_seed(4, row.replicate, row.robots, 5, row.radius)
+
+
+def test_settings_can_be_given_in_three_ways() -> None:
+    listed = [{"robots": 3, "radius": 2.0}, {"robots": 3, "radius": 3.0}]
+    tables = [
+        run_many(settings, steps=10, seeds=[5, 6])
+        for settings in (listed, {"robots": 3, "radius": [2.0, 3.0]}, pd.DataFrame(listed), iter(listed))
+    ]
+    for table in tables[1:]:
+        pd.testing.assert_frame_equal(table, tables[0])
+    assert tables[0]["seed"].tolist() == [5, 6, 5, 6]
+    assert tables[0]["radius"].tolist() == [2.0, 2.0, 3.0, 3.0]
+
+
+def test_workers_and_progress_change_nothing() -> None:
+    settings = {"robots": [3, 5], "policy": ["a-cmommt", "centroid"], "policy_options": {"idle": "wander"}}
+    seen: list[tuple[float, float]] = []
+    one = run_many(settings, steps=20, replicates=3, rng=1, progress=lambda done, total: seen.append((done, total)))
+    two = run_many(settings, steps=20, replicates=3, rng=1, workers=2)
+    pd.testing.assert_frame_equal(one, two)
+    assert seen[0][0] == pytest.approx(0, abs=1e-6)
+    assert seen[-1][0] == pytest.approx(seen[-1][1])
+
+
+def test_treatments_are_paired_and_roots_differ() -> None:
+    table = run_many({"policy": ["a-cmommt", "random-walk"]}, steps=1, replicates=2, rng=3)
+    seeds = table.pivot(index="replicate", columns="policy", values="seed")
+    assert (seeds["a-cmommt"] == seeds["random-walk"]).all()
+    assert seeds["a-cmommt"].nunique() == 2
+    assert not set(table["seed"]) & set(run_many({}, steps=1, replicates=2, rng=4)["seed"])
+    assert not set(run_many({}, steps=1)["seed"]) & set(run_many({}, steps=1)["seed"])
+
+
+def disc(size: int, rng: int) -> World:
+    world = World(Disc(2.0), rng=rng)
+    world.add(Robot, size, policy="random-walk")
+    return world
+
+
+def positions(world: World, steps: int) -> dict[str, float]:
+    world.run(steps)
+    return {"x": float(world.groups[0].position[0, 0])}
+
+
+def test_any_model_and_any_measure() -> None:
+    table = run_many({"size": [1, 2]}, steps=5, replicates=2, rng=7, model=disc, measure=positions)
+    assert list(table.columns) == ["size", "replicate", "seed", "steps", "x"]
+    assert table["seed"].tolist() == [run_seed(7, 0), run_seed(7, 1)] * 2
+    world = disc(2, table["seed"].iloc[3].item())
+    assert positions(world, 5)["x"] == table["x"].iloc[3]
+
+
+def nothing(world: World, steps: int) -> None:
+    pass
+
+
+@pytest.mark.parametrize(("settings", "named", "error", "message"), [
+    ({"rng": [1, 2]}, {}, ValueError, r"settings: 'rng' is no setting; give it as seeds=\[…\]"),
+    ({"seed": 1}, {}, ValueError, r"'seed' is no setting; give it as seeds=\[…\]"),
+    ({"steps": 1}, {}, ValueError, r"'steps' is no setting; give it as an argument"),
+    ([], {}, ValueError, r"settings: there are none to run; give at least one"),
+    ({"radius": []}, {}, ValueError, r"settings: there are none"),
+    ("robots", {}, TypeError, r"settings='robots': must be a mapping of parameters"),
+    ([3], {}, TypeError, r"settings=3: must be a mapping"),
+    ({}, {"seeds": [1], "rng": 2}, ValueError, r"seeds: cannot be combined with replicates or rng"),
+    ({}, {"seeds": [-1]}, ValueError, r"seeds=-1: must be at least 0"),
+    ({}, {"replicates": 0}, ValueError, r"runs=0: must be at least 1"),
+    ({}, {"steps": 0.5}, TypeError, r"steps=0.5"),
+    ({}, {"workers": 10_000}, ValueError, r"workers=10000: must be at most"),
+    ({"radius": -1}, {}, JobError, r"radius=-1.*in the run radius=-1"),
+    ({"colour": "red"}, {}, JobError, r"colour"),
+    ({}, {"measure": nothing}, TypeError, r"measure returned NoneType: must be a NamedTuple or a mapping"),
+])  # fmt: skip
+def test_what_is_wrong_is_named(settings: Any, named: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        run_many(settings, **({"steps": 1} | named))
+
+
+def test_it_is_imported_when_it_is_used() -> None:
+    code = "import sys, teamsight; print('numpy' in sys.modules); teamsight.run_many; print('pandas' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]
+
+
+def test_an_array_of_values_is_swept() -> None:
+    table = run_many({"radius": np.array([1.0, 2.0])}, steps=1, seeds=[0])
+    assert table["radius"].tolist() == [1.0, 2.0]
