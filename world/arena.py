@@ -159,8 +159,8 @@ class Disc(Arena):
         object.__setattr__(self, "radius", limits.length("radius", self.radius))
 
     @property
-    def size(self) -> tuple[float, float]:
-        return self.radius, 0.0
+    def size(self) -> tuple[float, ...]:
+        return (self.radius,)
 
     @property
     def area(self) -> float:
@@ -196,7 +196,7 @@ class _Rectangle(Arena):
         object.__setattr__(self, "height", limits.length("height", self.height))
 
     @property
-    def size(self) -> tuple[float, float]:
+    def size(self) -> tuple[float, ...]:
         return self.width, self.height
 
     @property

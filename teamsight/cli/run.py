@@ -10,7 +10,6 @@ from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
-    from teamsight.agents.awareness import AWARENESS
     from teamsight.agents.cmommt import CMOMMT
 
 # Number of parts of a long run, after each of which the progress is shown.
@@ -51,12 +50,13 @@ def run(settings: RunSettings) -> None:
       teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
     """
     from teamsight import __version__
+    from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.runs import files
     from teamsight.cli.show import watching
 
     parameters = settings.values(without=("steps", "seed", "save", "force"))
-    if "delta" not in AWARENESS[settings.awareness].options():
+    if settings.awareness not in with_option("delta"):
         del parameters["delta"]
     about = parameters | {"steps": settings.steps, "seed": settings.seed}
     world = CMOMMT(**parameters, rng=settings.seed)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from arenas import Cylinder, Ellipse
+from arenas import Cylinder, Ellipse, Hall
 
 from teamsight.core.kernel import kernel
 from teamsight.world import Arena, Box, Disc, Torus, check_arena
@@ -87,7 +87,9 @@ class Diamond(Arena):
         return (1 - 1e-15) * side * np.stack([u + v - 1.0, u - v], axis=-1)
 
 
-@pytest.mark.parametrize("arena", [Tube(3.0, 2.0), Diamond(), Cylinder(3.0, 2.0), Ellipse(3.0, 2.0)], ids=str)
+@pytest.mark.parametrize(
+    "arena", [Tube(3.0, 2.0), Diamond(), Cylinder(3.0, 2.0), Ellipse(3.0, 2.0), Hall(3.0, 2.0, 0.2)], ids=str
+)
 def test_arenas_of_ones_own_pass(arena: Arena) -> None:
     check_arena(arena)
 
@@ -174,7 +176,7 @@ WRONG = [
     ({"confine": _shrinks}, r"whose heading is no unit vector; turn it"),
     ({"confine": _lost}, r"confine\(.*\) returns \(nan, nan, .*\), which is not finite; return four finite numbers"),
     ({"confine": _sticks}, r"although no wall is near; add the step to the place and keep the heading"),
-    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; `size` returns two"),
+    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; return as many numbers"),
     ({"size": lambda self: (1.0, math.nan)}, r"size=\(1\.0, nan\): must be finite numbers"),
     ({"size": lambda self: 2.0}, r"size=2\.0: must be numbers, such as"),
     ({"bounds": lambda self: (np.ones(2), -np.ones(2))}, r"bounds=\[1\.0, 1\.0\], \[-1\.0, -1\.0\]: the second, upper right corner must lie beyond"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from arenas import Cylinder, Ellipse, Hall
+from chance import generator
 from scipy import stats
 
 from teamsight.world import placement
@@ -18,7 +19,7 @@ ARENAS: list[Arena] = [
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
-    points = placement.uniform(arena, np.random.default_rng().random((2, 4000)))
+    points = placement.uniform(arena, generator().random((2, 4000)))
     assert arena.contains(points).all()
     if isinstance(arena, Disc):
         shares = [np.sum(points**2, axis=1) / 25, (np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)) % 1]
@@ -35,7 +36,7 @@ def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 @pytest.mark.parametrize("count", [1, 2, 7, 12, 15])
 def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: int) -> None:
-    points = placement.spread(arena, np.random.default_rng().random((2, count)), 1.0)
+    points = placement.spread(arena, generator().random((2, count)), 1.0)
     assert len(points) == count
     apart = proximity_graph(points, None, 2 - 1e-6, arena)
     assert not len(apart.identity)
@@ -50,10 +51,12 @@ def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: 
         assert np.min(np.hypot(*(wall[:, None] - points).T)) >= 1 - 2e-3
 
 
-@pytest.mark.parametrize("arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0), Cylinder(6.0, 5.0), Ellipse(4.0, 2.0)], ids=str)
+@pytest.mark.parametrize(
+    "arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0), Cylinder(6.0, 5.0), Ellipse(4.0, 2.0)], ids=str
+)
 @pytest.mark.parametrize("count", [2, 40])
 def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     points = placement.spread(arena, rng.random((2, count)), 1.0)
     assert np.isfinite(points).all()
     assert arena.contains(points).all()
@@ -70,7 +73,7 @@ def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> No
 
 
 def test_spread_robots_see_more_than_random_ones() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     samples = Disc(5.0).place(rng.random(5000), rng.random(5000))
 
     def covered(points: np.ndarray) -> float:
