@@ -108,7 +108,7 @@ def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
     here = rng.uniform(-1, 1, (300, 2))
     search = Search(here, np.full(300, 9.0), 300, 0, Box(40.0, 40.0))
     search.x[:], search.y[:] = here.T
-    assert len(search.identity) < 300 * 299
+    assert len(search.room.identity) < 300 * 299
     assert search.run() == 300 * 299
     search.x[:] += 30.0
     assert search.run() == 0

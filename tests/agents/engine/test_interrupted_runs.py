@@ -16,7 +16,7 @@ from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.engine.engine import Engine
 from teamsight.core.kernel import Entry
 from teamsight.policies import Action, Policy
-from teamsight.world.proximity.search import Search
+from teamsight.world.proximity import search
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -193,10 +193,7 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, m
         "awareness_range": 1.5, "robot_speed": 0.4, "target_speed": 0.02, "rng": 3,
     }  # fmt: skip
     other = CMOMMT(**settings)
-    room = Search._room
-    monkeypatch.setattr(
-        Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted)
-    )
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 1)
     model = CMOMMT(**settings)
     grow, failures = Engine._grow, [0]
 
