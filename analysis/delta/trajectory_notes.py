@@ -9,7 +9,7 @@ import numpy as np
 from teamsight.analysis.delta.trajectory_trials import Trials, recordings
 
 if TYPE_CHECKING:
-    from teamsight.analysis.delta.from_trajectories import Neighbours
+    from teamsight.analysis.delta.trajectory_neighbours import Neighbours
 
 
 def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:

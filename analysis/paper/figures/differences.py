@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
-from teamsight.analysis.plot.style import FAINT, canvas, head
+from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, paired
 
@@ -137,9 +137,3 @@ def gain_in_words(cells: pd.DataFrame, variant: str) -> str:
         f"{text}; significantly more in {more} cells, less in {less} (expected by chance: about "
         f"{_CHANCE * len(of):.0f} each)"
     )
-
-
-def signed(value: float) -> str:
-    """Return a number without decimals and with its sign; what rounds to 0 has no sign."""
-    rounded = round(value)
-    return f"{rounded:+d}".replace("-", "−") if rounded else "0"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT
 from teamsight.agents.engine.engine import Engine
@@ -18,7 +19,7 @@ def gathering(awareness: str) -> CMOMMT:
     """Far more robots than there is room for at first come together around a few targets."""
     return CMOMMT(
         robots=90, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
-        robot_speed=0.4, target_speed=0.02, rng=int(np.random.default_rng().integers(2**31)),
+        robot_speed=0.4, target_speed=0.02, rng=fresh_seed(),
     )  # fmt: skip
 
 

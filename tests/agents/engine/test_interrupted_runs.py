@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import generator
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.engine.engine import Engine
@@ -77,7 +78,7 @@ def test_ctrl_c_at_random_moments() -> None:
     model = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
     other = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
     main, done = threading.main_thread().ident, threading.Event()
-    random = np.random.default_rng()
+    random = generator()
 
     def disturb() -> None:
         while not done.is_set():

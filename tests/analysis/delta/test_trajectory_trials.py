@@ -9,16 +9,23 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from chance import fresh_seed, generator
 from scipy import stats
 
 from teamsight.analysis import neighbour_graph
-from teamsight.analysis.delta import from_trajectories, trajectory_trials
+from teamsight.analysis.delta import (
+    from_trajectories,
+    resample,
+    trajectory_files,
+    trajectory_neighbours,
+    trajectory_trials,
+)
 from teamsight.analysis.delta.advice import rounded_up
 from teamsight.analysis.stats import exceedance
 
 
 def seed_of() -> int:
-    return int(np.random.default_rng().integers(2**31))
+    return fresh_seed()
 
 
 def recorded(
@@ -97,7 +104,7 @@ def test_runs_have_names_and_need_no_order(tmp_path: Path) -> None:
     mixed.to_csv(tmp_path / "t.csv", index=False)
     mixed.to_parquet(tmp_path / "t.parquet")
     for file in ("t.csv", "t.parquet"):
-        found = from_trajectories.read_trajectories(tmp_path / file)
+        found = trajectory_files.read_trajectories(tmp_path / file)
         assert list(found.columns) == ["time", "robot", "x", "y", "run"]
         report = from_trajectories.delta_from_trajectories(found, 1.0, risk=0.5)
         assert report.maxima["run"].tolist() == names.tolist()
@@ -111,7 +118,7 @@ def test_nothing_is_interpolated_from_one_run_to_the_next() -> None:
     # One clock without a pause: the second run begins a step after the first has ended, elsewhere.
     rows = [(run, 3 * run + t, robot, 100 * run + robot, 0) for run in range(2) for t in range(3) for robot in range(2)]
     record = pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"])
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 1.5, step=0.5)
+    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 1.5, step=0.5)
     assert found.over_time["time"].tolist() == [0, 0.5, 1, 1.5, 2, 3, 3.5, 4, 4.5, 5]
     assert found.over_time["run"].tolist() == [0] * 5 + [1] * 5
     assert found.over_time["max_degree"].tolist() == [1] * 10
@@ -181,7 +188,7 @@ def test_the_window_that_nobody_chose(lengths: list[int], runs: bool, window: in
     record = pd.DataFrame({"time": np.tile(time, 2), "robot": np.repeat([1, 2], len(time)), "x": 0.0, "y": 0.0})
     if runs:
         record["run"] = np.tile(run, 2)
-    grid = from_trajectories.make_grid(from_trajectories.check_trajectories(record), 1.0, 5.0)
+    grid = resample.make_grid(trajectory_files.check_trajectories(record), 1.0, 5.0)
     assert grid.length.tolist() == lengths
     assert trajectory_trials.window_frames(grid, None) == window
 
@@ -215,7 +222,7 @@ def test_recordings_of_robots_that_stay_where_they_were_are_no_independent_trial
 
 
 def test_effective_number_of_runs() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     runs, size, share = 3000, 10, 0.9
     run = np.repeat(np.arange(runs), size)
     walk = np.zeros((runs, size))
