@@ -1,4 +1,4 @@
-"""The search space of a learner under each degree of awareness: how many inputs, how many situations (Fig. 2)."""
+"""Inputs and size of the search space of a learner under each degree of awareness (Fig. 2)."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from teamsight.agents.awareness.pairwise import SIGMA
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 
-#: n, the sensors that perceive the world itself: one ring of 16 (§8, footnote 2).
+#: n, the inputs that do not describe teammates: one ring of 16 sectors (§8, footnote 2).
 OWN_INPUTS = OWN_SECTORS
-#: δ, the inputs for all teammates together under Θ(1).
+#: δ, the inputs that Θ(1) adds for all teammates together.
 DELTA = RingAwareness.delta
-#: p, the possible readings of one sensor: the fewest that any sensor has, so that p^d is a lower bound.
+#: p, the possible readings of one input. 2 is the smallest number, so that p^d is a lower bound.
 READINGS = 2
 
 
 def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = DELTA, sigma: int = SIGMA) -> int:
-    """Return d, the number of inputs of one robot: the dimensions of its search space.
+    """Return d, the number of inputs of a robot, which is the dimension of its search space.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     team_size : int
         N, at least 1.
     own : int
-        n, the inputs that perceive the world itself.
+        n, the inputs that do not describe teammates.
     delta : int
         δ, the inputs that Θ(1) adds for all teammates together.
     sigma : int
@@ -49,16 +49,15 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     -----
     *Source:* §3 and Fig. 1, drawn in Fig. 2 with n = 16, δ = 16, σ = 2.
 
-    The paper calls the degree that shares all inputs "o(N)". Its n + nN grows in proportion to N, which the usual
-    notation (of the book that the paper cites) writes Θ(N), as for n + σN: the two differ by a constant factor n/σ,
-    not in their growth; and o(N) would mean *slower* than N. The paper's label is kept as a name only.
+    The paper calls the degree that shares all inputs o(N). Its n + nN grows in proportion to N, and is written Θ(N) in
+    the usual notation, like n + σN; o(N) usually means slower growth than N. The paper's label is kept as a name.
 
-    Fig. 1 asks that δ < N and, for σ, that N ≤ σ < nN; Fig. 2 itself is drawn with δ = 16 from N = 1 on and with σ = 2.
-    What §3.4 needs is δ < σN < nN: below N = δ/σ a fixed ring has *more* inputs than a list of all teammates, see
-    `ring_pays_from`. Nothing here enforces either.
+    Fig. 1 asks for δ < N and, for σ, for N ≤ σ < nN, but Fig. 2 is drawn with δ = 16 from N = 1 on and with σ = 2. What
+    §3.4 needs is δ < σN < nN: for teams smaller than δ/σ, a ring has more inputs than a list of all teammates; see
+    `ring_pays_from`. These conditions are not checked.
 
-    A robot has N − 1 teammates, so the arrays of a situation are a little narrower than these formulas: the awareness
-    components' ``width(team_size)`` gives what they really have.
+    A robot has N − 1 teammates, so its situation vector has slightly fewer components than these formulas say; for its
+    length see the ``width(team_size)`` of a degree.
     """
     formula = AWARENESS[checks.choice("degree", degree, AWARENESS)].dimensions
     sizes = (("own", own), ("delta", delta), ("sigma", sigma), ("team_size", team_size))
@@ -66,29 +65,34 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
 
 
 def size(dimensions: int, readings: int = READINGS) -> int:
-    """Return p^d, the number of situations that can be told apart, exactly.
+    """Return p^d, the number of different situations, exactly.
 
     Parameters
     ----------
     dimensions : int
         d, the number of inputs.
     readings : int
-        p, the possible readings of one sensor.
+        p, the possible readings of one input.
 
     Notes
     -----
-    *Source:* §3, "the search space size = p^d". The paper gives no p.
+    *Source:* §3, "the search space size = p^d". The paper gives no value of p.
     """
     return int(checks.count("readings", readings) ** checks.count("dimensions", dimensions, least=0))
 
 
 def log10_size(dimensions: int, readings: int = READINGS) -> float:
-    """Return log10 of p^d, which does not overflow."""
+    """Return log10 of p^d, without overflow; for the parameters see `size`."""
     return checks.count("dimensions", dimensions, least=0) * math.log10(checks.count("readings", readings))
 
 
 def ring_pays_from(delta: int = DELTA, sigma: int = SIGMA) -> int:
-    """Return the smallest team for which δ inputs are fewer than the σN of a list of all teammates.
+    """Return the smallest team size for which δ inputs are fewer than the σN of a list of all teammates.
+
+    Parameters
+    ----------
+    delta, sigma : int
+        δ and σ.
 
     Notes
     -----
@@ -107,6 +111,15 @@ def dimensions_table(
 ) -> pd.DataFrame:
     """Return the data of Fig. 2, one row for each degree and team size.
 
+    Parameters
+    ----------
+    team_sizes : iterable of int
+        Values of N.
+    own, delta, sigma : int
+        See `inputs`.
+    readings : int
+        See `size`.
+
     Returns
     -------
     DataFrame
@@ -114,9 +127,9 @@ def dimensions_table(
 
     Notes
     -----
-    *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``; it does not fit a column of integers.
+    *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``, which can exceed 64 bits.
     """
-    team_sizes = list(team_sizes)  # read once for each degree
+    team_sizes = list(team_sizes)  # an iterator could be used only once
     rows = []
     for name, degree in AWARENESS.items():
         for team_size in team_sizes:

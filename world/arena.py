@@ -110,7 +110,7 @@ class Arena(ABC):
         """Return the shortest way from each `start` to its `end`, shape (..., 2) [length]."""
         way = np.asarray(end, float) - np.asarray(start, float)
         period = kernel_period(self)
-        return way - period * np.rint(way / period) if any(self.period) else way
+        return np.asarray(way - period * np.rint(way / period)) if any(self.period) else way
 
     def check_reach(self, reach: float) -> None:
         """Refuse a range within which a body would be found twice.

@@ -17,7 +17,7 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
 from teamsight.agents.recording.explore import meet, memory_of, settings_of
 from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Experience
+from teamsight.agents.recording.transitions import Transitions
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.run import Run
@@ -132,23 +132,23 @@ class Exploration:
             return settings_of(model, model.robots) | {"steps": self.steps, "runs": self.runs, "seed": self.seed}
 
 
-def transitions(world: World, steps: int) -> Experience:
+def transitions(world: World, steps: int) -> Transitions:
     """Run a world and return the transitions of its robots."""
     assert isinstance(world, CMOMMT)
     return meet(world, world.robots, steps)
 
 
-def _encode(found: Experience) -> bytes:
+def _encode(found: Transitions) -> bytes:
     arrays = {"situation": found.situation, "action": found.action, "next_situation": found.next_situation}
     arrays |= {f"fact {name}": values for name, values in found.facts.items()}
     return safetensors.numpy.save({name: np.ascontiguousarray(values) for name, values in arrays.items()})
 
 
-def _decode(content: bytes) -> Experience:
+def _decode(content: bytes) -> Transitions:
     try:
         arrays = safetensors.numpy.load(content)
         facts = {name: arrays[f"fact {name}"] for name in FACTS}
-        return Experience(arrays["situation"], arrays["action"], arrays["next_situation"], facts)
+        return Transitions(arrays["situation"], arrays["action"], arrays["next_situation"], facts)
     except (safetensors.SafetensorError, KeyError) as error:
         raise ValueError("not transitions") from error
 

@@ -70,7 +70,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
     from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.analysis.runs.workers import WorkerPool
     from teamsight.cli.show import watching
 
     if settings.save:
@@ -87,7 +87,8 @@ def evaluate(settings: EvaluateSettings) -> None:
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"), watching() as watch:
         policies = _learned(settings, memory, watch)
-        with WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
+        work = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
+        with WorkerPool(limits.workers_for(settings.workers, work), IMPORTS, watch.print) as pool:
             table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)

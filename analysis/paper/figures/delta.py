@@ -17,11 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 _EXPERIMENTS = {"none": "delta-none", "ring": "delta-ring", "pairwise": "delta-pairwise"}
-_LABELS = {
-    name: f"{degree.__name__}, {degree.order}: {degree.shows}"
-    for name, degree in AWARENESS.items()
-    if name in _EXPERIMENTS
-}
 _COLUMNS = 3
 
 
@@ -61,6 +56,11 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     return figure
 
 
+def _label(name: str) -> str:
+    degree = AWARENESS[name]
+    return f"{degree.__name__}, {degree.order}: {degree.shows}"
+
+
 def _most_neighbours(runs: pd.DataFrame, robots: int, radius: float) -> int:
     of = (runs["awareness"] == "pairwise") & (runs["robots"] == robots) & (runs["radius"] == radius)
     return int(runs.loc[of, "max_neighbours"].max())
@@ -73,14 +73,12 @@ def _panel(axes: Axes, cells: pd.DataFrame) -> None:
         cell = cells[cells["awareness"] == degree].iloc[0]
         if banded:
             axes.axhspan(100 * cell["low"], 100 * cell["high"], color=DEGREE[degree], alpha=0.18, linewidth=0)
-        axes.axhline(100 * cell["mean"], color=DEGREE[degree], linewidth=1.8, linestyle="--", label=_LABELS[degree])
+        axes.axhline(100 * cell["mean"], color=DEGREE[degree], linewidth=1.8, linestyle="--", label=_label(degree))
     ring = cells[cells["awareness"] == "ring"].sort_values("delta")
     if banded:
         low, high = (100 * ring[side].to_numpy() for side in ("low", "high"))
         axes.fill_between(ring["delta"], low, high, color=DEGREE["ring"], alpha=0.2, linewidth=0)
-    axes.plot(
-        ring["delta"], 100 * ring["mean"], color=DEGREE["ring"], marker="o", markersize=4.5, label=_LABELS["ring"]
-    )
+    axes.plot(ring["delta"], 100 * ring["mean"], color=DEGREE["ring"], marker="o", markersize=4.5, label=_label("ring"))
     axes.set_xscale("log", base=2)
     axes.set_xticks(ring["delta"], [str(delta) for delta in ring["delta"]])
     axes.minorticks_off()

@@ -31,13 +31,19 @@ print(*sys.modules)
 
 
 @pytest.mark.short
-def test_a_figure_in_closed_form_imports_no_simulation(tmp_path: Path) -> None:
+def test_a_figure_in_closed_form_imports_neither_worlds_nor_policies(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", REPRODUCE_2, str(tmp_path)], capture_output=True, text=True, check=True,
         env=dict(os.environ, PYTHONPATH=str(ROOT)),
     )  # fmt: skip
     assert (tmp_path / "figure-2.parquet").exists()
-    packages = ("teamsight.agents", "teamsight.policies", "teamsight.world", "teamsight.analysis.learning", "mesa")
+    packages = (
+        "teamsight.agents.model",
+        "teamsight.policies",
+        "teamsight.world",
+        "teamsight.analysis.learning",
+        "mesa",
+    )
     assert [name for name in done.stdout.split() if name.startswith(packages)] == []
 
 
