@@ -9,9 +9,24 @@ from functools import partial
 from typing import Any
 
 import mesa
+import numpy as np
 
 # The priority of mesa 3.5's own event for a step: it precedes events of the same time and default priority.
 _HIGH = 1
+
+
+class LazyGenerator:
+    """The attribute `rng` of a model: mesa's generator. When set to None, it is seeded anew on first use."""
+
+    def __get__(self, model: Any, owner: type | None = None) -> Any:
+        if model is None:
+            return self
+        if model._generator is None:
+            model._generator = np.random.default_rng(model.seed_used)
+        return model._generator
+
+    def __set__(self, model: Any, generator: np.random.Generator | None) -> None:
+        model._generator = generator
 
 
 def take_over_step(model: mesa.Model) -> None:

@@ -81,6 +81,7 @@ class World(mesa.Model):  # type: ignore[misc]
         self._stepper = Stepper(self, data, self._engine, self.recording, type(self).step is not World.step)
         self._states = StateKeeper(self, data, self._engine, self.recording)
 
+    rng = mesa_compat.LazyGenerator()
     policy = SettingOfGroups()
     awareness = SettingOfGroups()
     speed = SettingOfGroups()

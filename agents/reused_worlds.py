@@ -14,7 +14,6 @@ from teamsight.agents.cmommt import CMOMMT, DEFAULTS
 from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
-from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.core import checks
 from teamsight.world.noise import key_of
 from teamsight.world.starts import Starts
@@ -91,6 +90,8 @@ class _Built:
         self._kind = _without_numbers(parameters)
         self._numbers = _numbers(parameters)
         self._trace, self._names = _trace(world), {*vars(world)}
+        self._states = first_states(world._data)
+        self._collector = world.recording.collector
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
 
@@ -115,10 +116,10 @@ class _Built:
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
-        world._begin(seed, self._start, run, first_states(world._data))
-        world.recording.collector = HistoryCollector()
+        world._begin(seed, self._start, run, self._states)
+        world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
-        world.rng = np.random.default_rng(seed)
+        world.rng = None
         world._stepper.begin_to_collect()
         return True
 

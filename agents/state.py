@@ -173,7 +173,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     """Return an empty collector with the same reporters."""
     if isinstance(collector, HistoryCollector):
-        return HistoryCollector()
+        return collector.emptied()
     names = ("model_reporters", "agent_reporters", "agenttype_reporters")
     return type(collector)(**{name: getattr(collector, name) for name in names})
 

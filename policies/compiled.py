@@ -4,70 +4,44 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, inlined, specialise
-from teamsight.core.neighbour_list import NeighbourList
-from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState
-
-_SEEN = ("start", "identity", "offset", "distance")
-
-DECISION = np.dtype(
-    [(name, np.int64) for name in ("size", "heading", "moved", "speed", "sensing_range", "awareness_range")]
-    + [(f"{kind}_{name}", np.int64) for kind in ("targets", "teammates", "relayed") for name in _SEEN]
-    + [(name, np.int64) for name in ("situation", "width", "parameters", "parameter_count")]
-    + [(name, np.int64) for name in ("table", "table_rows", "table_columns")]
-    + [(name, np.int64) for name in ("floats", "floats_slots", "floats_fields", "ints", "ints_slots", "ints_fields")]
-    + [(name, np.int64) for name in ("noise", "draws", "noise_size", "action_heading", "action_distance")]
-)
+from teamsight.core.kernel import Entry, Packed, Record, specialise
+from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
 
-@inlined
-def neighbour_list_at(size: int, start: int, identity: int, offset: int, distance: int) -> NeighbourList:
-    """Return the sightings of `size` robots whose arrays lie at these addresses."""
-    first = array_at(start, size + 1, np.int64)
-    count = first[size]
-    return NeighbourList(
-        first,
-        array_at(identity, count, np.int64),
-        array_at(offset, (count, 2), np.float64),
-        array_at(distance, count, np.float64),
-    )
+class Decision(NamedTuple):
+    """The record of a decision.
+
+    Attributes
+    ----------
+    percept, arrays, action
+        The arguments of the policy's kernel.
+    noise : ndarray, shape (ticks, draws, lanes), float64
+        The uniform numbers of some ticks. Rows can be longer than there are robots.
+    tick : ndarray, shape (1,), int64
+        The present tick; its numbers are ``noise[tick % ticks]``.
+    """
+
+    percept: Percept
+    arrays: PolicyArrays
+    noise: Annotated[Floats, "ticks", "draws", "lanes"]
+    tick: Annotated[Integers, 1]
+    action: Action
 
 
-def _decide(address: int) -> int:
-    d = array_at(address, 1, DECISION)[0]
-    n = d.size
-    targets = neighbour_list_at(n, d.targets_start, d.targets_identity, d.targets_offset, d.targets_distance)
-    teammates = neighbour_list_at(n, d.teammates_start, d.teammates_identity, d.teammates_offset, d.teammates_distance)
-    relayed = neighbour_list_at(n, d.relayed_start, d.relayed_identity, d.relayed_offset, d.relayed_distance)
-    percept = Percept(
-        array_at(d.heading, (n, 2), np.float64),
-        array_at(d.moved, (n, 2), np.float64),
-        array_at(d.speed, n, np.float64),
-        array_at(d.sensing_range, n, np.float64),
-        array_at(d.awareness_range, n, np.float64),
-        targets,
-        teammates,
-        relayed,
-        array_at(d.situation, (n, d.width), np.float32),
-    )
-    arrays = PolicyArrays(
-        array_at(d.parameters, d.parameter_count, np.float64),
-        array_at(d.table, (d.table_rows, d.table_columns), np.float32),
-        PolicyState(
-            array_at(d.floats, (n, d.floats_slots, d.floats_fields), np.float64),
-            array_at(d.ints, (n, d.ints_slots, d.ints_fields), np.int64),
-        ),
-    )
-    action = Action(
-        array_at(d.action_heading, (n, 2), np.float64),
-        array_at(d.action_distance, n, np.float64),
-    )
-    decision_kernel(percept, arrays, array_at(d.noise, (d.draws, d.noise_size), np.float64), action)  # type: ignore[name-defined]  # noqa: F821
+DECISION = Record(Decision)
+decision_at = DECISION.at
+
+
+def decide_at(address: int) -> int:
+    """Call a policy's kernel on the arrays of a decision record."""
+    decision = decision_at(address)
+    noise = decision.noise[decision.tick[0] % decision.noise.shape[0]]
+    decision_kernel(decision.percept, decision.arrays, noise, decision.action)  # type: ignore[name-defined]  # noqa: F821
     return 0
 
 
@@ -119,7 +93,7 @@ class CompiledPolicy(Policy):
     def entry(cls) -> Entry:
         """Return the compiled decision of this kind of policy."""
         if cls.kernel not in _ENTRIES:
-            _ENTRIES[cls.kernel] = specialise(_decide, cls.__name__.lower(), decision_kernel=cls.kernel)
+            _ENTRIES[cls.kernel] = specialise(decide_at, cls.__name__.lower(), decision_kernel=cls.kernel)
         return _ENTRIES[cls.kernel]
 
     def decide(self, percept: Percept, memory: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:
@@ -140,10 +114,8 @@ class CompiledPolicy(Policy):
         size = len(percept.heading)
         action = Action(np.zeros((size, 2)), np.zeros(size))
         after = PolicyState(memory.floats.copy(), memory.ints.copy())
-        record = np.zeros(1, DECISION)
-        kept = bind_decision(record[0], self, percept, after, np.ascontiguousarray(noise, float), action)
-        self.entry()(record.ctypes.data)
-        del kept
+        dense = np.ascontiguousarray(noise, float)[np.newaxis]
+        self.entry()(pack_decision(self, percept, after, dense, np.zeros(1, np.int64), action))
         return action, after
 
 
@@ -166,35 +138,15 @@ def check_memory(policy: CompiledPolicy, memory: Any, size: int) -> None:
             raise ValueError(f"{name}.{part}: has the shape {array.shape}; it must be dense, ({size}, slots, fields)")
 
 
-def bind_decision(
-    record: Any, policy: CompiledPolicy, percept: Percept, memory: PolicyState, noise: Floats, action: Action
-) -> list[npt.NDArray[Any]]:
-    """Write the addresses of all that a decision reads and writes into a record.
+def pack_decision(
+    policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats, tick: Integers, action: Action
+) -> Packed[Decision]:
+    """Return the record of a decision; parameters as for `Decision`."""
+    check_memory(policy, state, len(percept.heading))
+    parameters, table = np.array(policy.parameters, float), np.ascontiguousarray(policy.table, np.float32)
+    return DECISION.pack(Decision(_dense(percept), PolicyArrays(parameters, table, state), noise, tick, action))
 
-    Returns
-    -------
-    list of ndarray
-        The arrays; whoever uses the record must keep them.
-    """
-    check_memory(policy, memory, len(percept.heading))
-    given = PolicyArrays(np.array(policy.parameters, float), np.ascontiguousarray(policy.table, np.float32), memory)
-    arrays: dict[str, npt.NDArray[Any]] = {
-        "heading": percept.heading, "moved": percept.moved, "speed": percept.speed,
-        "sensing_range": percept.sensing_range, "awareness_range": percept.awareness_range,
-        "situation": percept.situation, "parameters": given.parameters, "table": given.table,
-        "floats": memory.floats, "ints": memory.ints, "noise": noise,
-    }  # fmt: skip
-    for kind in ("targets", "teammates", "relayed"):
-        arrays |= {f"{kind}_{name}": getattr(getattr(percept, kind), name) for name in _SEEN}
-    # A caller's arrays may be views with gaps; kernels read dense ones.
-    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    arrays |= {"action_heading": action.heading, "action_distance": action.distance}
-    for name, array in arrays.items():
-        record[name] = array.ctypes.data
-    record["size"], record["width"] = percept.situation.shape
-    record["parameter_count"] = len(given.parameters)
-    record["table_rows"], record["table_columns"] = given.table.shape
-    record["floats_slots"], record["floats_fields"] = memory.floats.shape[1:]
-    record["ints_slots"], record["ints_fields"] = memory.ints.shape[1:]
-    record["draws"], record["noise_size"] = noise.shape
-    return list(arrays.values())
+
+def _dense(value: Any) -> Any:
+    """Return a percept whose arrays are dense: a caller's may be views with gaps."""
+    return type(value)(*map(_dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import Filled
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -37,15 +37,15 @@ class Percept(NamedTuple):
         The situation vector for learners; width 0 unless the policy declares `inputs`.
     """
 
-    heading: Floats
-    moved: Floats
-    speed: Floats
-    sensing_range: Floats
-    awareness_range: Floats
-    targets: NeighbourList
-    teammates: NeighbourList
-    relayed: NeighbourList
-    situation: npt.NDArray[np.float32]
+    heading: Annotated[Floats, "n", 2]
+    moved: Annotated[Floats, "n", 2]
+    speed: Annotated[Floats, "n"]
+    sensing_range: Annotated[Floats, "n"]
+    awareness_range: Annotated[Floats, "n"]
+    targets: Filled
+    teammates: Filled
+    relayed: Filled
+    situation: Annotated[npt.NDArray[np.float32], "n", "width"]
 
 
 class Action(NamedTuple):
@@ -59,8 +59,8 @@ class Action(NamedTuple):
         [length]; limited by the body's speed, and negative values count as 0.
     """
 
-    heading: Floats
-    distance: Floats
+    heading: Annotated[Floats, "n", 2]
+    distance: Annotated[Floats, "n"]
 
 
 class PolicyState(NamedTuple):
@@ -72,8 +72,8 @@ class PolicyState(NamedTuple):
     ints : ndarray, shape (n, slots, fields), int64
     """
 
-    floats: Floats
-    ints: Integers
+    floats: Annotated[Floats, "n", "slots", "fields"]
+    ints: Annotated[Integers, "n", "int slots", "int fields"]
 
 
 class PolicyArrays(NamedTuple):
@@ -89,8 +89,8 @@ class PolicyArrays(NamedTuple):
         The state of each robot; the kernel changes it in place.
     """
 
-    parameters: Floats
-    table: npt.NDArray[np.float32]
+    parameters: Annotated[Floats, "p"]
+    table: Annotated[npt.NDArray[np.float32], "rows", "columns"]
     state: PolicyState
 
 

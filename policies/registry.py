@@ -5,10 +5,12 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
-from teamsight.policies.interface import Policy
+
+if TYPE_CHECKING:
+    from teamsight.policies.interface import Policy
 
 #: By name, the module and the class or function that makes the policy. Its parameters are the policy's options.
 POLICIES = {

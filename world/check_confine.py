@@ -3,20 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, specialise
-from teamsight.core.kernel.guard import READ_ONLY, guarded_at
-from teamsight.core.kernel.guarded_arrays import Axis, Named, machine_code, run_guarded
+from teamsight.core.kernel import Entry, Record, specialise
+from teamsight.core.kernel.guarded_arrays import Axis, machine_code, run_guarded
 from teamsight.core.kernel.guarded_copy import guarded
+from teamsight.core.kernel.guarded_record import GuardedRecord
 from teamsight.world.arena import Arena, Points
 from teamsight.world.motion import advance_entry
 
-STEPS = np.dtype([(name, np.int64) for name in ("count", "given", "reached", "size")])
-"""How many steps, where they begin (x, y, step, heading), where they end (x, y, heading), and the arena's size."""
+
+class Steps(NamedTuple):
+    """The record of some steps: where they begin, where they end and the size of the arena.
+
+    Attributes
+    ----------
+    given : ndarray, shape (k, 6), float64
+        x, y, the step and the heading of each.
+    reached : ndarray, shape (k, 4), float64
+        Written: x, y and the heading of each.
+    size : ndarray, shape (sizes,), float64
+        The size of the arena.
+    """
+
+    given: Annotated[Points, "k", 6]
+    reached: Annotated[Points, "k", 4]
+    size: Annotated[Points, "sizes"]
+
+
+STEPS = Record(Steps)
+steps_at = STEPS.at
 
 # Steps in units of the arena's extent: none, some too short to change a place, up to many crossings.
 _LENGTHS = (0.0, 5e-324, 1e-300, 1e-17, 1e-12, 1e-6, 0.01, 0.3, 1.0, 7.3, 1e3)
@@ -24,15 +43,18 @@ _DIRECTIONS = 24
 _HALVINGS = 60
 _WALKERS, _WALK = 64, 300
 
-_ARRAYS = [Named("", ()), Named("size", (Axis("elements", "`size` returns two numbers"),))]
+_STEP, _PART = Axis("steps", "there are no more"), Axis("components", "there are no more")
+_GUARDED = GuardedRecord(
+    STEPS,
+    ("given", "reached"),
+    {"k": _STEP, "6": _PART, "4": _PART, "sizes": Axis("elements", "`size` returns two numbers")},
+)
 
 
 def _confine_all(address: int) -> int:
-    steps = array_at(address, 1, STEPS)[0]
-    given = array_at(steps.given, (steps.count, 6), np.float64)
-    reached = array_at(steps.reached, (steps.count, 4), np.float64)
-    size = guarded_at(steps.size, 2, np.float64, 1 + READ_ONLY)
-    for k in range(steps.count):
+    steps = steps_at(address)
+    given, reached, size = steps.given, steps.reached, steps.size
+    for k in range(given.shape[0]):
         x, y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
             given[k, 0], given[k, 1], given[k, 2], given[k, 3], given[k, 4], given[k, 5], size
         )
@@ -162,11 +184,9 @@ def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.fl
     """Return where steps, shape (n, 6), lead, shape (n, 4)."""
     rule, name = type(arena).confine, type(arena).__name__
     if rule not in _ENTRIES:
-        made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule))
+        made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule), steps_at=_GUARDED.at)
         _ENTRIES[rule] = machine_code(name, "confine", made, advance_entry(arena))
     entry = _ENTRIES[rule] or specialise(_confine_all, name.lower(), confine=rule)
     size, reached = np.array(arena.size, float), np.full((len(given), 4), np.nan)
-    record = np.zeros(1, STEPS)
-    record[0] = (len(given), given.ctypes.data, reached.ctypes.data, size.ctypes.data)
-    run_guarded(name, "confine", entry, record.ctypes.data, _ARRAYS)
+    run_guarded(name, "confine", entry, STEPS.pack(Steps(given, reached, size)), _GUARDED.arrays)
     return reached

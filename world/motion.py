@@ -4,31 +4,50 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, inlined, specialise
-from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.bodies import Bodies
-
-MOVE = np.dtype(
-    [(name, np.int64) for name in ("size", "position", "heading", "moved", "speed", "turn_cosine", "turn_sine")]
-    + [(name, np.int64) for name in ("action_heading", "action_distance", "arena_size")]
-    + [(name, np.float64) for name in ("period_x", "period_y", "low_x", "low_y", "high_x", "high_y")]
-)
-"""A group's bodies, the actions that they are to carry out, and the arena with the box around it."""
+from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
+from teamsight.world.arena import Arena, Box, Disc, Torus, kernel_period
+from teamsight.world.bodies import Bodies, Column
 
 
-class Motion(NamedTuple):
-    """A group's motion: the compiled step and the record that it works on.
+class Move(NamedTuple):
+    """The record of a move: the bodies of a group, their actions and the arena.
 
-    In an arena of a user's own the step returns how many bodies it has led out of the box around the arena.
+    Attributes
+    ----------
+    position, heading, moved, speed, turn_cosine, turn_sine
+        As in `Bodies`.
+    aim : ndarray, shape (n, 2), float64
+        Where each wants to face: a unit vector; (0, 0) keeps the heading.
+    distance : ndarray, shape (n,), float64
+        How far each wants to go [length]; below 0 counts as 0, above the body's speed as its speed.
+    arena_size : ndarray, shape (sizes,), float64
+        The size of the arena, for its wall.
+    period : ndarray, shape (2,), float64
+        The period of the arena, from `kernel_period`.
+    box : ndarray, shape (2, 2), float64
+        The lowest and the highest corner of the box around the arena.
     """
 
-    entry: Entry
-    record: npt.NDArray[Any]
+    position: Annotated[Column, "n", 2]
+    heading: Annotated[Column, "n", 2]
+    moved: Annotated[Column, "n", 2]
+    speed: Annotated[Column, "n"]
+    turn_cosine: Annotated[Column, "n"]
+    turn_sine: Annotated[Column, "n"]
+    aim: Annotated[Column, "n", 2]
+    distance: Annotated[Column, "n"]
+    arena_size: Annotated[Column, "sizes"]
+    period: Annotated[Column, 2]
+    box: Annotated[Column, 2, 2]
+
+
+MOVE = Record(Move)
+move_at = MOVE.at
 
 
 @inlined
@@ -59,36 +78,28 @@ def is_action(heading_x: float, heading_y: float, distance: float) -> bool:
 
 
 @inlined
-def _beyond_box(move: Any, x: float, y: float) -> bool:
+def _beyond_box(box: Any, x: float, y: float) -> bool:
     # Not "beyond a side": what is no number is on no side.
-    return not (move.low_x <= x <= move.high_x and move.low_y <= y <= move.high_y)
+    return not (box[0, 0] <= x <= box[1, 0] and box[0, 1] <= y <= box[1, 1])
 
 
 @inlined
-def _nowhere(move: Any, x: float, y: float) -> bool:
+def _nowhere(box: Any, x: float, y: float) -> bool:
     return False
 
 
 def _advance(address: int) -> int:
-    move = array_at(address, 1, MOVE)[0]
-    size = move.size
-    position = array_at(move.position, (size, 2), np.float64)
-    heading = array_at(move.heading, (size, 2), np.float64)
-    moved = array_at(move.moved, (size, 2), np.float64)
-    speed = array_at(move.speed, size, np.float64)
-    turn_cosine = array_at(move.turn_cosine, size, np.float64)
-    turn_sine = array_at(move.turn_sine, size, np.float64)
-    action_heading = array_at(move.action_heading, (size, 2), np.float64)
-    action_distance = array_at(move.action_distance, size, np.float64)
-    arena_size = array_at(move.arena_size, 2, np.float64)
-    # Read once: the compiler cannot know that what the loop writes leaves the record alone.
-    period_x = move.period_x
-    period_y = move.period_y
+    move = move_at(address)
+    position, heading, moved, speed = move.position, move.heading, move.moved, move.speed
+    aim, turn_cosine, turn_sine = move.aim, move.turn_cosine, move.turn_sine
+    # Read once: the compiler cannot know that what the loop writes leaves the arrays of the arena alone.
+    period_x = move.period[0]
+    period_y = move.period[1]
     outside = 0
-    for i in range(size):
-        aim_x = action_heading[i, 0]
-        aim_y = action_heading[i, 1]
-        distance = action_distance[i]
+    for i in range(position.shape[0]):
+        aim_x = aim[i, 0]
+        aim_y = aim[i, 1]
+        distance = move.distance[i]
         x = position[i, 0]
         y = position[i, 1]
         heading_x = heading[i, 0]
@@ -97,9 +108,9 @@ def _advance(address: int) -> int:
             heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
         distance = min(max(distance, 0.0), speed[i])
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
-            x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, arena_size
+            x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, move.arena_size
         )
-        outside += is_outside(move, new_x, new_y)  # type: ignore[name-defined]  # noqa: F821
+        outside += is_outside(move.box, new_x, new_y)  # type: ignore[name-defined]  # noqa: F821
         step_x = new_x - x
         step_y = new_y - y
         if period_x > 0.0:
@@ -125,7 +136,10 @@ def is_watched(arena: Arena) -> bool:
 
 
 def advance_entry(arena: Arena) -> Entry:
-    """Return the compiled step of bodies in arenas of this kind."""
+    """Return the compiled step of bodies in arenas of this kind.
+
+    In an arena of a user's own it returns how many bodies it has led out of the box around the arena.
+    """
     rule = type(arena).confine
     watch = _beyond_box if is_watched(arena) else _nowhere
     if (rule, watch) not in _ENTRIES:
@@ -134,10 +148,8 @@ def advance_entry(arena: Arena) -> Entry:
     return _ENTRIES[rule, watch]
 
 
-def motion(
-    arena: Arena, bodies: Bodies, action_heading: npt.NDArray[np.float64], action_distance: npt.NDArray[np.float64]
-) -> Motion:
-    """Return the motion of `bodies` under the actions that these arrays will hold.
+def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Packed[Move]:
+    """Return the record of a move of `bodies` under the actions that these arrays will hold; see `Move`.
 
     Parameters
     ----------
@@ -145,20 +157,16 @@ def motion(
         Where they move.
     bodies : Bodies
         Who moves.
-    action_heading : ndarray, shape (n, 2), float64
-        Where each wants to face: a unit vector; (0, 0) keeps the heading.
-    action_distance : ndarray, shape (n,), float64
-        How far each wants to go [length]; below 0 counts as 0, above the body's speed as its speed.
+    aim : ndarray, shape (n, 2), float64
+        Where each wants to face.
+    distance : ndarray, shape (n,), float64
+        How far each wants to go [length].
     """
-    record = np.zeros(1, MOVE)
-    arrays = (
-        bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine,
-        action_heading, action_distance, bodies.arena_size,
-    )  # fmt: skip
-    addresses = (array.ctypes.data for array in arrays)
-    box = np.ravel(arena.bounds) if is_watched(arena) else (0.0,) * 4
-    record[0] = (len(bodies.position), *addresses, *arena.period, *box)
-    return Motion(advance_entry(arena), record)
+    period, box = kernel_period(arena), np.array(arena.bounds, float)
+    return MOVE.pack(Move(
+        bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
+        distance, bodies.arena_size, period, box,
+    ))  # fmt: skip
 
 
 def turn_limit(limit: float) -> tuple[float, float]:

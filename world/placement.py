@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world.arena import Arena
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.proximity.search import Search, proximity_graph
 
 Points = npt.NDArray[np.float64]
 
@@ -84,16 +84,18 @@ def _closest(arena: Arena, points: Points) -> float:
 def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> Points:
     apart = 2 * radius * (1 + 1e-6)
     limits = [side / 2 for side in arena.period if side > 0]
-    reach = min([apart, *limits])
+    points = np.array(points)
+    search = Search(points, np.full(len(points), min([apart, *limits])), len(points), 0, arena)
+    everybody = np.arange(len(points))
     for _ in range(_SWEEPS):
-        graph = proximity_graph(points, None, reach, arena)
-        if not len(graph.identity):
+        search.x[:], search.y[:] = points.T
+        if not search.run():
             break
-        way = graph.offset / np.maximum(graph.distance, 1e-9)[:, None]
-        push = np.zeros_like(points)
-        observer = np.repeat(np.arange(len(points)), graph.degree)
-        np.add.at(push, observer, -0.5 * (apart - graph.distance)[:, None] * way)
-        points = arena.inside(points + push, margin)
+        graph = search.graph
+        push = -0.5 * (apart - graph.distance)[:, None] * (graph.offset / np.maximum(graph.distance, 1e-9)[:, None])
+        observer = np.repeat(everybody, graph.degree)
+        total = [np.bincount(observer, along, len(points)) for along in push.T]
+        points[:] = arena.inside(points + np.transpose(total), margin)
     return points
 
 

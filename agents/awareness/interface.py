@@ -5,12 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Annotated, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.kernel import Packed, Record
+from teamsight.core.neighbour_list import Filled
+
+Floats = npt.NDArray[np.float64]
 
 
 class Width(NamedTuple):
@@ -18,6 +21,32 @@ class Width(NamedTuple):
 
     own: int
     added: int
+
+
+class TeamGroup(NamedTuple):
+    """What a group of a team knows, for its teammates.
+
+    Attributes
+    ----------
+    first : int
+        The place in the team of the group's first robot.
+    heading : ndarray, shape (n, 2), float64
+        Unit vectors.
+    sensing_range : ndarray, shape (n,), float64
+        [length].
+    targets : NeighbourList
+        What its robots sense.
+    """
+
+    first: int
+    heading: Annotated[Floats, "n", 2]
+    sensing_range: Annotated[Floats, "n"]
+    targets: Filled
+
+
+TEAM_GROUP = Record(TeamGroup)
+#: For kernels: return the `TeamGroup` at an address from `Scene.team`.
+team_group_at = TEAM_GROUP.at
 
 
 class Scene(NamedTuple):
@@ -32,21 +61,21 @@ class Scene(NamedTuple):
     targets, teammates : NeighbourList
         All in range.
     place : ndarray, shape (k,), int64
-        For each sighting of a teammate, its place in the team.
+        For each entry of `teammates`, its place in the team.
     first : int
         The place in the team of the group's first robot.
-    team : ndarray, shape (groups, 8), int64
-        For each group of the team, where it begins, its size, and where its arrays are; see `shared.team_targets`.
+    team : ndarray, shape (groups,), int64
+        The groups of the team; kernels read them with `team_group_at`.
     """
 
-    heading: Any
-    sensing_range: Any
-    awareness_range: Any
-    targets: NeighbourList
-    teammates: NeighbourList
-    place: Any
+    heading: Annotated[Floats, "n", 2]
+    sensing_range: Annotated[Floats, "n"]
+    awareness_range: Annotated[Floats, "n"]
+    targets: Filled
+    teammates: Filled
+    place: Annotated[npt.NDArray[np.int64], ".k"]
     first: int
-    team: Any
+    team: list[Packed[TeamGroup]]
 
 
 class Awareness(ABC):

@@ -6,63 +6,46 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.interface import Awareness, Width, team_group_at
 from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.awareness.pairwise import slot_of
 from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring
 from teamsight.core import checks
-from teamsight.core.kernel import array_at, kernel
-from teamsight.core.neighbour_list import NeighbourList
-
-# The columns of Scene.team: where a group begins in the team, its size, and its arrays' addresses.
-FIRST, SIZE, START, IDENTITY, OFFSET, DISTANCE, HEADING, REACH = range(8)
+from teamsight.core.kernel import kernel
 
 
 @kernel
-def _group_at(team: Any, place: int) -> int:
-    group = 0
-    while place >= team[group, FIRST] + team[group, SIZE]:
-        group += 1
-    return group
-
-
-@kernel
-def team_targets(team: Any, group: int) -> NeighbourList:
-    """Return what a group of the team senses."""
-    size = team[group, SIZE]
-    start = array_at(team[group, START], size + 1, np.int64)
-    edges = start[size]
-    return NeighbourList(
-        start,
-        array_at(team[group, IDENTITY], edges, np.int64),
-        array_at(team[group, OFFSET], (edges, 2), np.float64),
-        array_at(team[group, DISTANCE], edges, np.float64),
-    )
+def group_of(team: Any, place: int) -> int:
+    """Return the group of a team to which the robot at this place belongs: an address for `team_group_at`."""
+    at = 0
+    group = team_group_at(team[at])
+    while place >= group.first + group.heading.shape[0]:
+        at += 1
+        group = team_group_at(team[at])
+    return team[at]  # type: ignore[no-any-return]
 
 
 @kernel
 def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     room = relayed.distance.shape[0]
-    told = 0
+    need = 0
     for i in range(scene.heading.shape[0]):
-        relayed.start[i] = told
+        relayed.start[i] = need
         for k in range(scene.teammates.start[i], scene.teammates.start[i + 1]):
-            group = _group_at(scene.team, scene.place[k])
-            theirs = team_targets(scene.team, group)
-            row = scene.place[k] - scene.team[group, FIRST]
+            group = team_group_at(group_of(scene.team, scene.place[k]))
+            theirs = group.targets
+            row = scene.place[k] - group.first
             for e in range(theirs.start[row], theirs.start[row + 1]):
-                if told < room:
+                if need < room:
                     x = scene.teammates.offset[k, 0] + theirs.offset[e, 0]
                     y = scene.teammates.offset[k, 1] + theirs.offset[e, 1]
-                    relayed.identity[told] = theirs.identity[e]
-                    relayed.offset[told, 0] = x
-                    relayed.offset[told, 1] = y
-                    relayed.distance[told] = math.sqrt(x * x + y * y)
-                told += 1
-    relayed.start[scene.heading.shape[0]] = told
-    return told
+                    relayed.identity[need] = theirs.identity[e]
+                    relayed.offset[need, 0] = x
+                    relayed.offset[need, 1] = y
+                    relayed.distance[need] = math.sqrt(x * x + y * y)
+                need += 1
+    relayed.start[scene.heading.shape[0]] = need
+    return need
 
 
 @kernel
@@ -71,15 +54,12 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(situation.shape[0]):
         situation[i, OWN_SECTORS:] = 1.0
         for k in range(scene.teammates.start[i], scene.teammates.start[i + 1]):
-            group = _group_at(scene.team, scene.place[k])
-            size = scene.team[group, SIZE]
-            row = scene.place[k] - scene.team[group, FIRST]
-            heading = array_at(scene.team[group, HEADING], (size, 2), np.float64)[row]
-            reach = array_at(scene.team[group, REACH], size, np.float64)[row]
-            theirs = team_targets(scene.team, group)
+            group = team_group_at(group_of(scene.team, scene.place[k]))
+            theirs = group.targets
+            row = scene.place[k] - group.first
             first = OWN_SECTORS + OWN_SECTORS * slot_of(scene.place[k], scene.first + i)
             edges = (theirs.start[row], theirs.start[row + 1])
-            read_ring(situation[i], first, OWN_SECTORS, heading, theirs, edges, reach)
+            read_ring(situation[i], first, OWN_SECTORS, group.heading[row], theirs, edges, group.sensing_range[row])
 
 
 @dataclass(frozen=True)

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from teamsight.agents.engine import present
+from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.connect import connect
 from teamsight.agents.engine.failures import check_places, failure, insatiable
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.engine.records import BAD_ACTION, DONE, GROUP, GROW_RELATION, OUTSIDE, RELATION, WORLD
-from teamsight.agents.group import Group, team_of
+from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_RELATION, OUTSIDE
+from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
-from teamsight.agents.recording.transition_logs import ExperienceLogs
+from teamsight.agents.recording.transition_logs import TransitionLogs
 from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
     from teamsight.agents.recording.history import Stretch
@@ -48,8 +46,8 @@ class Engine:
         Where steps are recorded.
     trails : list of Trail
         The positions kept.
-    experience : ExperienceLogs
-        The experience kept.
+    transitions : TransitionLogs
+        The transitions recorded.
     """
 
     def __init__(self, data: WorldData) -> None:
@@ -59,9 +57,10 @@ class Engine:
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
         self._phase = 0
+        self._binding: Binding
         self.looks = 0
         self.trails: list[Trail] = []
-        self.experience = ExperienceLogs()
+        self.transitions = TransitionLogs()
         self.stretch: Stretch = data.history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
@@ -77,7 +76,7 @@ class Engine:
     def leave_out(self, group: Group) -> None:
         """Undo what was said of a group that could not be added."""
         self._sensed = [pair for pair in self._sensed if group not in pair]
-        self.experience.leave_out(group)
+        self.transitions.leave_out(group)
         self.is_bound = False
 
     def prepare(self) -> None:
@@ -86,7 +85,13 @@ class Engine:
             with deferred():
                 self.relations = connect(self._data, self._sensed)
                 self.stretch = self._data.history.begin(self.relations)
-                self._bind()
+                trail = None
+                if self._every:
+                    trail = Trail(self._data.groups, self._every, self._data.timeline.tick)
+                    self.trails.append(trail)
+                self.transitions.begin(self._data.groups)
+                self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
+                self._binding.progress["phase"] = self._phase
                 self.is_bound, self.is_seen = True, False
         if not self.is_seen:
             self._call(SEE)
@@ -99,7 +104,7 @@ class Engine:
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
                 return
-            self._bind_groups()
+            self._binding.rebind()
         raise insatiable(group)
 
     def run(self, steps: int) -> None:
@@ -112,7 +117,7 @@ class Engine:
             steps = 1
         self._make_room(steps)
         # A step whose sightings had no room is completed first.
-        self._world_record["steps"] = steps - self._phase
+        self._binding.progress["steps"] = steps - self._phase
         self._call(RUN)
         if resumed:
             self._decide_again()
@@ -172,11 +177,11 @@ class Engine:
         self._every = every
         self.is_bound = False
 
-    def record_experience(self, group: Group) -> None:
-        """Keep what the robots of a group meet, from now on."""
+    def record_transitions(self, group: Group) -> None:
+        """Record the transitions of a group, from now on."""
         if group not in self._data.groups:
-            raise ValueError(f"record_experience({checks.shown(group)}): the group must have been added to this world")
-        if self.experience.record(group):
+            raise ValueError(f"record_transitions({checks.shown(group)}): the group must have been added to this world")
+        if self.transitions.record(group):
             self.is_bound = False
 
     def forget(self, *, is_kept: bool = False) -> None:
@@ -188,25 +193,21 @@ class Engine:
             Whether all arrays are where they were, so that the records need not be written again.
         """
         # Trails and logs begin with the binding.
-        self.is_bound = self.is_bound and is_kept and not (self._every or self.experience.is_on)
+        self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.is_on)
         self.is_seen = self._is_recorded = False
         self._phase = 0
         if self.is_bound:
-            for name in ("tick", "phase", "history", "row"):
-                self._world_record[name] = 0
-            self._group_records["noise_block"] = -1
-            for met in self._met.values():
-                met[:] = 0
+            self._binding.rewind()
             self.stretch = self._data.history.begin_like(self.stretch)
             return
         self.trails = []
-        self.experience.forget()
+        self.transitions.forget()
         self.stretch = self._data.history.begin([])
 
     @property
     def extras(self) -> tuple[int, int, bool]:
         """What was asked for besides running: how many groups sense others, and what is recorded."""
-        return len(self._sensed), self._every, self.experience.is_on
+        return len(self._sensed), self._every, self.transitions.is_on
 
     def adapt(self) -> None:
         """Let the next step follow from another arena and other ranges, which were written into the arrays."""
@@ -221,71 +222,25 @@ class Engine:
             return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
         return {"observed": present.observed_share, "mean_neighbours": present.mean_neighbours}[name](self.relations)
 
-    def _bind(self) -> None:
-        """Write all records."""
-        data = self._data
-        bodies = sum(map(len, data.groups))
-        self._met = {self._side(group): np.zeros(bodies, np.int64) for group in data.groups}
-        self._relation_records = np.zeros(len(self.relations), RELATION)
-        for where in range(len(self.relations)):
-            self._bind_relation(where)
-        self._group_records = np.zeros(len(data.groups), GROUP)
-        self._bind_groups()
-        records = np.zeros(1, WORLD)
-        self._world_record = records[0]
-        self._address = records.ctypes.data
-        self._kept = records
-        record = self._world_record
-        record["key"], record["tick"], record["bodies"] = data.key.ctypes.data, data.timeline.tick, bodies
-        record["groups"], record["group_count"] = self._group_records.ctypes.data, len(data.groups)
-        record["relations"], record["relation_count"] = self._relation_records.ctypes.data, len(self.relations)
-        record["every"], record["phase"] = self._every, self._phase
-        self._kept_places = np.zeros((bodies if is_watched(data.arena) else 0, 6))
-        record["kept"] = self._kept_places.ctypes.data if is_watched(data.arena) else 0
-        if self._every:
-            self.trails.append(Trail(data.groups, self._every, data.timeline.tick))
-        self.experience.begin(data.groups)
-        self.experience.bind(data.groups, self.relations)
-        record["logs"], record["log_count"] = self.experience.records.ctypes.data, len(self.experience.records)
-
-    def _bind_relation(self, where: int) -> None:
-        relation = self.relations[where]
-        first_row, row = {}, 0
-        for group in self._data.groups:
-            first_row[group.number] = row
-            row += len(group)
-        relation.bind(self._relation_records[where], self._met[self._side(relation.observers)], first_row)
-
-    def _bind_groups(self) -> None:
-        for group, record in zip(self._data.groups, self._group_records, strict=True):
-            group.bind(record, self._data.arena, team_of(self._data.groups, group))
-
-    @staticmethod
-    def _side(group: Group) -> str | int:
-        """All groups that are on a team count together what they observe."""
-        return group.number if group.team is None else "teams"
-
     def _make_room(self, steps: int) -> None:
-        self.stretch.make_room(steps)
-        record = self._world_record
-        record["history"], record["row"] = self.stretch.raw.ctypes.data, self.stretch.rows
-        if self._every:
-            trail = self.trails[-1]
-            trail.make_room(steps // self._every + 1)
-            record["trail"], record["trail_row"] = trail.raw.ctypes.data, trail.rows
-        if self.experience.make_room(steps):
-            self.experience.bind(self._data.groups, self.relations)
+        trail = self.trails[-1] if self._every else None
+        self.stretch.buffer.make_room(steps)
+        if trail:
+            trail.buffer.make_room(steps // self._every + 1)
+        self._binding.record_into(self.stretch, trail)
+        if self.transitions.make_room(steps):
+            self._binding.rebind_logs()
 
     def _call(self, entry: Entry) -> None:
         """Call the loop until it is done, making room whenever it asks for it.
 
         Ctrl-C is raised afterwards, when the world is where its last completed step has left it.
         """
-        record, grown = self._world_record, ((0, 0, 0), 0)
+        binding, grown = self._binding, ((0, 0, 0), 0)
         with deferred():
             try:
-                while (status := entry(self._address)) != DONE:
-                    where, need, tick = (int(record[name]) for name in ("where", "need", "tick"))
+                while (status := entry(binding.world)) != DONE:
+                    where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
                     if status in (BAD_ACTION, OUTSIDE):
                         raise self._fail(status, where)
                     # Noise, percepts and sightings are pure: what was interrupted is begun again.
@@ -305,7 +260,7 @@ class Engine:
         for group in groups if status == OUTSIDE else groups[: where + 1]:
             group.has_decided = group.is_compiled
         self.is_bound = False
-        return failure(self._data, status, where, int(self._world_record["tick"]))
+        return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
 
     def _check_places(self) -> None:
         try:
@@ -319,22 +274,20 @@ class Engine:
         """Make room and bind again, keeping what the loop has got to."""
         if status == GROW_RELATION:
             self.relations[where].grow(need)
-            self._bind_relation(where)
+            self._binding.rebind(where)
         else:
             self._data.groups[where].perception.grow(need)
-        self._bind_groups()
-        self.experience.read_back()
-        self.experience.bind(self._data.groups, self.relations)
+            self._binding.rebind()
 
     def _read_back(self) -> None:
-        record = self._world_record
-        self._data.timeline.set(int(record["tick"]))
-        # 1 only when there was no room for sightings: the step is then completed by the next call.
-        self._phase = int(record["phase"])
-        if record["history"]:
-            self._is_recorded = self._is_recorded or int(record["row"]) > self.stretch.rows
-            self.stretch.rows = int(record["row"])
-            self.stretch.sum_up()
-        if self._every and record["trail"]:
-            self.trails[-1].rows = int(record["trail_row"])
-        self.experience.read_back()
+        """Take over how far the loop has got."""
+        progress = self._binding.progress[0]
+        self._data.timeline.set(int(progress["tick"]))
+        # 1 only when there was no room for neighbours: the step is then completed by the next call.
+        self._phase = int(progress["phase"])
+        buffer = self.stretch.buffer
+        self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows
+        buffer.rows = int(progress["row"])
+        self.stretch.sum_up()
+        if self._every:
+            self.trails[-1].buffer.rows = int(progress["trail_row"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +53,15 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     def __init__(self) -> None:
         self._pending: list[Rows] = []
         super().__init__(model_reporters=REPORTERS)
+
+    def emptied(self) -> HistoryCollector:
+        """Return a collector that has collected nothing, without the checks of a new one."""
+        other = copy.copy(self)
+        other._pending = []
+        other._model_vars = {name: [] for name in REPORTERS}
+        if hasattr(self, "_steps"):
+            other._steps = []
+        return other
 
     @property
     def model_vars(self) -> dict[str, list[Any]]:

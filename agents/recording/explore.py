@@ -11,7 +11,7 @@ import numpy.typing as npt
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.model import World
 from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Experience
+from teamsight.agents.recording.transitions import Transitions
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
 
@@ -56,17 +56,17 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     return memory_of([met], robots, settings_of(world, robots) | {"steps": steps, "runs": 1, "seed": seed})
 
 
-def meet(world: World, group: Group, steps: int) -> Experience:
+def meet(world: World, group: Group, steps: int) -> Transitions:
     """Run a world from where it is and return what the robots of a group meet in these steps."""
     world.recording.record_transitions(group)
     before = len(world.recording.transitions(group).situation)
     world.run(steps)
     met = world.recording.transitions(group)
     facts = {name: fact[before:] for name, fact in met.facts.items()}
-    return Experience(met.situation[before:], met.action[before:], met.next_situation[before:], facts)
+    return Transitions(met.situation[before:], met.action[before:], met.next_situation[before:], facts)
 
 
-def memory_of(parts: Iterable[Experience], group: Group, settings: Mapping[str, Any]) -> LazyMemory:
+def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str, Any]) -> LazyMemory:
     """Return the lazy memory of what robots like those of a group met in several worlds.
 
     Raises

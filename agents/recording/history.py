@@ -12,6 +12,7 @@ import pandas as pd
 
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import HISTORY_COLUMNS
+from teamsight.core.buffer import Buffer
 
 _EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
 _FIRST_ROWS = 64
@@ -33,8 +34,7 @@ class Stretch:
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
-        self.raw = np.zeros((_FIRST_ROWS, len(relations), HISTORY_COLUMNS), np.int64)
-        self.rows = 0
+        self.buffer = Buffer((len(relations), HISTORY_COLUMNS), np.int64, _FIRST_ROWS)
         self.observed_sum = 0
         self.largest = 0
         self._summed = 0
@@ -42,20 +42,18 @@ class Stretch:
     def emptied(self) -> Stretch:
         """Return a stretch of the same relations without rows; this one stays as it is."""
         other = copy.copy(self)
-        other.raw = np.zeros((_FIRST_ROWS, *self.raw.shape[1:]), np.int64)
-        other.rows = other.observed_sum = other.largest = other._summed = 0
+        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, _FIRST_ROWS)
+        other.observed_sum = other.largest = other._summed = 0
         return other
 
-    def make_room(self, steps: int) -> None:
-        """Make room for this many more steps."""
-        if self.rows + steps > len(self.raw):
-            longer = np.zeros((max(self.rows + steps, 2 * len(self.raw)), *self.raw.shape[1:]), np.int64)
-            longer[: self.rows] = self.raw[: self.rows]
-            self.raw = longer
+    @property
+    def rows(self) -> int:
+        """How many steps are recorded."""
+        return self.buffer.rows
 
     def sum_up(self) -> None:
         """Bring the sums up to the rows written since the last time."""
-        new = self.raw[self._summed : self.rows]
+        new = self.buffer.written[self._summed :]
         if len(new):
             self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
             self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
@@ -63,16 +61,16 @@ class Stretch:
 
     def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
         """Return for each of these rows how many targets at least one robot saw."""
-        return np.asarray(self.raw[first:last, self._targets, _OBSERVED].sum(axis=1))
+        return np.asarray(self.buffer.array[first:last, self._targets, _OBSERVED].sum(axis=1))
 
     @property
     def edges(self) -> int:
         """The number of edges between teammates in all rows."""
-        return int(self.raw[: self.rows, self._teammates, _EDGES].sum())
+        return int(self.buffer.written[:, self._teammates, _EDGES].sum())
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
-        raw = self.raw[first : self.rows if last is None else last]
+        raw = self.buffer.array[first : self.rows if last is None else last]
         # No targets, or no robots: there is nothing to take a share or a mean of.
         targets, robots = self.targets or np.nan, self.robots or np.nan
         return {

@@ -12,7 +12,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.trajectory import trajectory_frame
-from teamsight.agents.recording.transitions import Experience, joined
+from teamsight.agents.recording.transitions import Transitions, joined
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 
@@ -75,9 +75,9 @@ class Recording:
         ValueError
             If the group is not in this world.
         """
-        self._engine.record_experience(group)
+        self._engine.record_transitions(group)
 
-    def transitions(self, group: Group) -> Experience:
+    def transitions(self, group: Group) -> Transitions:
         """Return the recorded transitions of a group: one for each robot and step.
 
         Raises
@@ -86,4 +86,4 @@ class Recording:
             If none were recorded, or the width of the situation has changed meanwhile.
         """
         self._engine.prepare()
-        return joined(group, [log for log in self._engine.experience.logs if log.group is group])
+        return joined(group, [log for log in self._engine.transitions.logs if log.group is group])

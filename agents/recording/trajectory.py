@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.group import Group
+from teamsight.core.buffer import Buffer
 
 
 class Trail:
@@ -16,27 +16,19 @@ class Trail:
         self._names = np.repeat([group.name for group in groups], [len(group) for group in groups])
         self._identity = np.concatenate([group.bodies.identity for group in groups]) if groups else np.zeros(0, int)
         self._first = tick // every + 1
-        self._every = every
-        self.raw: npt.NDArray[np.float64] = np.zeros((16, len(self._identity), 2))
-        self.rows = 0
-
-    def make_room(self, rows: int) -> None:
-        """Make room for this many more rows."""
-        if self.rows + rows > len(self.raw):
-            longer = np.zeros((max(self.rows + rows, 2 * len(self.raw)), *self.raw.shape[1:]))
-            longer[: self.rows] = self.raw[: self.rows]
-            self.raw = longer
+        self.every = every
+        self.buffer = Buffer((len(self._identity), 2))
 
     def frame(self) -> pd.DataFrame:
         """Return time, group, identity, x, y."""
         size = len(self._identity)
-        times = self._every * (self._first + np.arange(self.rows))
-        kept = self.raw[: self.rows].reshape(-1, 2)
+        times = self.every * (self._first + np.arange(self.buffer.rows))
+        kept = self.buffer.written.reshape(-1, 2)
         return pd.DataFrame(
             {
                 "time": np.repeat(times, size),
-                "group": np.tile(self._names, self.rows),
-                "identity": np.tile(self._identity, self.rows),
+                "group": np.tile(self._names, self.buffer.rows),
+                "identity": np.tile(self._identity, self.buffer.rows),
                 "x": kept[:, 0],
                 "y": kept[:, 1],
             }
@@ -45,5 +37,5 @@ class Trail:
 
 def trajectory_frame(trails: list[Trail]) -> pd.DataFrame:
     """Return the rows of all trails."""
-    parts = [trail.frame() for trail in trails if trail.rows] or [Trail([], 1, 0).frame()]
+    parts = [trail.frame() for trail in trails if trail.buffer.rows] or [Trail([], 1, 0).frame()]
     return pd.concat(parts, ignore_index=True)

@@ -1,32 +1,26 @@
-"""The logs of the groups whose experience is recorded, one for each stretch in which the groups stay as they are."""
+"""The logs of the groups whose transitions are recorded, one for each stretch in which the groups stay as they are."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
-from teamsight.agents.engine.neighbours import Relation
-from teamsight.agents.engine.records import EXPERIENCE
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.recording.transitions import ExperienceLog
+from teamsight.agents.recording.transitions import TransitionLog
 
 
-class ExperienceLogs:
-    """The experience of some groups of a world.
+class TransitionLogs:
+    """The transitions of some groups of a world.
 
     Attributes
     ----------
-    logs : list of ExperienceLog
+    logs : list of TransitionLog
         Those that hold anything, and those in use.
-    records : ndarray of `EXPERIENCE`
-        What the compiled loop writes through, one for each log in use.
+    in_use : list of TransitionLog
+        Those that the compiled loop writes to.
     """
 
     def __init__(self) -> None:
         self._recorded: list[Group] = []
-        self.logs: list[ExperienceLog] = []
-        self.records = np.zeros(0, EXPERIENCE)
+        self.logs: list[TransitionLog] = []
+        self.in_use: list[TransitionLog] = []
 
     @property
     def is_on(self) -> bool:
@@ -34,7 +28,7 @@ class ExperienceLogs:
         return bool(self._recorded)
 
     def record(self, group: Group) -> bool:
-        """Keep the experience of a group from now on; return False if it is kept already."""
+        """Record the transitions of a group from now on; return False if they are recorded already."""
         if group in self._recorded:
             return False
         self._recorded.append(group)
@@ -45,35 +39,15 @@ class ExperienceLogs:
         self._recorded = [other for other in self._recorded if other is not group]
 
     def forget(self) -> None:
-        """Begin to record anew."""
-        self.logs = []
-        self.records = np.zeros(0, EXPERIENCE)
+        """Drop all that was recorded."""
+        self.logs, self.in_use = [], []
 
     def begin(self, groups: list[Group]) -> None:
         """Begin new logs: who is in a group, or on its team, may have changed."""
-        teams = [team_of(groups, group) for group in self._recorded]
-        begun = [
-            ExperienceLog(group, sum(map(len, team))) for group, team in zip(self._recorded, teams, strict=True)
-        ]
-        self.logs = [log for log in self.logs if log.rows] + begun
-        self.records = np.zeros(len(begun), EXPERIENCE)
-
-    def _in_use(self) -> list[tuple[ExperienceLog, Any]]:
-        first = len(self.logs) - len(self.records)
-        return list(zip(self.logs[first:], self.records, strict=True))
-
-    def bind(self, groups: list[Group], relations: list[Relation]) -> None:
-        """Write where everything is into the records."""
-        bodies = sum(map(len, groups))
-        for log, record in self._in_use():
-            log.bind(record, groups, relations, bodies)
+        self.in_use = [TransitionLog(group, sum(map(len, team_of(groups, group)))) for group in self._recorded]
+        self.logs = [log for log in self.logs if log.rows] + self.in_use
 
     def make_room(self, steps: int) -> bool:
-        """Make room for this many more steps; return whether arrays have moved, so that they must be bound again."""
-        moved = [log.make_room(steps) for log, _ in self._in_use()]
+        """Make room for this many more steps; return whether arrays are others now, so that they must be bound."""
+        moved = [log.make_room(steps) for log in self.in_use]
         return any(moved)
-
-    def read_back(self) -> None:
-        """Take over how many rows the loop has written."""
-        for log, record in self._in_use():
-            log.rows = int(record["row"])

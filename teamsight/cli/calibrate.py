@@ -15,7 +15,7 @@ class CalibrateSettings(Settings):
     """Settings of ``teamsight calibrate``."""
 
     search: str = values.argument("SEARCH", _SEARCHES)
-    out: Path = values.folder(Path("docs"), "Folder for the table and the page.")
+    out: Path = values.folder(Path("results"), "Folder for the table and the page.")
     workers: int | None = values.workers()
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
 
@@ -25,7 +25,6 @@ def calibrate(settings: CalibrateSettings) -> None:
 
     SEARCH is 'model' (speeds, idle behaviour and weights of A-CMOMMT, for the preset touzet2000) or 'lazy' (constants
     of lazy learning). Writes a table of all trials and a page about them. The winner becomes a default only by hand.
-    Each search takes hours.
 
     \b
     Examples:

@@ -105,17 +105,22 @@ def delta(settings: DeltaSettings) -> None:
 
 def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.analysis.delta.choose import choose_delta
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool
     from teamsight.cli.show import watching
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
     world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "preset"))
-    with watching() as watch:
+    runs = limits.runs_within(settings.risk, settings.runs)
+    workers = limits.workers_for(settings.workers, (settings.robots + settings.targets) * settings.steps * runs)
+    with watching() as watch, WorkerPool(workers, IMPORTS, watch.print) as pool:
         return choose_delta(
             world,
-            runs=settings.runs,
+            runs=runs,
             steps=settings.steps,
             risk=settings.risk,
             rng=settings.seed,
+            pool=pool,
             progress=lambda done, total: watch("simulating", done, total),
         )
 

@@ -22,6 +22,9 @@ def lines(error: Exception) -> list[str]:
         return [one_line(message) for message in error.messages]
     if isinstance(error, ValueError | TypeError | JobError):
         return [one_line(str(error))]
+    if isinstance(error, ModuleNotFoundError) and error.name is None:
+        # An optional package, whose error says how to install it.
+        return [one_line(str(error))]
     if isinstance(error, OSError):
         return [one_line(f"{error.filename or 'a file'}: {error.strerror or error}")]
     if isinstance(error, MemoryError):

@@ -39,7 +39,7 @@ def train(settings: TrainSettings) -> None:
 
     Runs CMA-ES, then validates the constants of every hundredth generation on other worlds. Writes constants.json,
     training.json and a log. The same command continues an interrupted evolution, and more --generations extend one.
-    It needs the package cma: pip install 'teamsight[evolve]'. The default takes about a day on two cores.
+    It needs the package cma: pip install 'teamsight[evolve]'.
 
     \b
     Examples:

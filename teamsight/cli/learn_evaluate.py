@@ -70,7 +70,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     from teamsight.analysis.learning.learners import check_lesson
     from teamsight.analysis.runs import files
     from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.analysis.runs.workers import WorkerPool
     from teamsight.cli.show import watching
 
     if settings.save:
@@ -78,20 +78,21 @@ def evaluate(settings: EvaluateSettings) -> None:
     check_lesson((settings.learner,), settings.reward, settings.k)
     memory = _memory(settings)
     check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
-    stage = _stage(settings, memory)
+    scenario = _scenario(settings, memory)
     about = settings.values(without=("save", "memory", "workers", "force"))
-    about |= {"robots": stage.robots, "memory": memory.digest, "explored": dict(memory.settings)}
+    about |= {"robots": scenario.robots, "memory": memory.digest, "explored": dict(memory.settings)}
     if settings.save:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"), watching() as watch:
         policies = _learned(settings, memory, watch)
-        with WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
-            table = evaluation.evaluate(policies, stage, pool, lambda done, total: watch("simulating", done, total))
+        work = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
+        with WorkerPool(limits.workers_for(settings.workers, work), IMPORTS, watch.print) as pool:
+            table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
-    _print(table, settings, memory, stage, time.perf_counter() - began)
+    _print(table, settings, memory, scenario, time.perf_counter() - began)
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
@@ -109,7 +110,7 @@ def _memory(settings: EvaluateSettings) -> LazyMemory:
     return memory.sample(settings.sample, settings.seed)
 
 
-def _stage(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
+def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     """Return the worlds; team size, speeds and ranges are those of the exploration."""
     from teamsight.analysis.learning import evaluation
     from teamsight.core import checks
@@ -152,7 +153,9 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
         ) from error
 
 
-def _print(table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, stage: Stage, seconds: float) -> None:
+def _print(
+    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, scenario: Stage, seconds: float
+) -> None:
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.provenance import differing
     from teamsight.cli.show import plural, say, wide_console
@@ -161,9 +164,9 @@ def _print(table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, 
         say(f"note: {name} differs between the explorations ({', '.join(map(str, found))}); the default is used here")
     say(
         f"{settings.learner} on {plural(len(memory), 'transition')}, reward {settings.reward}, discount "
-        f"{settings.discount:g}: {plural(stage.robots, 'robot')}, {plural(stage.targets, 'target')}, "
-        f"R = {stage.radius:g}, {plural(stage.runs, 'world')} of {plural(stage.steps, 'step')}, seed {stage.seed}"
-        f"{_unusual(stage)}"
+        f"{settings.discount:g}: {plural(scenario.robots, 'robot')}, {plural(scenario.targets, 'target')}, "
+        f"R = {scenario.radius:g}, {plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, "
+        f"seed {scenario.seed}{_unusual(scenario)}"
     )
     wide_console().print(_summary_table(evaluation.summary(table)), highlight=False)
     say(f"{seconds:.1f} s")
@@ -171,11 +174,11 @@ def _print(table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, 
         say(f"every run in {settings.save}")
 
 
-def _unusual(stage: Stage) -> str:
+def _unusual(scenario: Stage) -> str:
     """Return the speeds and ranges of the exploration that are not the defaults."""
     from teamsight.agents.cmommt import DEFAULTS
 
-    found = [f"{name} {value:g}" for name, value in stage.bodies.items() if value != DEFAULTS[name]]
+    found = [f"{name} {value:g}" for name, value in scenario.bodies.items() if value != DEFAULTS[name]]
     return f"; as explored, {', '.join(found)}" if found else ""
 
 

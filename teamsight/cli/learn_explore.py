@@ -109,7 +109,7 @@ def explore(settings: ExploreSettings) -> None:
 
 def plan_of(settings: ExploreSettings) -> Exploration:
     """Return the exploration that the settings describe."""
-    from teamsight.agents.awareness import AWARENESS, RingAwareness
+    from teamsight.agents.awareness.registry import awareness_named
     from teamsight.analysis.learning.explore import Exploration
     from teamsight.policies.handmade.random_walk import RandomWalk
 
@@ -122,7 +122,7 @@ def plan_of(settings: ExploreSettings) -> Exploration:
         radius=settings.radius,
         steps=settings.steps,
         runs=settings.runs,
-        awareness=RingAwareness(settings.delta) if settings.awareness == "ring" else AWARENESS[settings.awareness](),
+        awareness=awareness_named(settings.awareness, {"delta": settings.delta}),
         policy=policy,
         seed=settings.seed,
         world={"robot_speed": settings.robot_speed},

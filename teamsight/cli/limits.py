@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
-from teamsight.core import checks
 
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
     "check_rows", "check_sectors", "check_sightings", "check_transitions", "check_work", "relays", "runs_within",
+    "workers_for",
 ]  # fmt: skip
 
 #: Runs of each cell of `reproduce`, which has thousands of cells.
@@ -24,6 +24,8 @@ LEAST_RISK = 1e-9
 
 # Agents × steps of one command: months of work.
 _MOST_AGENT_STEPS = 1e14
+# Agents × steps that take about a second, as long as worker processes take to start.
+_SHORT = 1e7
 # Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
 _MOST_SIGHTINGS = 2e8
 # Bytes of the recorded transitions; sorting them takes as much again.
@@ -156,7 +158,7 @@ def runs_within(risk: float, runs: int | None) -> int:
 
 
 def check_sectors(settings: Any) -> None:
-    """Refuse ``--delta`` for a degree of awareness without a ring.
+    """Refuse ``--delta`` for a degree of awareness without sectors.
 
     Parameters
     ----------
@@ -168,11 +170,31 @@ def check_sectors(settings: Any) -> None:
     ValueError
         If both do not fit.
     """
-    if "delta" in settings.given and settings.awareness != "ring":
+    from teamsight.agents.awareness.registry import with_option
+
+    having = with_option("delta")
+    if "delta" in settings.given and settings.awareness not in having:
         raise ValueError(
-            f"delta={settings.delta}: needs awareness 'ring', and this is {checks.shown(settings.awareness)}; leave "
-            "--delta out, or give --awareness ring"
+            f"delta={settings.delta}: awareness {settings.awareness!r} has no sectors; leave --delta out, or give "
+            f"--awareness {' or '.join(having)}"
         )
+
+
+def workers_for(given: int | None, agent_steps: float) -> int:
+    """Return the number of worker processes: the given one, or the number of cores, or 1 for short work.
+
+    Parameters
+    ----------
+    given : int or None
+        The option ``--workers``.
+    agent_steps : float
+        Agents × steps × runs of the command.
+    """
+    from teamsight.analysis.runs.workers import cores
+
+    if given is not None:
+        return given
+    return cores() if agent_steps > _SHORT else 1
 
 
 def added_inputs(awareness: str, delta: int, robots: int) -> int:
@@ -183,14 +205,13 @@ def added_inputs(awareness: str, delta: int, robots: int) -> int:
     awareness : str
         The name of the degree.
     delta : int
-        Number of sectors, for the degree that has a ring.
+        Number of sectors, for degrees that have them.
     robots : int
         The team size.
     """
-    from teamsight.agents.awareness import AWARENESS, RingAwareness
+    from teamsight.agents.awareness.registry import awareness_named
 
-    degree = RingAwareness(delta) if awareness == "ring" else AWARENESS[awareness]()
-    return degree.width(robots).added
+    return awareness_named(awareness, {"delta": delta}).width(robots).added
 
 
 def relays(awareness: str) -> bool:

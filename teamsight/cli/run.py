@@ -50,12 +50,13 @@ def run(settings: RunSettings) -> None:
       teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
     """
     from teamsight import __version__
+    from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.runs import files
     from teamsight.cli.show import watching
 
     parameters = settings.values(without=("steps", "seed", "save", "force"))
-    if settings.awareness != "ring":
+    if settings.awareness not in with_option("delta"):
         del parameters["delta"]
     about = parameters | {"steps": settings.steps, "seed": settings.seed}
     world = CMOMMT(**parameters, rng=settings.seed)

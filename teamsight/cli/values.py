@@ -155,7 +155,7 @@ def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
 
 
 POLICIES = registry("teamsight.policies.registry", "POLICIES")
-DEGREES = registry("teamsight.agents.awareness", "AWARENESS")
+DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
 LEARNERS = registry("teamsight.analysis.learning.learners", "LEARNERS")
 REWARDS = registry("teamsight.analysis.learning.learners", "REWARDS")
@@ -173,7 +173,7 @@ def awareness(default: str, help: str = "Degree of awareness: {names}.") -> Any:
 
 def sectors(default: int) -> Any:
     """Declare δ, the number of sectors of a ring."""
-    help = f"Number of sectors of the ring, at most {limits.MOST_SECTORS}. Only with --awareness ring."
+    help = f"Number δ of sectors of the degree 'ring', at most {limits.MOST_SECTORS}."
     return count(default, help, most=limits.MOST_SECTORS)
 
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import networkx as nx
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.analysis.neighbour_graph import to_networkx
@@ -34,7 +35,7 @@ def test_a_world_of_nobody() -> None:
 
 @pytest.mark.short
 def test_counts_are_those_of_the_positions() -> None:
-    model = CMOMMT(radius=3.0, rng=int(np.random.default_rng().integers(2**31)))
+    model = CMOMMT(radius=3.0, rng=fresh_seed())
     model.recording.record_positions()
     model.run(30)
     table = model.recording.trajectory

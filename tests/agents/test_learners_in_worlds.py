@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
@@ -51,7 +52,7 @@ LEARNERS = [
 
 
 def seeds() -> int:
-    return int(np.random.default_rng().integers(2**31))
+    return fresh_seed()
 
 
 def world(policy: Any, awareness: Any, seed: int) -> CMOMMT:

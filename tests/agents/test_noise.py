@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.policies import RandomWalk
@@ -87,7 +88,7 @@ def test_a_callable_is_given_noise_of_its_own() -> None:
 
 
 def test_targets_turn_as_often_as_they_should() -> None:
-    world = World(Disc(1000.0), rng=int(np.random.default_rng().integers(2**31)))
+    world = World(Disc(1000.0), rng=fresh_seed())
     targets = world.add(Target, 400, policy=RandomWalk(0.05), placement=np.zeros((400, 2)))
     turns, directions = 0, []
     for _ in range(100):

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.policies import RandomWalk, Stationary
@@ -33,7 +34,7 @@ def worlds(seed: int) -> World:
 
 @pytest.mark.parametrize("_", range(25))
 def test_neighbours_are_those_counted_by_hand(_: int) -> None:
-    seed = int(np.random.default_rng().integers(2**31))
+    seed = fresh_seed()
     world = worlds(seed)
     graph, members = world.neighbours, world.teammates
     agents = [agent for group in world.groups if group.team is not None for agent in group]

@@ -8,6 +8,7 @@ import networkx as nx
 import numpy as np
 import pandas as pd
 import pytest
+from chance import generator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
@@ -94,7 +95,7 @@ def test_networkx_graph_carries_names_positions_and_distances() -> None:
 
 
 def test_a_large_team_in_one_place_is_quick() -> None:
-    graph = proximity_graph(np.random.default_rng().uniform(0, 0.5, (300, 2)), None, 1.0)
+    graph = proximity_graph(generator().uniform(0, 0.5, (300, 2)), None, 1.0)
     assert neighbour_graph.frame(graph).largest_clique == 300
 
 
@@ -107,7 +108,7 @@ def test_a_costly_clique_is_given_up() -> None:
 
 @pytest.fixture
 def walk() -> np.ndarray:
-    rng = np.random.default_rng()
+    rng = generator()
     return np.cumsum(rng.normal(0, 0.2, (12, 8, 2)), axis=0) + rng.uniform(0, 3, (1, 8, 2))
 
 

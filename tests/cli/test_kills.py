@@ -1,4 +1,4 @@
-"""Kills at random moments while results are written: each file is absent, the old one or the new one, and whole."""
+"""Kills while results are written: each file is absent, the old one or the new one, and complete."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -24,6 +23,28 @@ COMMANDS = {
     "explore": (["learn", "explore", *SMALL, "--out", "out/x.safetensors", "--force"], ["--seed", "5"]),
     "append": (["learn", "explore", *SMALL, "--out", "out/x.safetensors", "--append"], ["--seed", "5"]),
 }  # fmt: skip
+# The program, which sends itself a signal at the event with a given number that concerns a file in the folder of results;
+# with number 0 it prints how many there are.
+PROGRAM = """
+import atexit, os, runpy, signal, sys
+
+number, stop = int(sys.argv[1]), int(sys.argv[2])
+sys.argv = ["teamsight", *sys.argv[3:]]
+signal.signal(signal.SIGINT, signal.default_int_handler)
+met = 0
+
+def hook(event, arguments):
+    global met
+    if event in ("open", "os.rename", "os.remove", "os.mkdir") and "out" in str(arguments[0]).split(os.sep):
+        met += 1
+        if met == number:
+            os.kill(os.getpid(), stop)
+
+if not number:
+    atexit.register(lambda: print(met, file=sys.stderr))
+sys.addaudithook(hook)
+runpy.run_module("teamsight", run_name="__main__", alter_sys=True)
+"""
 
 
 def test_kills_while_results_are_written(tmp_path: Path) -> None:
@@ -46,11 +67,19 @@ def run_whole(*arguments: str) -> None:
     assert left.value.code == 0
 
 
+def program(folder: Path, number: int, stop: int, line: list[str]) -> str:
+    """Run a command that is stopped at an event, and return what it prints on standard error."""
+    return subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(number), str(stop), *line], cwd=folder, capture_output=True, text=True,
+        timeout=300, env=dict(os.environ, PYTHONPATH=str(ROOT)), check=False,
+    ).stderr  # fmt: skip
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_kills_of_whole_commands(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     line, before = COMMANDS[command]
     noise = random.Random(command)
-    for name in ("ints", "work"):
+    for name in ("ints", "work", "events"):
         (tmp_path / name / "out").mkdir(parents=True)
         (tmp_path / name / "out" / "notes.txt").write_text("thesis")
         monkeypatch.chdir(tmp_path / name)
@@ -60,26 +89,14 @@ def test_kills_of_whole_commands(command: str, tmp_path: Path, monkeypatch: pyte
     run_whole(*line)
     new = files_in(tmp_path / "ints" / "out")
     folder = tmp_path / "work" / "out"
-    names = set(os.listdir(folder))
-    process = subprocess.Popen(
-        [sys.executable, "-m", "teamsight", *line], cwd=tmp_path / "work", stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, env=dict(os.environ, PYTHONPATH=str(ROOT)),
-    )  # fmt: skip
-    # From the first draft on, results are written.
-    for _ in range(60_000):
-        if set(os.listdir(folder)) != names or process.poll() is not None:
-            break
-        time.sleep(0.001)
-    time.sleep(noise.uniform(0.0, 0.05))
-    process.send_signal(noise.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT)))
-    try:
-        process.wait(10)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait(60)
-    for name, content in files_in(folder).items():
-        assert content in (old.get(name), new.get(name)), name
-    assert (folder / "notes.txt").read_text() == "thesis"
+    events = int(program(tmp_path / "events", 0, 0, line).split()[-1])
+    assert files_in(tmp_path / "events" / "out") == new
+    # While the last file is written, and at some event before.
+    for number in (events, noise.randint(1, events)):
+        program(tmp_path / "work", number, noise.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT)), line)
+        for name, content in files_in(folder).items():
+            assert content in (old.get(name), new.get(name)), (number, name)
+        assert (folder / "notes.txt").read_text() == "thesis"
     monkeypatch.chdir(tmp_path / "work")
     run_whole(*line)
     assert files_in(folder) == new

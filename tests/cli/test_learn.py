@@ -407,7 +407,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of pairs; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
         (["figure", "--k", "20", "--samples", "10,30"], ["k=20: the memory has only 10 pairs"]),
-        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: needs awareness 'ring', and this is 'none'; leave"]),
+        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),

@@ -78,7 +78,10 @@ def test_a_robot_learns_what_is_wanted(run: Run) -> None:
     assert "LazyMemory(4800 pairs, 16 + 16 inputs" in output
     shares = re.findall(r"(\w+) +([\d.]+) % observed", output)
     assert [name for name, _ in shares] == ["RandomWalk", "LazyQ", "LinearQ"]
-    assert all(0 < float(share) < 100 for _, share in shares)
+    walk, lazy, linear = (float(share) for _, share in shares)
+    # One exploration and one world, always the same: no more than at random, and a third more.
+    assert lazy <= walk
+    assert 1.25 < linear / walk < 1.45
 
 
 @pytest.mark.short

@@ -12,7 +12,7 @@ from naive import paper as naive
 
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.bodies import Bodies
-from teamsight.world.motion import motion, turn_limit
+from teamsight.world.motion import advance_entry, pack_move, turn_limit
 
 ARENAS = [Disc(5.0), Disc(0.3), Box(4.0, 9.0), Torus(3.0, 7.0)]
 
@@ -30,8 +30,8 @@ def confined(arena: Arena, place: object, step: float, angle: float) -> tuple[np
         moved=np.zeros((1, 2)), speed=np.array([step]), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
         arena_size=np.array(arena.size),
     )  # fmt: skip
-    move = motion(arena, bodies, heading, np.array([step]))
-    assert move.entry(move.record.ctypes.data) == 0
+    move = pack_move(arena, bodies, heading, np.array([step]))
+    assert advance_entry(arena)(move) == 0
     return bodies.position[0], bodies.moved[0], bodies.heading[0]
 
 

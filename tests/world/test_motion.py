@@ -13,7 +13,7 @@ from naive import paper as naive
 from teamsight.core.kernel import plain
 from teamsight.world.arena import Box
 from teamsight.world.bodies import Bodies
-from teamsight.world.motion import is_action, motion, turn_limit
+from teamsight.world.motion import advance_entry, is_action, pack_move, turn_limit
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -26,8 +26,8 @@ def moved(angle: float, limit: float, speed: float, action: tuple[float, float, 
         heading=np.array([[math.cos(angle), math.sin(angle)]]), moved=np.ones((1, 2)), speed=np.array([speed]),
         turn_cosine=np.array([cosine]), turn_sine=np.array([sine]), arena_size=np.array([1000.0, 1000.0]),
     )  # fmt: skip
-    move = motion(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
-    return move.entry(move.record.ctypes.data), bodies
+    move = pack_move(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
+    return advance_entry(Box(1000, 1000))(move), bodies
 
 
 @pytest.mark.short
@@ -65,10 +65,10 @@ def test_headings_stay_unit_vectors_through_many_turns() -> None:
         arena_size=np.array([10.0, 10.0]),
     )  # fmt: skip
     aim = np.zeros((1, 2))
-    move = motion(Box(10, 10), bodies, aim, np.zeros(1))
+    move = pack_move(Box(10, 10), bodies, aim, np.zeros(1))
     for _ in range(20_000):
         aim[0] = -heading[0, 1], heading[0, 0]  # Always a quarter of a turn to the left.
-        move.entry(move.record.ctypes.data)
+        advance_entry(Box(10, 10))(move)
     assert np.hypot(*heading[0]) == pytest.approx(1, abs=1e-12)
     assert math.remainder(math.atan2(heading[0, 1], heading[0, 0]) - 20_000 * 0.37, 2 * math.pi) == pytest.approx(
         0, abs=1e-8

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from chance import generator
 from scipy import stats
 
 from teamsight.world import placement
@@ -15,7 +16,7 @@ ARENAS: list[Arena] = [Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0)]
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
-    points = placement.uniform(arena, np.random.default_rng().random((2, 4000)))
+    points = placement.uniform(arena, generator().random((2, 4000)))
     assert arena.contains(points).all()
     if isinstance(arena, Disc):
         shares = [np.sum(points**2, axis=1) / 25, (np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)) % 1]
@@ -29,7 +30,7 @@ def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 @pytest.mark.parametrize("count", [1, 2, 7, 12, 15])
 def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: int) -> None:
-    points = placement.spread(arena, np.random.default_rng().random((2, count)), 1.0)
+    points = placement.spread(arena, generator().random((2, count)), 1.0)
     assert len(points) == count
     apart = proximity_graph(points, None, 2 - 1e-6, arena)
     assert not len(apart.identity)
@@ -42,7 +43,7 @@ def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: 
 @pytest.mark.parametrize("arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0)], ids=str)
 @pytest.mark.parametrize("count", [2, 40])
 def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     points = placement.spread(arena, rng.random((2, count)), 1.0)
     assert np.isfinite(points).all()
     assert arena.contains(points).all()
@@ -59,7 +60,7 @@ def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> No
 
 
 def test_spread_robots_see_more_than_random_ones() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     samples = Disc(5.0).place(rng.random(5000), rng.random(5000))
 
     def covered(points: np.ndarray) -> float:

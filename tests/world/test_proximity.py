@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from chance import generator
 from hypothesis import given
 from hypothesis import strategies as st
 from naive import paper as naive
@@ -78,7 +79,7 @@ def test_cells_miss_nobody_across_the_rounding_of_a_cell() -> None:
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 def test_cells_are_taken_for_many_and_give_the_same_bits(arena: Arena | None) -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     here = (arena or Disc(5.0)).place(rng.random(1500), rng.random(1500))
     assert len(here) ** 2 > MOST_PAIRS
     reach = rng.uniform(0.1, 0.7, len(here))
@@ -104,11 +105,11 @@ def test_no_range_reaches_bodies_that_do_not_exist(reach: float, pairs: bool) ->
 
 
 def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     here = rng.uniform(-1, 1, (300, 2))
     search = Search(here, np.full(300, 9.0), 300, 0, Box(40.0, 40.0))
     search.x[:], search.y[:] = here.T
-    assert len(search.identity) < 300 * 299
+    assert len(search.room.identity) < 300 * 299
     assert search.run() == 300 * 299
     search.x[:] += 30.0
     assert search.run() == 0
@@ -135,7 +136,7 @@ def test_bad_input_is_named(
 
 
 def test_places_outside_a_torus_are_wrapped_or_refused() -> None:
-    here = np.random.default_rng().uniform(-5, 15, (60, 2))
+    here = generator().uniform(-5, 15, (60, 2))
     try:
         pairs = proximity_graph(here, None, 1.0, Torus(10, 10), pairs=True)
     except ValueError:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from teamsight.core.kernel import inlined, kernel
 from teamsight.world.arena import ENDLESS
 from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
 
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
 
 class Cells(NamedTuple):
     """Work space for sorting bodies into cells; `start` has one entry a cell and two more."""
 
-    start: Any
-    place: Any
-    order: Any
-    x: Any
-    y: Any
+    start: Annotated[Integers, "cells + 2"]
+    place: Annotated[Integers, "sorted"]
+    order: Annotated[Integers, "sorted"]
+    x: Annotated[Floats, "sorted"]
+    y: Annotated[Floats, "sorted"]
 
 
 class Grid(NamedTuple):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.core.kernel import inlined
 
@@ -13,8 +14,8 @@ from teamsight.core.kernel import inlined
 class Observed(NamedTuple):
     """Where the bodies are that can be observed, as a kernel reads it; `x` and `y` are filled up to full SIMD lanes."""
 
-    x: Any
-    y: Any
+    x: Annotated[npt.NDArray[np.float64], "lanes"]
+    y: Annotated[npt.NDArray[np.float64], "lanes"]
     size: int
     own: int
     period_x: float

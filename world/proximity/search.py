@@ -8,14 +8,14 @@ with the same bits.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, kernel, plain
-from teamsight.core.neighbour_list import NeighbourList
-from teamsight.world.arena import Arena
+from teamsight.core.kernel import Entry, Record, kernel, plain
+from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
+from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
 from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
@@ -28,47 +28,45 @@ MOST_PAIRS_ON_TORUS = 1_500
 
 _LANES = 16
 
-_SEARCH = np.dtype(
-    [(name, np.int64) for name in ("size", "position", "reach", "observed", "lanes", "x", "y", "own")]
-    + [(name, np.float64) for name in ("period_x", "period_y", "low_x", "low_y", "per_x", "per_y")]
-    + [(name, np.int64) for name in ("columns", "rows", "cell_start", "cell_place", "cell_order", "cell_x", "cell_y")]
-    + [(name, np.int64) for name in ("room", "start", "index", "offset", "distance")]
-)
+Floats = npt.NDArray[np.float64]
+
+
+class Searching(NamedTuple):
+    """The record of a search.
+
+    Attributes
+    ----------
+    position : ndarray, shape (n, 2), float64
+        The observers.
+    reach : ndarray, shape (n,), float64
+        The range of each.
+    observed : Observed
+        The others.
+    grid, cells
+        How the plane is cut into cells, and room to sort bodies into them; no columns to compare all pairs.
+    neighbours : NeighbourList
+        Written, as far as there is room.
+    """
+
+    position: Annotated[Floats, "n", 2]
+    reach: Annotated[Floats, "n"]
+    observed: Observed
+    grid: Grid
+    cells: Cells
+    neighbours: NeighbourList
+
+
+SEARCHING = Record(Searching)
+searching_at = SEARCHING.at
 
 
 @kernel
 def search(address: int) -> int:
-    """Fill the graph of a search record; return how many edges there are, which may be more than there is room for."""
-    ask = array_at(address, 1, _SEARCH)[0]
-    n = ask.size
-    m = ask.observed
-    position = array_at(ask.position, (n, 2), np.float64)
-    reach = array_at(ask.reach, n, np.float64)
-    observed = Observed(
-        array_at(ask.x, ask.lanes, np.float64),
-        array_at(ask.y, ask.lanes, np.float64),
-        m,
-        ask.own,
-        ask.period_x,
-        ask.period_y,
-    )
-    graph = NeighbourList(
-        array_at(ask.start, n + 1, np.int64),
-        array_at(ask.index, ask.room, np.int64),
-        array_at(ask.offset, (ask.room, 2), np.float64),
-        array_at(ask.distance, ask.room, np.float64),
-    )
-    if ask.columns == 0:
-        return search_pairs(position, reach, observed, graph)
-    grid = Grid(ask.low_x, ask.low_y, ask.per_x, ask.per_y, ask.columns, ask.rows)
-    cells = Cells(
-        array_at(ask.cell_start, ask.columns * ask.rows + 2, np.int64),
-        array_at(ask.cell_place, m, np.int64),
-        array_at(ask.cell_order, m, np.int64),
-        array_at(ask.cell_x, m, np.float64),
-        array_at(ask.cell_y, m, np.float64),
-    )
-    return search_cells(position, reach, observed, grid, cells, graph)
+    """Fill the neighbour list of a record; return how many entries it needs, which may be more than it has room for."""
+    s = searching_at(address)
+    if s.grid.columns == 0:
+        return search_pairs(s.position, s.reach, s.observed, s.neighbours)
+    return search_cells(s.position, s.reach, s.observed, s.grid, s.cells, s.neighbours)
 
 
 _ENTRY = Entry(plain(search))
@@ -94,8 +92,10 @@ class Search:
 
     Attributes
     ----------
-    record : ndarray
+    record : Packed
         What the kernel `search` works on.
+    room : NeighbourList
+        Where it writes.
     """
 
     def __init__(
@@ -108,23 +108,22 @@ class Search:
         *,
         pairs: bool | None = None,
     ) -> None:
-        n = len(position)
         self.position, self.reach = position, reach
-        lanes = -(-observed // _LANES) * _LANES
-        self._lanes = np.full((2, lanes), FAR_AWAY)
+        self._lanes = np.full((2, -(-observed // _LANES) * _LANES), FAR_AWAY)
         self.x, self.y = self._lanes[:, :observed]
-        self.start = np.zeros(n + 1, np.int64)
-        self.record = np.zeros(1, _SEARCH)
-        ask = self.record[0]
-        ask["size"], ask["observed"], ask["lanes"], ask["own"] = n, observed, lanes, own
-        ask["period_x"], ask["period_y"] = arena.period
-        self._cells: Cells | None = None
-        most = MOST_PAIRS_ON_TORUS if arena.period[0] > 0 else MOST_PAIRS
-        if not (n * observed <= most if pairs is None else pairs):
-            self._cut(arena, ask)
-        self._room(n * observed if n * observed <= MOST_PAIRS else 4 * n + 64)
+        most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
+        size = len(position) * observed
+        grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
+        self.room = neighbour_room(len(position), first_room(len(position), observed))
+        period = kernel_period(arena)
+        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1])
+        none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
+        self.record = SEARCHING.pack(
+            Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
+        )
 
-    def _cut(self, arena: Arena, ask: Any) -> None:
+    def _grid(self, arena: Arena) -> Grid | None:
+        """Return how the arena is cut into cells; None where it is too small for that."""
         low, high = arena.bounds
         side = high - low
         # Cells narrower than the range would need more than nine looks; far more cells than bodies cost time to clear.
@@ -132,54 +131,46 @@ class Search:
         reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
         width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
-        wraps = arena.period[0] > 0
-        if wraps and min(columns, rows) < 3:
-            return
-        ask["low_x"], ask["low_y"], ask["columns"], ask["rows"] = *low, columns, rows
-        ask["per_x"], ask["per_y"] = columns / side[0], rows / side[1]
-        size = len(self.x)
-        self._cells = Cells(
-            np.empty(columns * rows + 2, np.int64), np.empty(size, np.int64), np.empty(size, np.int64),
-            np.empty(size), np.empty(size),
-        )  # fmt: skip
-
-    def _room(self, room: int) -> None:
-        room = max(room, 1)
-        self.identity, self.distance = np.zeros(room, np.int64), np.zeros(room)
-        self.offset = np.zeros((room, 2))
-        ask = self.record[0]
-        ask["room"] = room
-        named = {
-            "position": self.position, "reach": self.reach, "x": self.x, "y": self.y, "start": self.start,
-            "index": self.identity, "offset": self.offset, "distance": self.distance,
-        }  # fmt: skip
-        if self._cells is not None:
-            named |= {f"cell_{name}": array for name, array in self._cells._asdict().items()}
-        for name, array in named.items():
-            ask[name] = array.ctypes.data
+        # Along an axis that repeats, fewer than three cells would be looked at twice.
+        if any(period > 0 and count < 3 for period, count in zip(arena.period, (columns, rows), strict=True)):
+            return None
+        return Grid(low[0], low[1], columns / side[0], rows / side[1], columns, rows)
 
     @property
     def has_cells(self) -> bool:
         """Whether bodies are sorted into cells, whose size depends on the ranges and on the arena."""
-        return self._cells is not None
+        return bool(self.record.value.grid.columns)
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
-        self._room(edges + edges // 4)
+        self.room = neighbour_room(len(self.position), edges + edges // 4)
+        self.record.update(neighbours=self.room)
 
     def run(self) -> int:
         """Find the edges; return their number."""
-        edges = _ENTRY(self.record.ctypes.data)
-        if edges > len(self.identity):
+        edges = _ENTRY(self.record)
+        if edges > len(self.room.identity):
             self.grow(edges)
-            edges = _ENTRY(self.record.ctypes.data)
+            edges = _ENTRY(self.record)
         return edges
 
     @property
     def graph(self) -> NeighbourList:
         """The edges found last, as views that the next search overwrites."""
-        edges = self.start[-1]
-        return NeighbourList(self.start, self.identity[:edges], self.offset[:edges], self.distance[:edges])
+        return filled(self.room)
+
+
+def first_room(observers: int, observed: int) -> int:
+    """Return how many edges there is room for at first."""
+    pairs = observers * observed
+    return max(pairs if pairs <= MOST_PAIRS else 4 * observers + 64, 1)
+
+
+def _cells(grid: Grid | None, observed: int) -> Cells:
+    """Return room to sort bodies into cells."""
+    size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
+    places = np.empty((2, size), np.int64)
+    return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))
 
 
 def proximity_graph(

@@ -41,7 +41,8 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     # Code that numba is told to generate is written in a function of its own.
     value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
-        fields = getattr(value, "_fields", None)
+        # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.
+        fields = getattr(value, "_fields", None) if isinstance(value, type) else None
         yield repr(fields if fields else value if not isinstance(value, python_types.ModuleType) else "").encode()
         return
     if id(value) in met:

@@ -15,6 +15,7 @@ from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
 from teamsight.core.kernel.decorators import FLAGS
 from teamsight.core.kernel.errors import COMPILE_ERRORS, explained
+from teamsight.core.kernel.record import Packed
 
 
 class Entry:
@@ -36,11 +37,11 @@ class Entry:
         """The address of the machine code."""
         return int(self._machine_code().address)
 
-    def __call__(self, record: int) -> int:
-        """Run on the record at this address; the interpreter's lock is released meanwhile."""
+    def __call__(self, record: Packed[Any] | int) -> int:
+        """Run on a record, given itself or by its address; the interpreter's lock is released meanwhile."""
         if self._callable is None:
             self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
-        return int(self._callable(record))
+        return int(self._callable(record if isinstance(record, int) else record.address))
 
     def _machine_code(self) -> Any:
         if self._compiled is None:

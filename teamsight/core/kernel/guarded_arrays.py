@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from teamsight.core.kernel import Entry
+from teamsight.core.kernel import Entry, Packed
 from teamsight.core.kernel.guard import Access, watched
 
 
@@ -27,7 +27,9 @@ class Named(NamedTuple):
 OWN = Named("an array of its own", ())
 
 
-def run_guarded(owner: str, kernel: str, entry: Callable[[int], int], record: int, arrays: Sequence[Named]) -> int:
+def run_guarded(
+    owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named]
+) -> int:
     """Run the entry of a guarded kernel on a record; return its status.
 
     Parameters
@@ -38,10 +40,10 @@ def run_guarded(owner: str, kernel: str, entry: Callable[[int], int], record: in
         What the kernel is called, for errors.
     entry : callable
         The entry.
-    record : int
-        The address of the record.
+    record : Packed
+        The record.
     arrays : sequence of Named
-        The arrays by number; see `teamsight.core.kernel.guard.guarded_at`.
+        The arrays by number; see `GuardedRecord`.
 
     Raises
     ------

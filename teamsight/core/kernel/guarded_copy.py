@@ -13,7 +13,7 @@ from numba.core.dispatcher import Dispatcher
 
 from teamsight.core.kernel.guard import REPLACED, VERSION
 from teamsight.core.kernel.guarded_record import guarded_at
-from teamsight.core.kernel.record import Node
+from teamsight.core.kernel.layout import Node
 
 # Modules whose functions cannot reach a kernel's arrays but through numba's own code.
 _OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}

@@ -10,7 +10,9 @@ from llvmlite import ir
 from teamsight.core.kernel.digest import digest
 from teamsight.core.kernel.guard import LIMIT, READ_ONLY, VERSION, guarded_type, numbered
 from teamsight.core.kernel.guarded_arrays import Axis, Named
-from teamsight.core.kernel.record import Leaf, Node, Plain, Record, load_word, unpacking
+from teamsight.core.kernel.layout import Leaf, Node
+from teamsight.core.kernel.record import Record
+from teamsight.core.kernel.unpacking import Plain, load_word, unpacking
 
 _WORD = ir.IntType(64)
 
@@ -48,7 +50,7 @@ class GuardedRecord:
         axes: Mapping[str, Axis],
         limits: Mapping[str, str] | None = None,
     ) -> None:
-        leaves = [leaf for leaf in record.leaves if leaf.lengths is not None]
+        leaves = [leaf for leaf in record.node.leaves() if leaf.lengths is not None]
         self.arrays = [Named("", ())] + [_named(leaf, axes) for leaf in leaves]
         slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
         limiting = {path: slots[name] for path, name in (limits or {}).items()}

@@ -18,7 +18,7 @@ from teamsight.agents.awareness import (
     SharedAwareness,
     Width,
 )
-from teamsight.agents.awareness.shared import team_targets
+from teamsight.agents.awareness.interface import team_group_at
 from teamsight.core.kernel import kernel
 
 DEGREES = [
@@ -208,8 +208,8 @@ def _adds_up(scene: Any, parameters: Any, situation: Any) -> None:
 def _too_far_in_the_team(scene: Any, parameters: Any, situation: Any) -> None:
     situation[:, :] = 1.0
     for group in range(scene.team.shape[0]):
-        seen = team_targets(scene.team, group)
-        situation[:, 1] = seen.distance[seen.start[scene.team[group, 1]]]  # too_far_in_the_team
+        seen = team_group_at(scene.team[group]).targets
+        situation[:, 1] = seen.distance[seen.start[seen.start.shape[0] - 1]]  # too_far_in_the_team
 
 
 @kernel

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT
 from teamsight.agents.engine.engine import Engine
-from teamsight.world.proximity.search import Search
+from teamsight.world.proximity import search
 
 DEGREES = ["none", "ring", "pairwise", "shared"]
 
@@ -18,7 +19,7 @@ def gathering(awareness: str) -> CMOMMT:
     """Far more robots than there is room for at first come together around a few targets."""
     return CMOMMT(
         robots=90, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
-        robot_speed=0.4, target_speed=0.02, rng=int(np.random.default_rng().integers(2**31)),
+        robot_speed=0.4, target_speed=0.02, rng=fresh_seed(),
     )  # fmt: skip
 
 
@@ -29,7 +30,7 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     grow = Engine._grow
 
     def counted(self: Engine, status: int, where: int, need: int) -> None:
-        grown.append(int(self._world_record["tick"]))
+        grown.append(int(self._binding.progress["tick"][0]))
         grow(self, status, where, need)
 
     model = gathering(awareness)
@@ -41,8 +42,8 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     assert model.max_neighbours == 89
     for _ in range(60):
         stepped.step()
-    room = Search._room
-    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
+    first = search.first_room
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 400 * first(observers, observed))
     monkeypatch.setattr(Engine, "_grow", lambda *arguments: pytest.fail("there should have been room"))
     roomy = CMOMMT(**again)
     roomy.run(60)
@@ -60,10 +61,7 @@ def test_growing_from_hardly_any_room(awareness: str, monkeypatch: pytest.Monkey
         robots=20, targets=30, radius=1.5, policy="a-cmommt", awareness=awareness, target_policy="evasive", rng=2
     )
     reference.run(50)
-    room = Search._room
-    monkeypatch.setattr(
-        Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted)
-    )
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 1)
     model = CMOMMT(**{**reference.settings, "rng": 2})
     model.run(20)
     for _ in range(30):
@@ -88,6 +86,6 @@ def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pyte
 
     plan = {**gathering("shared").settings, "rng": 4}
     expected = counts()
-    room = Search._room
-    monkeypatch.setattr(Search, "_room", lambda self, wanted: room(self, wanted * 400))
+    first = search.first_room
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 400 * first(observers, observed))
     assert counts() == expected

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import generator
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.engine.engine import Engine
 from teamsight.core.kernel import Entry
 from teamsight.policies import Action, Policy
-from teamsight.world.proximity.search import Search
+from teamsight.world.proximity import search
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -77,7 +78,7 @@ def test_ctrl_c_at_random_moments() -> None:
     model = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
     other = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
     main, done = threading.main_thread().ident, threading.Event()
-    random = np.random.default_rng()
+    random = generator()
 
     def disturb() -> None:
         while not done.is_set():
@@ -193,10 +194,7 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, m
         "awareness_range": 1.5, "robot_speed": 0.4, "target_speed": 0.02, "rng": 3,
     }  # fmt: skip
     other = CMOMMT(**settings)
-    room = Search._room
-    monkeypatch.setattr(
-        Search, "_room", lambda self, wanted: room(self, min(wanted, 1) if not hasattr(self, "index") else wanted)
-    )
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 1)
     model = CMOMMT(**settings)
     grow, failures = Engine._grow, [0]
 

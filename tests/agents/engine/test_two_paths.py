@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
@@ -75,7 +76,7 @@ def assert_one_answer(make: Callable[[], World], roads: dict[str, Callable[[Worl
 
 
 def seeds() -> int:
-    return int(np.random.default_rng().integers(2**31))
+    return fresh_seed()
 
 
 POLICIES = [

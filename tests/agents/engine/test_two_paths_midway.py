@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
+from chance import generator
 
 from teamsight import CMOMMT, Robot, World
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one
 
 def test_leaving_often_changes_no_last_bit() -> None:
     # The mean over several stretches is a sum of shares: summed in another way it differs in the last bit.
-    for seed in np.random.default_rng().integers(2**31, size=8).tolist():
+    for seed in generator().integers(2**31, size=8).tolist():
 
         def leave(model: World, advance: Callable[[int], Any]) -> World:
             for _ in range(4):

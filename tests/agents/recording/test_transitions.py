@@ -12,7 +12,7 @@ import pytest
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.group import Group
 from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Experience
+from teamsight.agents.recording.transitions import Transitions
 from teamsight.policies import RandomWalk
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -59,7 +59,7 @@ def alone(mine: list[set[int]], everyone: list[set[int]]) -> list[set[int]]:
     return [{target for target in seen if sum(target in other for other in everyone) == 1} for seen in mine]
 
 
-def naive(world: World, group: Group, steps: int) -> Experience:
+def naive(world: World, group: Group, steps: int) -> Transitions:
     """Make steps and write down what a group meets."""
     team = [other for other in world.groups if other is group or (group.team and other.team == group.team)]
     rows: list[list[Any]] = [[], [], [], []]
@@ -86,10 +86,10 @@ def naive(world: World, group: Group, steps: int) -> Experience:
                 facts += [len(after), len(after - then), len(then - after)]
             rows[3].append(facts)
     arrays = [np.array(part, np.float32) for part in rows]
-    return Experience(*arrays[:3], {name: arrays[3][:, k] for k, name in enumerate(FACTS)})
+    return Transitions(*arrays[:3], {name: arrays[3][:, k] for k, name in enumerate(FACTS)})
 
 
-def close(one: Experience, other: Experience) -> None:
+def close(one: Transitions, other: Transitions) -> None:
     assert np.array_equal(one.situation, other.situation)
     assert np.array_equal(one.next_situation, other.next_situation)
     turned = np.angle(np.exp(1j * (one.action[:, 0] - other.action[:, 0])))
@@ -100,7 +100,7 @@ def close(one: Experience, other: Experience) -> None:
         assert np.array_equal(one.facts[name], other.facts[name]), name
 
 
-def bits(experience: Experience) -> list[bytes]:
+def bits(experience: Transitions) -> list[bytes]:
     return [array.tobytes() for array in (*experience[:3], *experience.facts.values())]
 
 
@@ -212,7 +212,7 @@ def test_rotations_lie_within_half_a_turn() -> None:
 
 def test_what_was_not_recorded_is_asked_for_in_vain() -> None:
     world, other = paper(), paper()
-    with pytest.raises(ValueError, match=r"none was recorded; call record_experience"):
+    with pytest.raises(ValueError, match=r"none were recorded; call record_transitions"):
         world.recording.transitions(world.robots)
     with pytest.raises(ValueError, match="must have been added to this world"):
         world.recording.record_transitions(other.robots)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-import numpy as np
 import pytest
+from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, World
 from teamsight.agents.recording.explore import explore as explore_world
@@ -95,7 +95,7 @@ def test_two_groups_are_one_team_of_as_many() -> None:
 
 @pytest.mark.parametrize("make", [two_groups, two_teams, coming_and_going])
 def test_over_time_agrees_with_the_history(make: Callable[[int], World]) -> None:
-    world = make(int(np.random.default_rng().integers(2**31)))
+    world = make(fresh_seed())
     table = neighbour_graph.over_time(world, 40)
     assert table["time"].tolist() == list(range(41))
     assert table["max_degree"].tolist()[1:] == world.recording.history["max_neighbours"].tolist(), world.seed_used

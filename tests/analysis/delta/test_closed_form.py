@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from chance import generator
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
@@ -34,7 +35,7 @@ def test_overlap_is_the_share_of_sampled_points(radius: float, reach: float, sha
 
 
 def test_degree_tail_is_that_of_uniform_robots() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     trees = [cKDTree(_uniform(rng, 12, 2.5)) for _ in range(4000)]
     degree = np.array([len(row) - 1 for tree in trees for row in tree.query_ball_tree(tree, 1.0)])
     tail = closed_form.degree_tail(12, 2.5, 1.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from chance import generator
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
@@ -34,7 +35,7 @@ def _walk(robots: int, samples: int, rng: np.random.Generator, side: float = 4.0
 
 @pytest.mark.parametrize("name", ["t.csv", "t.parquet", "t.pq", "t.CSV", "t.csv.gz"])
 def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
-    given = _walk(5, 20, np.random.default_rng()).sample(frac=1).sort_values("time", kind="stable")
+    given = _walk(5, 20, generator()).sample(frac=1).sort_values("time", kind="stable")
     given = given.assign(heading=0.0, robot="r" + given["robot"].astype(str))
     path = tmp_path / name
     if "csv" in name.lower():
@@ -115,7 +116,7 @@ def test_sorting_on_request(tmp_path: Path) -> None:
 
 
 def test_a_data_frame_is_checked_too() -> None:
-    record = _walk(3, 5, np.random.default_rng())
+    record = _walk(3, 5, generator())
     with pytest.raises(ValueError, match="no column 'x'"):
         from_trajectories.delta_from_trajectories(record.drop(columns="x"), 1.0)
     with pytest.raises(ValueError, match="x='far' in row 2"):
@@ -219,7 +220,7 @@ def test_on_a_torus_the_line_goes_over_the_edge() -> None:
 
 
 def test_degrees_are_those_of_each_frame() -> None:
-    record = _walk(20, 30, np.random.default_rng())
+    record = _walk(20, 30, generator())
     found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 1.0)
     for row, (_, frame) in zip(found.over_time.itertuples(), record.groupby("time"), strict=True):
         tree = cKDTree(frame[["x", "y"]])
@@ -229,7 +230,7 @@ def test_degrees_are_those_of_each_frame() -> None:
 
 
 def test_report_from_tracks(tmp_path: Path) -> None:
-    record = _walk(12, 4000, np.random.default_rng())
+    record = _walk(12, 4000, generator())
     seen: list[tuple[int, int]] = []
     report = from_trajectories.delta_from_trajectories(
         record, 1.0, risk=0.2, window=10.0, progress=lambda done, total: seen.append((done, total))
@@ -251,7 +252,7 @@ def test_report_from_tracks(tmp_path: Path) -> None:
 
 
 def test_dependent_windows_count_for_less() -> None:
-    slow = _walk(6, 2000, np.random.default_rng(), side=8.0)
+    slow = _walk(6, 2000, generator(), side=8.0)
     apart = from_trajectories.delta_from_trajectories(slow, 1.0, window=200.0)
     near = from_trajectories.delta_from_trajectories(slow, 1.0, window=2.0)
     assert near.trials == 1000
@@ -260,7 +261,7 @@ def test_dependent_windows_count_for_less() -> None:
 
 
 def test_windows_with_few_robots_are_left_out() -> None:
-    record = _walk(10, 100, np.random.default_rng())
+    record = _walk(10, 100, generator())
     late = record[(record["time"] >= 20) | (record["robot"] < 3)]
     report = from_trajectories.delta_from_trajectories(late, 1.0, window=10.0)
     assert report.maxima["window"].tolist() == list(range(2, 10))
@@ -268,7 +269,7 @@ def test_windows_with_few_robots_are_left_out() -> None:
 
 
 def test_robots_that_never_move_are_one_trial() -> None:
-    still = _walk(6, 1, np.random.default_rng())
+    still = _walk(6, 1, generator())
     record = pd.concat([still.assign(time=float(time)) for time in range(100)])
     report = from_trajectories.delta_from_trajectories(record, 2.0, risk=0.5)
     assert report.independent == 1.0
@@ -279,7 +280,7 @@ def test_robots_that_never_move_are_one_trial() -> None:
 
 
 def test_a_disc_allows_the_closed_form() -> None:
-    report = from_trajectories.delta_from_trajectories(_walk(12, 100, np.random.default_rng()), 1.0, arena=Disc(3.0))
+    report = from_trajectories.delta_from_trajectories(_walk(12, 100, generator()), 1.0, arena=Disc(3.0))
     assert report.prediction is not None
     assert len(report.prediction.at_least) == 12
 
@@ -297,7 +298,7 @@ def test_a_disc_allows_the_closed_form() -> None:
     ],
 )
 def test_bad_numbers_are_named(given: dict[str, float], message: str) -> None:
-    record = _walk(3, 20, np.random.default_rng())
+    record = _walk(3, 20, generator())
     with pytest.raises(ValueError, match=message):
         from_trajectories.delta_from_trajectories(record, **({"awareness_range": 1.0} | given))
 

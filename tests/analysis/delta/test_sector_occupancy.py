@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from chance import generator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -70,7 +71,7 @@ def test_robots_without_a_heading_are_left_out() -> None:
 
 
 def test_tables_measure_what_uniform_neighbours_would_show() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     degree = rng.integers(0, 7, 30_000)
     found = sector_occupancy.Bearings(degree, rng.uniform(size=degree.sum()))
     ring = sector_occupancy.ring_table(found, (4, 16), largest=8)

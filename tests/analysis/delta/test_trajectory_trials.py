@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from chance import fresh_seed, generator
 from scipy import stats
 
 from teamsight.analysis import neighbour_graph
@@ -18,7 +19,7 @@ from teamsight.analysis.stats import exceedance
 
 
 def seed_of() -> int:
-    return int(np.random.default_rng().integers(2**31))
+    return fresh_seed()
 
 
 def recorded(
@@ -215,7 +216,7 @@ def test_recordings_of_robots_that_stay_where_they_were_are_no_independent_trial
 
 
 def test_effective_number_of_runs() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     runs, size, share = 3000, 10, 0.9
     run = np.repeat(np.arange(runs), size)
     walk = np.zeros((runs, size))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from chance import generator
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -47,7 +48,7 @@ def test_curve_counts_and_delta_is_the_smallest_within_risk(maxima: list[int], r
 
 
 def test_the_confident_delta_is_too_small_no_more_often_than_it_says() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     risk, studies, truth = 0.05, 1000, stats.poisson(4.0)
     answers = np.array(
         [
@@ -70,7 +71,7 @@ def test_fewer_independent_trials_widen_the_bounds() -> None:
 
 
 def test_effective_number_of_independent_and_of_dependent_values() -> None:
-    rng = np.random.default_rng()
+    rng = generator()
     shocks = rng.normal(size=20_000)
     assert exceedance.effective_number(shocks) > 15_000
     walk = np.zeros(20_000)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from chance import generator
 from naive.evolved import EvolvedRobot
 
 from teamsight import CMOMMT
@@ -63,7 +64,7 @@ def test_the_rule_is_that_of_its_slow_twin(policy: Evolved, awareness: str) -> N
 
 
 def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
-    constants = np.random.default_rng().normal(size=SIZE)
+    constants = generator().normal(size=SIZE)
     path = tmp_path / "rule.json"
     path.write_text(json.dumps(to_json(constants, {})), encoding="utf-8")
     assert Evolved.load(path).constants == tuple(constants)

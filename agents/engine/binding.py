@@ -1,0 +1,220 @@
+"""Binding: how a world is laid out in memory for the compiled loop. The page to read before the loop.
+
+Records hold the addresses of arrays; `teamsight.agents.engine.records` says what is in them. This module fills them,
+from the world down: its groups (noise → percept → decision → motion), the searches for neighbours, the logs of
+transitions. Arrays can then be rewritten in place; whoever replaces one binds again.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
+from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
+from teamsight.agents.engine.neighbours import Members, Relation
+from teamsight.agents.engine.records import (
+    GROUP,
+    LOG,
+    PLACES,
+    PROGRESS,
+    RELATION,
+    WORLD,
+    GroupArrays,
+    LogArrays,
+    Places,
+    RelationArrays,
+    WorldArrays,
+)
+from teamsight.agents.group import Group, team_of
+from teamsight.agents.recording.history import Stretch
+from teamsight.agents.recording.trajectory import Trail
+from teamsight.agents.recording.transitions import TransitionLog
+from teamsight.agents.world_data import WorldData
+from teamsight.core.kernel import Packed
+from teamsight.policies.compiled import Decision, pack_decision
+from teamsight.world.motion import advance_entry, is_watched, pack_move
+from teamsight.world.noise import Stream, stream_number
+
+
+class Binding:
+    """The records of a world.
+
+    Parameters
+    ----------
+    data : WorldData
+        The world.
+    relations : list of Relation
+        Who observes whom.
+    stretch : Stretch
+        Where steps are recorded.
+    trail : Trail or None
+        Where positions are kept.
+    logs : list of TransitionLog
+        Where transitions are recorded.
+
+    Attributes
+    ----------
+    world : Packed of WorldArrays
+        The record that the loop is called with.
+    progress : ndarray of `PROGRESS`, shape (1,)
+        How far the world has got.
+    """
+
+    def __init__(
+        self,
+        data: WorldData,
+        relations: list[Relation],
+        stretch: Stretch,
+        trail: Trail | None,
+        logs: list[TransitionLog],
+    ) -> None:
+        self._data, self._relations, self._logs = data, relations, logs
+        groups = data.groups
+        bodies = sum(map(len, groups))
+        self.progress = np.zeros(1, PROGRESS)
+        self.progress["tick"] = data.timeline.tick
+        self._met = {_side(group): np.zeros(bodies, np.int64) for group in groups}
+        # The bodies of a world are numbered group by group.
+        first_body = np.cumsum([0, *map(len, groups)]).tolist()
+        self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
+        self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
+        self._group_records = [GROUP.pack(value) for value in self._groups()]
+        self._log_records = [LOG.pack(self._log(log)) for log in logs]
+        self.world = WORLD.pack(WorldArrays(
+            data.key,
+            self.progress,
+            self._group_records,
+            self._relation_records,
+            self._log_records,
+            stretch.buffer.array,
+            trail.every if trail else 0,
+            trail.buffer.array if trail else np.zeros((0, bodies, 2)),
+            np.zeros((bodies if is_watched(data.arena) else 0, 6)),
+        ))  # fmt: skip
+
+    def _groups(self) -> list[GroupArrays]:
+        """Bind all groups: each is a part of what the others of its team are shown."""
+        teams = {group.number: _team_group(group) for group in self._data.groups if "teammates" in group.relations}
+        return [
+            self._group(group, [teams[other.number] for other in team_of(self._data.groups, group)])
+            for group in self._data.groups
+        ]
+
+    def _group(self, group: Group, team: list[Packed[TeamGroup]]) -> GroupArrays:
+        """Noise → percept → decision → motion."""
+        perception = group.perception
+        teammates = group.relations.get("teammates")
+        perception.make_room(
+            group.awareness,
+            sum(len(other.value.sensing_range) for other in team),
+            len(teammates.identity) if teammates else -1,
+            group.inputs,
+        )
+        perception.record = SENSING.pack(_sensing(group, teammates, team))
+        perceive = perceive_entry(group.awareness)
+        situate = situate_entry(group.awareness) if perception.is_situated else None
+        decision = self._decision(group)
+        return GroupArrays(
+            group.numbers, np.full(1, -1), group.members, stream_number(Stream.POLICY, group.number),
+            perceive, situate, perception.record, perception.room,
+            group.policy.entry() if decision else None, decision, group.is_sound,
+            advance_entry(self._data.arena),
+            pack_move(self._data.arena, group.bodies, group.action.heading, group.action.distance),
+        )  # fmt: skip
+
+    def _decision(self, group: Group) -> Packed[Decision] | None:
+        """The percept as the policy's kernel sees it; None where Python decides, or the decision stands."""
+        if not group.is_compiled or group.has_decided:
+            return None
+        shown = group.room("teammates") if group.awareness.shows_teammates else group.perception.shown
+        percept = group.percept_of(group.room("targets"), shown, group.perception.relayed)
+        return pack_decision(
+            group.policy, percept, group.memory, group.numbers, self.progress["tick"], group.action
+        )  # fmt: skip
+
+    def _relation(self, relation: Relation) -> RelationArrays:
+        """Who observes whom: the search for neighbours and what is counted afterwards."""
+        rows = [np.arange(len(group)) + self._first_body[group.number] for group in relation.observed]
+        search = relation.search
+        return RelationArrays(
+            search.record,
+            [PLACES.pack(Places(group.bodies.position)) for group in relation.observed],
+            search.x, search.y,
+            relation.everyone, np.concatenate(rows), self._met[_side(relation.observers)],
+            search.room, relation.identity,
+        )  # fmt: skip
+
+    def _log(self, log: TransitionLog) -> LogArrays:
+        """What is recorded of the transitions of a group."""
+        group, numbers = log.group, range(len(self._relations))
+        sensing = [r for r in numbers if self._relations[r].kind == "targets"]
+        own = [r for r in sensing if self._relations[r].observers is group]
+        team = own
+        if group.team is not None:
+            team = [r for r in sensing if self._relations[r].observers.team == group.team]
+        log.make_room_to_compare(
+            max((len(self._relations[r].identity) for r in own), default=0), sum(map(len, self._data.groups))
+        )
+        return LogArrays(
+            self._group_records[self._data.groups.index(group)],
+            self._relation_records[own[0]] if own else None,
+            [self._relation_records[r] for r in team],
+            situate_entry(group.awareness),
+            SENSING.pack(group.perception.record.value._replace(situation=log.now)),
+            log.now, log.row,
+            log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
+            log.kept_start, log.kept_identity, log.before, log.after,
+        )  # fmt: skip
+
+    def rebind(self, relation: int | None = None) -> None:
+        """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
+        if relation is not None:
+            self._relation_records[relation].put(self._relation(self._relations[relation]))
+        for group, value in zip(self._group_records, self._groups(), strict=True):
+            group.put(value)
+        self.rebind_logs()
+
+    def rebind_logs(self) -> None:
+        """Write the records of the logs anew."""
+        for record, log in zip(self._log_records, self._logs, strict=True):
+            record.put(self._log(log))
+
+    def record_into(self, stretch: Stretch, trail: Trail | None) -> None:
+        """Let the loop write into the present arrays of the history and of the positions kept."""
+        world = self.world.value
+        self.progress["row"] = stretch.buffer.rows
+        if world.history is not stretch.buffer.array:
+            self.world.update(history=stretch.buffer.array)
+        if trail:
+            self.progress["trail_row"] = trail.buffer.rows
+            if world.trail is not trail.buffer.array:
+                self.world.update(trail=trail.buffer.array)
+
+    def rewind(self) -> None:
+        """Begin again at tick 0 with the arrays as they are now."""
+        self.progress[:] = 0
+        for group in self._group_records:
+            group.value.block[:] = -1
+        for met in self._met.values():
+            met[:] = 0
+
+
+def _side(group: Members) -> str | int:
+    """All groups that are on a team count together what they observe."""
+    return group.number if group.team is None else "teams"
+
+
+def _team_group(group: Group) -> Packed[TeamGroup]:
+    first = group.relations["teammates"].first[group.number]
+    return TEAM_GROUP.pack(TeamGroup(first, group.bodies.heading, group.ranges[0], group.room("targets")))
+
+
+def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:
+    """What is true around a group, and where its degree of awareness writes what is shown of it."""
+    scene = Scene(
+        group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
+        teammates.search.room.identity if teammates else np.zeros(0, np.int64),
+        teammates.first[group.number] if teammates else 0, team,
+    )  # fmt: skip
+    perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)
+    return Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)

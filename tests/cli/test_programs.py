@@ -1,0 +1,89 @@
+"""``teamsight calibrate`` and ``teamsight evolve`` pass their options on, and report what is wrong in one line."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from teamsight.analysis.calibration import calibrate as calibration
+from teamsight.analysis.evolution import evolve
+from teamsight.analysis.evolution.cma import Evolution
+from teamsight.cli import main
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    out, err = capsys.readouterr()
+    return int(left.value.code or 0), out, err
+
+
+def test_calibrate_searches_what_it_is_asked_for(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+
+    def calibrate(name: str, folder: Path, pool: object, watch: Any, *, force: bool) -> tuple[Path, Path]:
+        watch("searching", 1, 2)
+        asked.extend((name, folder, force))
+        return folder / "a.parquet", folder / "a.md"
+
+    monkeypatch.setattr(calibration, "calibrate", calibrate)
+    status, out, err = call(capsys, "calibrate", "lazy", "--out", str(tmp_path), "--workers", "1", "--force")
+    assert (status, out.strip(), err) == (0, f"{tmp_path / 'a.parquet'}, {tmp_path / 'a.md'}", "")
+    assert asked == ["lazy", tmp_path, True]
+
+
+def test_evolve_train_continues_where_it_was_interrupted(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def train(evolution: Evolution, generations: int, folder: Path, *given: object, force: bool) -> None:
+        assert (evolution, generations, folder, force) == (Evolution(population=6, seed=3), 7, tmp_path, False)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(evolve, "train", train)
+    options = ["--population", "6", "--seed", "3", "--generations", "7", "--out", str(tmp_path), "--workers", "1"]
+    kept = f"finished generations are kept in {tmp_path}; the same command continues from there"
+    status, out, err = call(capsys, "evolve", "train", *options)
+    assert (status, out, err.strip()) == (130, "", f"teamsight: interrupted; {kept}")
+
+
+def test_evolve_test_passes_its_files_on(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {}
+    monkeypatch.setattr(evolve, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
+    options = ["--constants", "c.json", "--training", "t", "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
+    assert call(capsys, "evolve", "test", *options)[0] == 0
+    assert asked == {"folder": tmp_path, "constants": Path("c.json"), "training": Path("t"), "runs": 2, "force": False}
+
+
+def test_an_optional_package_that_is_missing_is_named_with_its_cure(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "cma", None)
+    status, out, err = call(capsys, "evolve", "train", "--out", str(tmp_path / "new"))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "cma" in err
+    assert "pip install 'teamsight[evolve]'" in err
+    assert "bug" not in err
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["calibrate", "modl"], "search='modl': unknown; did you mean 'model'?"),
+        (["calibrate"], "Missing argument 'SEARCH'"),
+        (["evolve", "train", "--generations", "0"], "generations=0: must be at least 1"),
+        (["evolve", "train", "--population", "1"], "population=1: must be at least 2"),
+        (["evolve", "test", "--runs", "100000"], "runs=100000: must be at most 1000"),
+    ],
+)
+def test_what_is_wrong_is_reported(capsys: pytest.CaptureFixture[str], arguments: list[str], message: str) -> None:
+    status, out, err = call(capsys, *arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith(f"teamsight: {message}")
