@@ -53,7 +53,7 @@ _LEARNING = (
 RULES = (
     Rule(
         name("pairs?"), "transition", _LEARNING,
-        r"(?i)pairs? of (?:robots|agents|arrays|numbers)|in pairs|situation–action pair",
+        r"(?i)pairs? of (?:robots|agents|arrays|numbers)|in pairs|situation–action pair|object_pairs_hook",
     ),
     Rule(name("gamma", "GAMMA"), "discount"),
     Rule(name("alpha"), "learning_rate", allowed=r"\balpha=|\"alpha\""),

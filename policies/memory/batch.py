@@ -22,19 +22,18 @@ _ROW = BLOCK + _LINE
 _ONE, _EIGHT, _INFINITE = np.uint64(1), np.uint64(8), np.float32(np.inf)
 
 _SEARCH = np.dtype(
-    [(name, np.int64) for name in ("table", "columns", "pairs", "block", "query", "queries", "inputs")]
+    [(name, np.int64) for name in ("table", "columns", "transitions", "block", "query", "queries", "inputs")]
     + [(name, np.int64) for name in ("k", "index", "distance")]
 )
 
 
 @inlined
 def _sum_distances(table: Any, inputs: Any, query: Any, begin: Any, count: Any, limit: Any, total: Any) -> None:
-    """Write the distances of the pairs ``begin .. begin + count - 1`` to `total`, and infinity behind them.
+    """Write the distances of the transitions ``begin .. begin + count - 1`` to `total`, and infinity behind them.
 
-    When every sum has reached the limit, none is finished: as they stand, they tell that these pairs are too far.
+    Once all partial sums have reached the limit, none is finished: these transitions are too far anyway.
     """
-    # Numbers without a sign spare the question whether a place counts from the end. Eight components at a time keep a
-    # sum in its register for longer.
+    # Unsigned indices need no check for negative values. Eight components at once keep a sum in its register.
     b, n = np.uint64(begin), np.uint64(count)
     for i in range(BLOCK):
         total[np.uint64(i)] = np.float32(0.0) if i < count else _INFINITE
@@ -55,8 +54,8 @@ def _sum_distances(table: Any, inputs: Any, query: Any, begin: Any, count: Any, 
 
 
 @inlined
-def _gap(table: Any, query: Any, component: Any, pair: Any) -> Any:
-    return abs(table[component, pair] - query[component])
+def _gap(table: Any, query: Any, component: Any, transition: Any) -> Any:
+    return abs(table[component, transition] - query[component])
 
 
 @inlined
@@ -69,7 +68,7 @@ def _is_any_below(total: Any, count: Any, limit: Any) -> bool:
 
 @inlined
 def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distance: Any, least: Any) -> None:
-    """Enter those of a block of pairs that belong to the k nearest so far; `least` is room for 64 numbers."""
+    """Enter those of a block of transitions that belong to the k nearest so far; `least` is room for 64 numbers."""
     limit = distance[k - 1]
     if limit == _INFINITE and k <= LANES:
         limit = bound(total, count, k, least)
@@ -85,14 +84,14 @@ def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distan
 
 def _search(address: int) -> int:
     ask = array_at(address, 1, _SEARCH)[0]
-    table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
+    table = array_at(ask.table, (ask.columns, ask.transitions), np.float32)
     block = array_at(ask.block, (ask.inputs, _ROW), np.float32)
     query = array_at(ask.query, (ask.queries, ask.inputs), np.float32)
     index = array_at(ask.index, (ask.queries, ask.k), np.int64)
     distance = array_at(ask.distance, (ask.queries, ask.k), np.float32)
     total, least = scratch(BLOCK, np.float32), scratch(LANES, np.float32)
-    for begin in range(0, ask.pairs, BLOCK):
-        count = min(BLOCK, ask.pairs - begin)
+    for begin in range(0, ask.transitions, BLOCK):
+        count = min(BLOCK, ask.transitions - begin)
         # The rows of a large table lie so far apart that they displace one another from the caches.
         for c in range(ask.inputs):
             for i in range(np.uint64(count)):
@@ -109,16 +108,16 @@ _ENTRY = Entry(_search)
 def nearest(
     table: npt.NDArray[np.float32], queries: npt.NDArray[np.float32], k: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-    """Return the places and distances of the k nearest pairs of each query, as `k_nearest` finds them.
+    """Return the places and distances of the k nearest transitions of each query, as `k_nearest` finds them.
 
     Parameters
     ----------
-    table : ndarray, shape (columns, pairs), float32
+    table : ndarray, shape (columns, transitions), float32
         A memory's table.
     queries : ndarray, shape (q, inputs), float32
         Situations, dense and without NaN; so many rows of the table are compared.
     k : int
-        How many pairs; at least 1, at most as many as there are.
+        How many transitions; at least 1, at most as many as there are.
 
     Returns
     -------
@@ -132,7 +131,7 @@ def nearest(
     block = room[-room.ctypes.data // room.itemsize % _LINE :]
     record = np.zeros(1, _SEARCH)
     ask = record[0]
-    ask["columns"], ask["pairs"] = table.shape
+    ask["columns"], ask["transitions"] = table.shape
     ask["inputs"], ask["k"] = queries.shape[1], k
     ask["table"], ask["block"] = table.ctypes.data, block.ctypes.data
     step = max(_COMPARISONS // table.shape[1], _LEAST_QUERIES)

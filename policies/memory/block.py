@@ -20,10 +20,10 @@ _TINY = np.float32(1e-30)
 
 @inlined
 def bound(total: Any, count: Any, k: Any, least: Any) -> Any:
-    """Return a limit that at least k of a block's distances are below, and few more; so that few are entered in vain.
+    """Return a limit that at least k distances of a block are below, but few more, so that few insertions are wasted.
 
-    The least of each lane stands for the block: k lanes whose least is below the limit are k pairs below it. Where
-    fewer than k are finite, so is no limit.
+    It is found from the smallest distance of each lane: if these are below the limit in k lanes, k distances are. It is
+    infinite if fewer than k distances are finite.
     """
     for lane in range(LANES):
         least[np.uint64(lane)] = total[np.uint64(lane)]
@@ -46,12 +46,12 @@ def bound(total: Any, count: Any, k: Any, least: Any) -> Any:
 
 
 @inlined
-def insert(index: Any, distance: Any, k: Any, pair: Any, far: Any) -> None:
-    """Put a pair behind all that are as near, since those stand before it in the table; the last falls out."""
+def insert(index: Any, distance: Any, k: Any, transition: Any, far: Any) -> None:
+    """Put a transition behind all that are as near, since those stand before it in the table; the last falls out."""
     place = k - 1
     while place > 0 and distance[place - 1] > far:
         distance[place] = distance[place - 1]
         index[place] = index[place - 1]
         place -= 1
     distance[place] = far
-    index[place] = pair
+    index[place] = transition

@@ -1,8 +1,8 @@
 """The nearest situations by eq. 1, for kernels: exact, but most distances are only estimated.
 
 Most readings of a situation are 1 (nothing sensed). So a table holds each situation's distance from the situation of
-ones, and a query corrects it for its other readings only. Exact distances are computed for the few pairs whose estimate
-is within the rounding error of the k smallest; each sum is taken in the order of the components.
+ones, and a query corrects it for its other readings only. Exact distances are computed for the few transitions whose
+estimate is within the rounding error of the k smallest; each sum is taken in the order of the components.
 """
 
 from __future__ import annotations
