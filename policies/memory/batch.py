@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, array_at, below_64, inlined, scratch
+from teamsight.core.kernel import Entry, Record, below_64, inlined, scratch
 from teamsight.policies.memory.block import BLOCK, LANES, bound, insert
 
 # So many comparisons are made without Python, which is some seconds: then Ctrl-C is heard.
@@ -21,10 +21,27 @@ _ROW = BLOCK + _LINE
 
 _ONE, _EIGHT, _INFINITE = np.uint64(1), np.uint64(8), np.float32(np.inf)
 
-_SEARCH = np.dtype(
-    [(name, np.int64) for name in ("table", "columns", "pairs", "block", "query", "queries", "inputs")]
-    + [(name, np.int64) for name in ("k", "index", "distance")]
-)
+
+class Search(NamedTuple):
+    """The record of a search; q queries for the k nearest.
+
+    Attributes
+    ----------
+    table, query, place, distance
+        As for `nearest`.
+    block : ndarray, shape (inputs, …), float32
+        Room for a block of the table.
+    """
+
+    table: Annotated[npt.NDArray[np.float32], "columns", "transitions"]
+    block: Annotated[npt.NDArray[np.float32], "inputs", _ROW]
+    query: Annotated[npt.NDArray[np.float32], "q", "inputs"]
+    place: Annotated[npt.NDArray[np.int64], "q", "k"]
+    distance: Annotated[npt.NDArray[np.float32], "q", "k"]
+
+
+SEARCH = Record(Search)
+search_at = SEARCH.at
 
 
 @inlined
@@ -84,22 +101,18 @@ def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distan
 
 
 def _search(address: int) -> int:
-    ask = array_at(address, 1, _SEARCH)[0]
-    table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
-    block = array_at(ask.block, (ask.inputs, _ROW), np.float32)
-    query = array_at(ask.query, (ask.queries, ask.inputs), np.float32)
-    index = array_at(ask.index, (ask.queries, ask.k), np.int64)
-    distance = array_at(ask.distance, (ask.queries, ask.k), np.float32)
+    table, block, query, index, distance = search_at(address)
+    pairs, inputs, k = table.shape[1], query.shape[1], index.shape[1]
     total, least = scratch(BLOCK, np.float32), scratch(LANES, np.float32)
-    for begin in range(0, ask.pairs, BLOCK):
-        count = min(BLOCK, ask.pairs - begin)
+    for begin in range(0, pairs, BLOCK):
+        count = min(BLOCK, pairs - begin)
         # The rows of a large table lie so far apart that they displace one another from the caches.
-        for c in range(ask.inputs):
+        for c in range(inputs):
             for i in range(np.uint64(count)):
                 block[np.uint64(c), i] = table[np.uint64(c), np.uint64(begin) + i]
-        for q in range(ask.queries):
-            _sum_distances(block, ask.inputs, query[q], 0, count, distance[q, ask.k - 1], total)
-            _keep_nearest(total, count, begin, ask.k, index[q], distance[q], least)
+        for q in range(query.shape[0]):
+            _sum_distances(block, inputs, query[q], 0, count, distance[q, k - 1], total)
+            _keep_nearest(total, count, begin, k, index[q], distance[q], least)
     return 0
 
 
@@ -128,18 +141,12 @@ def nearest(
         The distances.
     """
     index, distance = np.full((len(queries), k), -1, np.int64), np.full((len(queries), k), np.inf, np.float32)
-    room = np.empty(queries.shape[1] * _ROW + _LINE, np.float32)
-    block = room[-room.ctypes.data // room.itemsize % _LINE :]
-    record = np.zeros(1, _SEARCH)
-    ask = record[0]
-    ask["columns"], ask["pairs"] = table.shape
-    ask["inputs"], ask["k"] = queries.shape[1], k
-    ask["table"], ask["block"] = table.ctypes.data, block.ctypes.data
+    inputs = queries.shape[1]
+    room = np.empty(inputs * _ROW + _LINE, np.float32)
+    first = -room.ctypes.data // room.itemsize % _LINE
+    block = room[first : first + inputs * _ROW].reshape(inputs, _ROW)
     step = max(_COMPARISONS // table.shape[1], _LEAST_QUERIES)
     for start in range(0, len(queries), step):
         part = slice(start, start + step)
-        ask["queries"] = len(queries[part])
-        for name, array in (("query", queries), ("index", index), ("distance", distance)):
-            ask[name] = array[part].ctypes.data
-        _ENTRY(record.ctypes.data)
+        _ENTRY(SEARCH.pack(Search(table, block, queries[part], index[part], distance[part])))
     return index, distance
