@@ -1,10 +1,11 @@
-"""A group: agents of one class that share a policy, a degree of awareness and, agent by agent, abilities."""
+"""A group: agents of one class that share a policy and a degree of awareness, stored as arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+import mesa
 import numpy as np
 import numpy.typing as npt
 
@@ -14,7 +15,7 @@ from teamsight.agents.columns.attribute import install, is_free
 from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.policies.compiled import CompiledPolicy, check_memory
+from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
@@ -22,15 +23,11 @@ from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
 
-if TYPE_CHECKING:
-    import mesa
-
-
 Floats = npt.NDArray[np.float64]
 
 
 class Host(Protocol):
-    """What groups and their agents ask of the world that they are in; see `teamsight.agents.host`."""
+    """What a world does for its groups and their agents; see `teamsight.agents.host`."""
 
     def adjust(self, group: Group, **changes: Any) -> None: ...
     def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
@@ -44,11 +41,20 @@ class Host(Protocol):
 
 
 class Decision(Protocol):
-    """A decision of a group whose policy is Python, while it is being made; see `Deliberation`."""
+    """A decision of a policy in Python, while it is being made; see `Deliberation`."""
 
     def decide(self) -> Action: ...
-    def memory(self) -> Any: ...
+    def state(self) -> Any: ...
     def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
+
+
+def _setting(name: str, get: Callable[[Group], Any], doc: str) -> Any:
+    """Return a property of groups. Setting it is an adjustment by `World.adjust`."""
+
+    def set_(group: Group, value: Any) -> None:
+        group.host.adjust(group, **{name: value})
+
+    return property(get, set_, doc=f"{doc} A new value takes effect as by `World.adjust`.")
 
 
 class Group:
@@ -59,27 +65,27 @@ class Group:
     name : str
         The group's name in its world.
     number : int
-        Its place among the groups of its world.
+        Its index among the groups of its world.
     team : str or None
         Groups of the same team are teammates.
     agents : list of mesa.Agent
         The agents, one for each row of the arrays.
     bodies : Bodies
-        The arrays behind `position`, `heading`, `speed` and `turn_limit`. What is written into them is not checked.
+        The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
         The arrays behind `sensing_range` and `awareness_range`, likewise.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
-    memory : object
-        What they remember; rows as in `agents`.
+    policy_state : object
+        The state of the policy; rows as in `agents`.
     action : Action
-        What they decided last.
+        The last decision.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
-        Whose they are: `Bodies.member`, and 0 after the last agent.
+        The members to whom the random numbers belong: `Bodies.member`, and 0 after the last agent.
     """
 
     def __init__(
@@ -104,12 +110,12 @@ class Group:
         self.first_abilities: Abilities
         self.relations: dict[str, Relation] = {}
         self.host = host
-        self.begin(first_memory(policy, len(bodies)))
+        self.begin(first_state(policy, len(bodies)))
 
-    def begin(self, memory: Any) -> None:
-        """Make the buffers anew, as wide as the group is now, and remember this; see `first_memory`."""
+    def begin(self, state: Any) -> None:
+        """Make new buffers for the present size, and set the state of the policy; see `first_state`."""
         size = len(self.bodies)
-        self.memory = memory
+        self.policy_state = state
         self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         lanes = -(-max(size, 1) // LANES) * LANES
@@ -117,8 +123,8 @@ class Group:
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
-        # While a step is being made, the decision under way; and, after a step that failed once its policies with
-        # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
+        # During a step: the decision of a policy in Python. After a step that failed when kernels had decided:
+        # `has_decided`; then the policy state is one decision ahead, and `action` is that decision.
         self.deliberation: Decision | None = None
         self.has_decided = False
 
@@ -128,7 +134,7 @@ class Group:
         Parameters
         ----------
         position, heading : ndarray, shape (founders, 2), float64
-            The start of each founder; agents that have been removed are left out.
+            The start of each founder; those of removed agents are ignored.
         """
         bodies, first = self.bodies, self.first_abilities
         rows = slice(None) if len(self) == self.founders.size else bodies.member
@@ -151,83 +157,46 @@ class Group:
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
 
-    @property
-    def policy(self) -> Any:
-        """What decides for them; what is set takes effect as by `World.adjust`."""
-        return self.rules[0]
-
-    @policy.setter
-    def policy(self, value: Any) -> None:
-        self.host.adjust(self, policy=value)
-
-    @property
-    def awareness(self) -> Awareness:
-        """What they perceive of teammates; what is set takes effect as by `World.adjust`."""
-        return self.rules[1]
-
-    @awareness.setter
-    def awareness(self, value: Awareness | str) -> None:
-        self.host.adjust(self, awareness=value)
-
-    @property
-    def sensing_range(self) -> Floats:
-        """How far each senses targets, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
-        return readonly(self.ranges[0])
-
-    @sensing_range.setter
-    def sensing_range(self, value: npt.ArrayLike) -> None:
-        self.host.adjust(self, sensing_range=value)
-
-    @property
-    def awareness_range(self) -> Floats:
-        """How far each senses teammates, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
-        return readonly(self.ranges[1])
-
-    @awareness_range.setter
-    def awareness_range(self, value: npt.ArrayLike) -> None:
-        self.host.adjust(self, awareness_range=value)
-
-    @property
-    def speed(self) -> Floats:
-        """The farthest each can go a step, shape (n,) [length]; what is set takes effect as by `World.adjust`."""
-        return readonly(self.bodies.speed)
-
-    @speed.setter
-    def speed(self, value: npt.ArrayLike) -> None:
-        self.host.adjust(self, speed=value)
-
-    @property
-    def turn_limit(self) -> Floats:
-        """The farthest each can turn a step, shape (n,) [rad]; what is set takes effect as by `World.adjust`."""
-        return readonly(limit_of_turn(self.bodies.turn_cosine, self.bodies.turn_sine))
-
-    @turn_limit.setter
-    def turn_limit(self, value: npt.ArrayLike) -> None:
-        self.host.adjust(self, turn_limit=value)
+    policy = _setting("policy", lambda group: group.rules[0], "The policy of all agents.")
+    awareness = _setting("awareness", lambda group: group.rules[1], "What they perceive of teammates.")
+    sensing_range = _setting(
+        "sensing_range", lambda group: readonly(group.ranges[0]),
+        "Distance within which each senses targets, shape (n,) [length].",
+    )  # fmt: skip
+    awareness_range = _setting(
+        "awareness_range", lambda group: readonly(group.ranges[1]),
+        "Distance within which each senses teammates, shape (n,) [length].",
+    )  # fmt: skip
+    speed = _setting(
+        "speed", lambda group: readonly(group.bodies.speed),
+        "The largest distance that each can move in a step, shape (n,) [length].",
+    )  # fmt: skip
+    turn_limit = _setting(
+        "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
+        "The largest angle that each can turn in a step, shape (n,) [rad].",
+    )  # fmt: skip
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
-        """Give the agents a property of the user's own, which is saved and restored with the world.
+        """Add a property of the user's own, which is saved and restored with the world.
 
         It is also an attribute of each agent: after ``robots.add_column("battery", 1.0)``, ``robot.battery -= 0.1``.
 
         Parameters
         ----------
         name : str
-            A new name, which the agents do not have yet.
+            A name that is not an attribute of the agents yet.
         fill : object or array_like, shape (n, …)
-            The value for all, or for each. Its type is that of the column: 0 for whole numbers, 0.0 for any.
+            The value for all agents, or for each. It sets the type of the column: 0 for whole numbers, 0.0 for any.
 
         Returns
         -------
         Column
-            Used like an array of shape (n, …); it stays valid when agents leave and states are restored.
+            Used like an array of shape (n, …). It stays valid when agents are removed and states are restored.
 
         Raises
         ------
-        TypeError
-            If the name is no text.
-        ValueError
-            If there is a column or another attribute of this name, or `fill` is of another length.
+        TypeError, ValueError
+            If the name is not a text, or a column or another attribute; or if `fill` has another length.
         """
         if not isinstance(name, str) or not name:
             raise TypeError(f"name={name!r}: must be a text, such as 'battery'")
@@ -237,7 +206,7 @@ class Group:
             raise ValueError(f"name={name!r}: the agents of {self.name!r} have this attribute; take another name")
         value = np.asarray(fill)
         if value.dtype.kind in "US":
-            # An array of texts would cut off longer ones.
+            # An array of texts would truncate longer ones.
             value = value.astype(object)
         if value.ndim and len(value) != len(self):
             raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
@@ -246,22 +215,22 @@ class Group:
 
     @property
     def position(self) -> Floats:
-        """Where the agents are, shape (n, 2) [length]; to move one, set its own `position`."""
+        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
         return readonly(self.bodies.position)
 
     @property
     def heading(self) -> Floats:
-        """Which way they face, shape (n, 2): unit vectors."""
+        """The directions, shape (n, 2): unit vectors."""
         return readonly(self.bodies.heading)
 
     @property
     def identity(self) -> npt.NDArray[np.int64]:
-        """Who they are, shape (n,): their `unique_id` in the model."""
+        """The `unique_id` of each agent, shape (n,)."""
         return readonly(self.bodies.identity)
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the group can run without Python."""
+        """Whether the group decides without Python."""
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
         return kernel_decides and not self.decides_alone
 
@@ -276,7 +245,7 @@ class Group:
         return self.is_compiled and self.policy.is_sound
 
     def sightings(self, kind: str) -> NeighbourList:
-        """Return who is truly within range: `targets` or `teammates`."""
+        """Return all neighbours of a kind, "targets" or "teammates", whatever the degree of awareness shows."""
         return self.relations[kind].sightings if kind in self.relations else self.perception.nothing
 
     def room(self, kind: str) -> NeighbourList:
@@ -285,7 +254,7 @@ class Group:
 
     @property
     def percept(self) -> Percept:
-        """What the group knows now, as views that the next step overwrites."""
+        """The present percept, as views that the next step overwrites."""
         teammates = self.sightings("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
         return self.percept_of(self.sightings("targets"), teammates, filled(self.perception.relayed))
 
@@ -296,31 +265,31 @@ class Group:
         return Percept(*body, targets, teammates, relayed, self.perception.situation)
 
     def noise(self, tick: int) -> Floats:
-        """Return the numbers that the policy is handed at this tick, shape (draws, n)."""
+        """Return the policy's random numbers for a tick, shape (draws, n)."""
         return self.numbers[tick % TICKS_A_BLOCK, :, : len(self)]
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:
-    """Return the groups that are teammates of a group, itself included; empty for one that is on no team."""
+    """Return the groups of a group's team, itself included; empty without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []
 
 
-def first_memory(policy: Any, size: int) -> Any:
-    """Return what `size` agents under a policy remember before their first decision.
+def first_state(policy: Any, size: int) -> Any:
+    """Return the state of a policy for `size` agents before their first decision.
 
     Raises
     ------
     TypeError, ValueError
-        If a policy with a kernel returns none that the kernel can read.
+        If the policy has a kernel that cannot read the state.
     """
-    memory = policy.start(size) if isinstance(policy, Policy) else None
+    state = policy.start(size) if isinstance(policy, Policy) else None
     if isinstance(policy, CompiledPolicy):
-        check_memory(policy, memory, size)
-    return memory
+        check_state(policy, state, size)
+    return state
 
 
 def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return a view that cannot be written to."""
+    """Return a read-only view."""
     view = array.view()
     view.flags.writeable = False
     return view
