@@ -35,6 +35,8 @@ class Stretch:
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
         self.buffer = Buffer((len(relations), HISTORY_COLUMNS), np.int64, _FIRST_ROWS)
+        # What the columns of the next row would be made of, for the positions before the first step.
+        self.present = np.zeros((len(relations), HISTORY_COLUMNS), np.int64)
         self.observed_sum = 0
         self.largest = 0
         self._summed = 0
@@ -67,6 +69,13 @@ class Stretch:
     def edges(self) -> int:
         """The number of edges between teammates in all rows."""
         return int(self.buffer.written[:, self._teammates, _EDGES].sum())
+
+    def reading(self, name: str, is_recorded: bool) -> float:
+        """Return `observed` or `mean_neighbours` of the last row, or of the present before it is recorded."""
+        row = self.buffer.array[self.rows - 1] if is_recorded else self.present
+        if name == "observed":
+            return float(sum(row[r, _OBSERVED] for r in self._targets) / (self.targets or np.nan))
+        return float(sum(row[r, _EDGES] for r in self._teammates) / (self.robots or np.nan))
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
