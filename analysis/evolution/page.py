@@ -10,7 +10,7 @@ import pandas as pd
 
 from teamsight.analysis.evolution import cma, compare
 from teamsight.analysis.evolution.compare import OPTIONS, Gain
-from teamsight.analysis.paper.figures.differences import signed
+from teamsight.analysis.paper.figures.differences import includes_zero, signed
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import canvas, head, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
@@ -76,8 +76,7 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     )
     limit = 10.0 * np.ceil(cells["mean"].abs().max() / 10.0)
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
-    unsure = grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
-    draw_row(figure, grid_of(cells), look, open_cells=unsure)
+    draw_row(figure, grid_of(cells), look, open_cells=includes_zero(cells))
     return to_png(figure, title, _DPI)
 
 

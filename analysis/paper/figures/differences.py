@@ -88,13 +88,17 @@ def difference_figure(
             of = cells[cells["variant"] == contrast.variant]
             limit = _limit(of if own_colours else cells)
             look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
-            unsure = grid_of(of.assign(open=(of["low"] <= 0) & (of["high"] >= 0)), "open")
-            draw_row(figure, grid_of(of) * 100, look, row=row, rows=len(contrasts), open_cells=unsure)
+            draw_row(figure, grid_of(of) * 100, look, row=row, rows=len(contrasts), open_cells=includes_zero(of))
             _caption(figure, contrast.caption, row, len(contrasts))
         return figure
 
     needs = tuple(dict.fromkeys(name for contrast in contrasts for name in (contrast.treated, contrast.base)))
     return Figure(name, title, needs, tabulate, draw, summarise)
+
+
+def includes_zero(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return whether the confidence interval of each cell includes 0: rows are team sizes, columns radii."""
+    return grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
 
 
 def _limit(cells: pd.DataFrame) -> float:
