@@ -10,11 +10,10 @@ import pandas as pd
 
 from teamsight.analysis.evolution import cma, compare
 from teamsight.analysis.evolution.compare import OPTIONS, Gain
-from teamsight.analysis.paper.figures.differences import includes_zero, signed
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import canvas, head, to_png
+from teamsight.analysis.plot.style import canvas, head, signed, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import grid_of
+from teamsight.analysis.stats.paired import grid_of, includes_zero
 
 # Resolution of the picture, which stands in a page.
 _DPI = 90

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
-from teamsight.analysis.plot.style import FAINT, canvas, head
+from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -96,11 +96,6 @@ def difference_figure(
     return Figure(name, title, needs, tabulate, draw, summarise)
 
 
-def includes_zero(cells: pd.DataFrame) -> pd.DataFrame:
-    """Return whether the confidence interval of each cell includes 0: rows are team sizes, columns radii."""
-    return grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
-
-
 def _limit(cells: pd.DataFrame) -> float:
     """Return the smallest multiple of ten percentage points that no cell exceeds."""
     return float(10.0 * np.ceil(cells["mean"].abs().max() * 10 + 1e-9))
@@ -141,9 +136,3 @@ def gain_in_words(cells: pd.DataFrame, variant: str) -> str:
         f"{text}; significantly positive in {more} cells, negative in {less} (expected by chance: about "
         f"{_CHANCE * len(of):.0f} each)"
     )
-
-
-def signed(value: float) -> str:
-    """Return a number without decimals and with its sign; what rounds to 0 has no sign."""
-    rounded = round(value)
-    return f"{rounded:+d}".replace("-", "−") if rounded else "0"
