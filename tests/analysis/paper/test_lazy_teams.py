@@ -60,9 +60,9 @@ def test_by_name_they_are_the_same() -> None:
 
 
 def test_the_search_of_a_memory_counts_as_work() -> None:
-    stage = {"robots": 10, "targets": 15, "radius": 3.0}
+    scenario = {"robots": 10, "targets": 15, "radius": 3.0}
     learned, designed = (
-        Run(stage | {"policy": policy}, 0, 600, 1).cost
+        Run(scenario | {"policy": policy}, 0, 600, 1).cost
         for policy in (treatments({})[COOPERATIVE]["policy"], "a-cmommt")
     )
     assert learned > 5 * designed
