@@ -158,7 +158,7 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, path: str) -> Non
     advance(other, 12)
     for mine, theirs in zip(world.groups, other.groups, strict=True):
         assert np.array_equal(mine.position, theirs.position)
-    assert world.groups[1].memory.tolist() == other.groups[1].memory.tolist() == [12.0] * 3
+    assert world.groups[1].policy_state.tolist() == other.groups[1].policy_state.tolist() == [12.0] * 3
     assert world.recording.history.equals(other.recording.history)
 
 
@@ -207,7 +207,7 @@ def test_when_memory_ends_in_the_middle_of_a_step(awareness: str, policy: Any, m
     other.run(40)
     assert same(model, other)
     if not isinstance(policy, str):
-        assert model.robots.memory.tolist() == [40.0] * 60
+        assert model.robots.policy_state.tolist() == [40.0] * 60
 
 
 def test_a_run_says_nothing_of_an_exception_that_is_over() -> None:
