@@ -76,7 +76,9 @@ RULES = (
     Rule(name("noting", "experiences?", "Experience", "EXPERIENCE"), "transitions"),
     Rule(name("membership"), "building"),
     Rule(name("tents?", "paces?"), "hat features, distances"),
-    Rule(name("tracks", "Tracks"), "trajectories, or target tracks", allowed=r"(?i)target[_ -]?tracks|\btracks\\?\"?[=:]"),
+    Rule(
+        name("tracks", "Tracks"), "trajectories, or target tracks", allowed=r"(?i)target[_ -]?tracks|\btracks\"?[=:]",
+    ),
     Rule(name("roads?"), "path"),
     Rule(r"\b[Bb]elieved?\b", "say what the code does"),
     Rule(r"\b[Oo]beys?\b", "say what the code does"),
