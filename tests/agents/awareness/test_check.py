@@ -255,15 +255,15 @@ WRONG = [
 @pytest.mark.parametrize(("members", "message"), WRONG, ids=[f"{n}-{'-'.join(case[0])}" for n, case in enumerate(WRONG)])
 def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str) -> None:
     degree = type("Changed", (Nearest,), members)()
-    with pytest.raises((TypeError, ValueError)) as told:
+    with pytest.raises((TypeError, ValueError)) as raised:
         check_awareness(degree)
-    assert re.match(rf"Changed(: |\.){message}", str(told.value))
-    assert len(str(told.value)) < 400
-    assert "\n" not in str(told.value)
+    assert re.match(rf"Changed(: |\.){message}", str(raised.value))
+    assert len(str(raised.value)) < 400
+    assert "\n" not in str(raised.value)
     rule = members.get("perceive") or members.get("situate")
     mark = f"# {rule.__name__[1:]}" if rule else "no mark"
     for number, line in enumerate(Path(__file__).read_text().splitlines(), 1):
-        assert not line.endswith(mark) or f"{Path(__file__).name}:{number}: " in str(told.value)
+        assert not line.endswith(mark) or f"{Path(__file__).name}:{number}: " in str(raised.value)
 
 
 def test_a_kernel_that_cannot_be_compiled_is_named_with_its_line() -> None:
