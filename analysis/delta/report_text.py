@@ -114,7 +114,7 @@ def _cost(report: DeltaEstimate) -> Section:
     columns = ["degree", "", "inputs", "own", "added", "log10 of 2^d", f"added for {report.robots - 1} teammates"]
     rows = []
     for row in _rows(report.cost):
-        name = f"ring, δ = {row.delta}" if row.degree == "ring" else str(row.degree)
+        name = str(row.degree) if pd.isna(row.delta) else f"{row.degree}, δ = {row.delta}"
         counts = [f"{number}" for number in (row.inputs, row.own, row.added)]
         rows.append([name, f"{row.growth}: {row.formula}", *counts, f"{row.log10_size:.1f}", f"{row.added_here}"])
     return Section(f"Inputs of each degree of awareness in a team of {report.robots}", columns, rows)
