@@ -43,7 +43,7 @@ def find_matches(situation: Any, arrays: Any, k: int, index: Any, distance: Any)
         is_good &= abs(situation[component]) <= MOST
         is_empty &= situation[component] == 1.0
     if is_empty:
-        # The most frequent situation by far: its matches are found when the policy is made.
+        # By far the most frequent situation; its matches are found once, when the policy is made.
         for match in range(k):
             index[match] = int(arrays.parameters[_NEAREST_TO_ONES + match])
     elif is_good:
@@ -152,7 +152,7 @@ class LazyLearner(CompiledPolicy):
 
     @cached_property
     def search_table(self) -> SearchTable:
-        """What the kernel searches: the situations of the memory, as far as they are compared."""
+        """The table that the kernel searches: the compared part of the situations of the memory."""
         return search_table(self.memory.table, self.memory.inputs if self.inputs is None else self.inputs, self.k)
 
     @property
