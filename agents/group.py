@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+import mesa
 import numpy as np
 import numpy.typing as npt
 
@@ -14,17 +15,13 @@ from teamsight.agents.columns.attribute import install, is_free
 from teamsight.agents.columns.column import Column, Columns
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.policies.compiled import CompiledPolicy, check_memory
+from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
-
-if TYPE_CHECKING:
-    import mesa
-
 
 Floats = npt.NDArray[np.float64]
 
@@ -47,7 +44,7 @@ class Decision(Protocol):
     """A decision of a policy in Python, while it is being made; see `Deliberation`."""
 
     def decide(self) -> Action: ...
-    def memory(self) -> Any: ...
+    def state(self) -> Any: ...
     def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
 
 
@@ -81,8 +78,8 @@ class Group:
         The policy and the degree of awareness; `World.adjust` changes them.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
-    memory : object
-        What they remember; rows as in `agents`.
+    policy_state : object
+        The state of the policy; rows as in `agents`.
     action : Action
         The last decision.
     numbers : ndarray, shape (4, draws, lanes), float64
@@ -113,12 +110,12 @@ class Group:
         self.first_abilities: Abilities
         self.relations: dict[str, Relation] = {}
         self.host = host
-        self.begin(first_memory(policy, len(bodies)))
+        self.begin(first_state(policy, len(bodies)))
 
-    def begin(self, memory: Any) -> None:
-        """Make the buffers anew, as wide as the group is now, and remember this; see `first_memory`."""
+    def begin(self, state: Any) -> None:
+        """Make new buffers for the present size, and set the state of the policy; see `first_state`."""
         size = len(self.bodies)
-        self.memory = memory
+        self.policy_state = state
         self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         lanes = -(-max(size, 1) // LANES) * LANES
@@ -126,8 +123,8 @@ class Group:
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
-        # While a step is being made, the decision under way; and, after a step that failed once its policies with
-        # kernels had decided, that they have: their memory is one decision ahead, and `action` holds it.
+        # During a step: the decision of a policy in Python. After a step that failed when kernels had decided:
+        # `has_decided`; then the policy state is one decision ahead, and `action` is that decision.
         self.deliberation: Decision | None = None
         self.has_decided = False
 
@@ -277,7 +274,7 @@ def team_of(groups: list[Group], group: Group) -> list[Group]:
     return [other for other in groups if other.team == group.team] if group.team is not None else []
 
 
-def first_memory(policy: Any, size: int) -> Any:
+def first_state(policy: Any, size: int) -> Any:
     """Return the state of a policy for `size` agents before their first decision.
 
     Raises
@@ -285,10 +282,10 @@ def first_memory(policy: Any, size: int) -> Any:
     TypeError, ValueError
         If the policy has a kernel that cannot read the state.
     """
-    memory = policy.start(size) if isinstance(policy, Policy) else None
+    state = policy.start(size) if isinstance(policy, Policy) else None
     if isinstance(policy, CompiledPolicy):
-        check_memory(policy, memory, size)
-    return memory
+        check_state(policy, state, size)
+    return state
 
 
 def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

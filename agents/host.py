@@ -15,12 +15,12 @@ from teamsight.agents.building import Plan, column, turn_columns
 from teamsight.agents.engine import present, python_policies
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.state_rows import take_rows
-from teamsight.agents.group import Group, first_memory, team_of
+from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.resolve import awareness_of, check_fit, policy_of
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.policies.compiled import CompiledPolicy, check_memory
+from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.percept_of_one import PerceptOfOne
 
 
@@ -93,7 +93,7 @@ class WorldHost:
         try:
             group.rules = policy, awareness
             check_fit(group, team_of(self._data.groups, group))
-            memory = first_memory(policy, size) if policy is not before[0] else None
+            state = first_state(policy, size) if policy is not before[0] else None
         except BaseException:
             group.rules = before
             raise
@@ -101,7 +101,7 @@ class WorldHost:
             group.ranges = ranges[0], ranges[1]
             bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
             if policy is not before[0]:
-                group.begin(memory)
+                group.begin(state)
             self._engine.is_bound = False
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
@@ -139,9 +139,9 @@ class WorldHost:
         self._data.timeline.check_undecided("remove()", "plan it with world.clock.at(world.clock.now, robot.remove)")
         group, size, row = agent.group, len(agent.group), agent.row
         keep = np.arange(size) != row
-        memory = take_rows(group.memory, keep, size)
+        state = take_rows(group.policy_state, keep, size)
         if isinstance(group.policy, CompiledPolicy):
-            check_memory(group.policy, memory, size - 1)
+            check_state(group.policy, state, size - 1)
         columns = {name: array[keep] for name, array in group.columns.arrays().items()}
         # Nothing after this can fail.
         leave()
@@ -151,7 +151,7 @@ class WorldHost:
         group.agents.pop(row)
         for place, other in enumerate(group.agents):
             other.row = place
-        group.begin(memory)
+        group.begin(state)
         self._engine.is_bound = False
 
     def look(self) -> tuple[int, int]:

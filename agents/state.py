@@ -34,7 +34,7 @@ class GroupState(NamedTuple):
     awareness: str
     bodies: Bodies
     ranges: Any
-    memory: Any
+    policy_state: Any
     columns: dict[str, npt.NDArray[Any]]
 
 
@@ -84,7 +84,7 @@ class StateKeeper:
     def save(self) -> State:
         """Return a copy of all that changes in a run."""
         groups = tuple(
-            GroupState(*_identified(group), group.bodies, group.ranges, group.memory, group.columns.arrays())
+            GroupState(*_identified(group), group.bodies, group.ranges, group.policy_state, group.columns.arrays())
             for group in self._data.groups
         )
         collector = self._recording.collector
@@ -105,7 +105,7 @@ class StateKeeper:
                 old.bodies.identity[:] = group.bodies.identity
                 group.bodies, group.ranges = old.bodies, old.ranges
                 group.columns.replace(old.columns)
-                group.begin(old.memory)
+                group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
@@ -163,10 +163,10 @@ def _check_fits(saved: State, data: WorldData) -> None:
     if mine != theirs:
         raise ValueError(f"restore(…): the state is of a world with {_difference(theirs, mine)}; make one like that")
     for group, old in zip(data.groups, saved.groups, strict=True):
-        if group.is_compiled and layout(old.memory) != layout(group.memory):
+        if group.is_compiled and layout(old.policy_state) != layout(group.policy_state):
             raise ValueError(
-                f"restore(…): the policy of {group.name} has the state {layout(old.memory)}, and here "
-                f"{layout(group.memory)}; make a world whose policies have the same constants"
+                f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
+                f"{layout(group.policy_state)}; make a world whose policies have the same constants"
             )
 
 

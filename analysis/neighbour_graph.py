@@ -1,8 +1,8 @@
-"""Who is a neighbour of whom: degrees, components and cliques of the proximity graph, at one time and over time.
+"""The neighbour graph: its degrees, components and cliques, at one time and over time.
 
-Everything works on the flat arrays of a `NeighbourList`; networkx is used for cliques and handed out on request.
-With unequal ranges the graph is directed: degrees count what a robot senses, while edges, components and cliques are
-those of its mutual edges, where both robots sense each other.
+All functions work on the flat arrays of a `NeighbourList`; networkx is used for cliques, and by `to_networkx`. With
+unequal ranges the graph is directed. Degrees count the robots that a robot senses; edges, components and cliques are
+those of the mutual edges, where both robots sense each other.
 """
 
 from __future__ import annotations
@@ -27,13 +27,12 @@ if TYPE_CHECKING:
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
-
-#: How many maximal cliques are looked at before a largest one is given up as too costly: about a second.
+#: Maximal cliques that are examined, in about a second, before the search for the largest is abandoned.
 CLIQUE_BUDGET = 100_000
 
 
 class Frame(NamedTuple):
-    """The neighbour graph at one time, in numbers."""
+    """Numbers of the neighbour graph at one time."""
 
     robots: int
     mean_degree: float
@@ -41,11 +40,11 @@ class Frame(NamedTuple):
     edges: int
     components: int
     largest_component: int
-    largest_clique: int | None  # None: not asked for, or too costly
+    largest_clique: int | None  # None: not requested, or too costly
 
 
 def mutual_edges(graph: NeighbourList) -> Ints:
-    """Return each pair that senses each other once, int64 of shape (m, 2), the smaller index first, sorted."""
+    """Return the pairs of robots that sense each other, int64 of shape (m, 2), sorted, the smaller index first."""
     size = len(graph.start) - 1
     observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
     low, high = np.minimum(observer, graph.identity), np.maximum(observer, graph.identity)
@@ -70,7 +69,7 @@ def components(edges: Ints, size: int) -> Ints:
 
 
 def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> Ints | None:
-    """Return a largest set of robots that all sense one another, sorted, or None if it would cost too much.
+    """Return a largest set of robots that all sense one another, sorted, or None if it is too costly to find.
 
     Parameters
     ----------
@@ -79,12 +78,12 @@ def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> In
     size : int
         Number of robots.
     budget : int
-        Number of maximal cliques to look at before giving up.
+        Maximal cliques to examine before giving up.
 
     Notes
     -----
-    A robot of a clique of c has a core number of at least c − 1. So only robots whose core number is at least the size
-    of a clique already found can be in a larger one; in sparse teams this leaves few or none to search.
+    A robot of a clique of size c has a core number of at least c − 1. Only robots whose core number is at least the
+    size of the best clique found can belong to a larger one; in sparse teams few or none remain.
     """
     if not len(edges):
         return np.arange(min(size, 1), dtype=np.int64)
@@ -93,16 +92,13 @@ def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> In
     core = nx.core_number(network)
     best = _greedy_clique(network, core)
     dense = network.subgraph([robot for robot, number in core.items() if number >= len(best)])
-    found = 0
-    for clique in islice(nx.find_cliques(dense), budget):
-        found += 1
-        if len(clique) > len(best):
-            best = clique
-    return None if found == budget else np.array(sorted(best), dtype=np.int64)
+    cliques = list(islice(nx.find_cliques(dense), budget))
+    best = max([best, *cliques], key=len)
+    return None if len(cliques) == budget else np.array(sorted(best), dtype=np.int64)
 
 
 def _greedy_clique(network: nx.Graph, core: dict[int, int]) -> list[int]:
-    """Return some clique that is large: grown from each robot of the densest core through its densest neighbours."""
+    """Return a large clique, grown from each robot of the densest core through its densest neighbours."""
     densest = max(core.values())
     best: list[int] = []
     for seed in [robot for robot, number in core.items() if number == densest]:
@@ -118,14 +114,14 @@ def _greedy_clique(network: nx.Graph, core: dict[int, int]) -> list[int]:
 
 
 def frame(graph: NeighbourList, *, cliques: bool = True) -> Frame:
-    """Return the neighbour graph in numbers.
+    """Return the numbers of a neighbour graph.
 
     Parameters
     ----------
     graph : NeighbourList
         Robots among themselves.
     cliques : bool
-        Whether to look for the largest clique, by far the most costly.
+        Whether to find the largest clique, which is by far the most costly.
     """
     size = len(graph.start) - 1
     degree, edges = graph.degree, mutual_edges(graph)
@@ -145,26 +141,25 @@ def frame(graph: NeighbourList, *, cliques: bool = True) -> Frame:
 def to_networkx(
     graph: NeighbourList, position: Floats | None = None, identity: ArrayLike | None = None, *, directed: bool = False
 ) -> Any:
-    """Return the graph as networkx knows it.
+    """Return a neighbour graph as a graph of networkx.
 
     Parameters
     ----------
     graph : NeighbourList
         Robots among themselves.
     position : ndarray of float64, shape (n, 2), optional
-        Becomes each node's attribute ``position``, a pair of floats [length].
+        Attribute ``position`` of each node, a pair of floats [length].
     identity : array_like of shape (n,), optional
-        Names of the nodes; without it they are 0 .. n − 1.
+        Names of the nodes, such as ``model.teammates.identity``; 0 .. n − 1 by default.
     directed : bool
-        All edges, from the robot that senses to the one that is sensed, instead of the mutual ones.
+        Return all edges, each from the robot that senses to the one that is sensed, instead of the mutual ones.
 
     Returns
     -------
     networkx.Graph or networkx.DiGraph
         Each edge has the attribute ``distance`` [length].
     """
-    size = len(graph.start) - 1
-    names = range(size) if identity is None else np.asarray(identity).tolist()
+    names = range(size := len(graph.start) - 1) if identity is None else np.asarray(identity).tolist()
     network = nx.DiGraph() if directed else nx.Graph()
     network.add_nodes_from(names)
     if position is not None:
@@ -178,24 +173,24 @@ def to_networkx(
 
 
 def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
-    """Advance a model and return the neighbour graph of its teams in numbers, from its present step on.
+    """Run a model and return the numbers of the neighbour graph of its teams, from its present step on.
 
     Parameters
     ----------
     model : World
-        All agents on a team count, whatever their group; those of different teams are no neighbours.
+        All agents on a team count, whatever their group; agents of different teams are not neighbours.
     steps : int
-        How far to advance it.
+        Number of steps.
     every : int
         Steps between frames.
     cliques : bool
-        Whether to look for the largest clique in each frame.
+        Whether to find the largest clique in each frame.
 
     Returns
     -------
     DataFrame
         One row a frame: time [steps], and the fields of `Frame`; largest_clique is missing where it was not computed.
-        Fewer rows if the model stops running.
+        There are fewer rows if the model stops running.
 
     Raises
     ------
@@ -218,8 +213,8 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
         seen, end = model.tick, model.tick + steps
         while seen < end:
             model.run(min(every, end - seen))
-            if model.tick == seen:  # it has stopped running
-                return
+            if model.tick == seen:
+                return  # the model has stopped
             seen = model.tick
             yield seen, model.neighbours
 
@@ -234,25 +229,25 @@ def over_positions(
     *,
     cliques: bool = True,
 ) -> pd.DataFrame:
-    """Return the neighbour graph in numbers for recorded positions of a team that stays the same.
+    """Return the numbers of the neighbour graph for recorded positions of a team of constant size.
 
     Parameters
     ----------
     time : array_like of float, shape (frames,)
-        When.
+        Times of the frames.
     position : ndarray of float64, shape (frames, robots, 2)
-        Where [length].
+        Positions [length].
     awareness_range : float or ndarray of float64, shape (robots,)
-        Within which distance each robot senses others [length].
+        Distance within which each robot senses others [length].
     arena : Disc, Box or Torus, optional
-        Matters only for a torus, whose distances wrap.
+        Changes distances only if it is periodic, as a torus is.
     cliques : bool
-        Whether to look for the largest clique in each frame.
+        Whether to find the largest clique in each frame.
 
     Returns
     -------
     DataFrame
-        As `over_time`.
+        See `over_time`.
     """
     graphs = (proximity_graph(place, None, awareness_range, arena) for place in position)
     return table(zip(np.asarray(time).tolist(), graphs, strict=True), cliques=cliques)
@@ -261,7 +256,7 @@ def over_positions(
 def over_trajectory(
     trajectory: pd.DataFrame, awareness_range: float, arena: Arena | None = None, *, cliques: bool = True
 ) -> pd.DataFrame:
-    """Return the neighbour graph in numbers for a trajectory, in which agents may come and go.
+    """Return the numbers of the neighbour graph for a trajectory, in which agents may come and go.
 
     Parameters
     ----------
@@ -269,11 +264,11 @@ def over_trajectory(
         Columns time, x, y: one row an agent and time, of one group from ``model.recording.trajectory``. With a
         column run, agents of different runs do not meet.
     awareness_range : float
-        Within which distance robots sense each other [length].
+        Distance within which robots sense each other [length].
     arena : Disc, Box or Torus, optional
-        Matters only for a torus, whose distances wrap.
+        Changes distances only if it is periodic, as a torus is.
     cliques : bool
-        Whether to look for the largest clique in each frame.
+        Whether to find the largest clique in each frame.
 
     Returns
     -------
@@ -286,10 +281,10 @@ def over_trajectory(
         If the trajectory holds several groups: their agents would count as one another's neighbours.
     """
     if "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
-        names = ", ".join(map(str, several))
-        cure = f"trajectory[trajectory.group == {several[0]!r}]"
-        one_team = "; of groups that are one team, drop the column group"
-        raise ValueError(f"the trajectory holds the groups {names}: select one, as in {cure}{one_team}")
+        raise ValueError(
+            f"the trajectory holds the groups {', '.join(map(str, several))}: select one, as in "
+            f"trajectory[trajectory.group == {several[0]!r}]; of groups that are one team, drop the column group"
+        )
     keys = ["run", "time"] if "run" in trajectory else ["time"]
     frames = [(key, rows[["x", "y"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
     graphs = ((key[-1], proximity_graph(position, None, awareness_range, arena)) for key, position in frames)
@@ -300,6 +295,6 @@ def over_trajectory(
 
 
 def table(graphs: Iterable[tuple[Any, NeighbourList]], *, cliques: bool = True) -> pd.DataFrame:
-    """Return one row for each pair of a time and a graph: the time, and the fields of `Frame`."""
+    """Return one row for each time and graph: the time, and the fields of `Frame`."""
     rows = [(time, *frame(graph, cliques=cliques)) for time, graph in graphs]
     return pd.DataFrame(rows, columns=["time", *Frame._fields]).astype({"largest_clique": "Int64"})

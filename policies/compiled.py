@@ -96,31 +96,31 @@ class CompiledPolicy(Policy):
             _ENTRIES[cls.kernel] = specialise(decide_at, cls.__name__.lower(), decision_kernel=cls.kernel)
         return _ENTRIES[cls.kernel]
 
-    def decide(self, percept: Percept, memory: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:
+    def decide(self, percept: Percept, state: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:
         """Return the robots' action and what they remember from now on; the arguments stay as they are.
 
         Parameters
         ----------
         percept : Percept
             What n robots know.
-        memory : PolicyState
+        state : PolicyState
             What they remember.
         noise : ndarray, shape (draws, n), float64
             Uniform numbers in (0, 1).
         """
         self.check_percept(percept)
         if before_decision is not None:
-            before_decision(self, percept, memory, noise)
+            before_decision(self, percept, state, noise)
         size = len(percept.heading)
         action = Action(np.zeros((size, 2)), np.zeros(size))
-        after = PolicyState(memory.floats.copy(), memory.ints.copy())
+        after = PolicyState(state.floats.copy(), state.ints.copy())
         dense = np.ascontiguousarray(noise, float)[np.newaxis]
         self.entry()(pack_decision(self, percept, after, dense, np.zeros(1, np.int64), action))
         return action, after
 
 
-def check_memory(policy: CompiledPolicy, memory: Any, size: int) -> None:
-    """Refuse a memory that a kernel would read beyond its end.
+def check_state(policy: CompiledPolicy, state: Any, size: int) -> None:
+    """Refuse a state that a kernel would read beyond its end.
 
     Raises
     ------
@@ -128,9 +128,9 @@ def check_memory(policy: CompiledPolicy, memory: Any, size: int) -> None:
         If it is no `PolicyState` of arrays with a row for each robot and the right types.
     """
     name = f"{type(policy).__name__}.start({size})"
-    if not isinstance(memory, PolicyState):
-        raise TypeError(f"{name} returned {type(memory).__name__}; a compiled policy needs PolicyState(floats, ints)")
-    for part, array, dtype in (("floats", memory.floats, np.float64), ("ints", memory.ints, np.int64)):
+    if not isinstance(state, PolicyState):
+        raise TypeError(f"{name} returned {type(state).__name__}; a compiled policy needs PolicyState(floats, ints)")
+    for part, array, dtype in (("floats", state.floats, np.float64), ("ints", state.ints, np.int64)):
         if not isinstance(array, np.ndarray) or array.dtype != dtype:
             kind = getattr(array, "dtype", type(array).__name__)
             raise TypeError(f"{name}.{part}: has the type {kind}; it must be {dtype.__name__}")
@@ -142,7 +142,7 @@ def pack_decision(
     policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats, tick: Integers, action: Action
 ) -> Packed[Decision]:
     """Return the record of a decision; parameters as for `Decision`."""
-    check_memory(policy, state, len(percept.heading))
+    check_state(policy, state, len(percept.heading))
     parameters, table = np.array(policy.parameters, float), np.ascontiguousarray(policy.table, np.float32)
     return DECISION.pack(Decision(_dense(percept), PolicyArrays(parameters, table, state), noise, tick, action))
 

@@ -12,7 +12,7 @@ from teamsight.core.kernel.fences import Fences
 from teamsight.core.kernel.guarded_arrays import Axis, machine_code, run_guarded
 from teamsight.core.kernel.guarded_copy import guarded
 from teamsight.core.kernel.guarded_record import GuardedRecord
-from teamsight.policies.compiled import DECISION, CompiledPolicy, check_memory, decide_at, pack_decision
+from teamsight.policies.compiled import DECISION, CompiledPolicy, check_state, decide_at, pack_decision
 from teamsight.policies.interface import Action, Floats, Percept, PolicyState
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
@@ -112,7 +112,7 @@ def try_decision(policy: CompiledPolicy, percept: Percept, memory: PolicyState, 
         return
     name, size = type(policy).__name__, len(percept.heading)
     check_declared(policy)
-    check_memory(policy, memory, size)
+    check_state(policy, memory, size)
     found = []
     # In a world, rows of noise are longer than there are robots. What stands there must not matter.
     for beyond in (np.nan, 0.5):

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from teamsight.core import checks
-
-if TYPE_CHECKING:
-    from teamsight.world.arena import Arena
 
 SHORTEST, LONGEST = 1e-9, 1e9
 """Between these all lengths lie [length]; take another unit for shorter or longer ones."""
@@ -42,6 +39,14 @@ def length(name: str, value: float) -> float:
     return result
 
 
+class Bounded(Protocol):
+    """An arena, as far as its limits depend on it."""
+
+    @property
+    def bounds(self) -> Any: ...
+    def check_reach(self, reach: float) -> None: ...
+
+
 class Limits:
     """The limits of ranges and speeds in an arena.
 
@@ -51,7 +56,7 @@ class Limits:
         Where bodies move.
     """
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, arena: Bounded) -> None:
         (left, bottom), (right, top) = arena.bounds
         self._arena = arena
         self._extent = float(max(right - left, top - bottom))

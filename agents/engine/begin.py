@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.group import Group, first_memory
+from teamsight.agents.group import Group, first_state
 from teamsight.agents.world_data import WorldData
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
@@ -38,7 +38,7 @@ def first_states(data: WorldData) -> list[Any]:
     TypeError, ValueError
         If a policy returns a state that its kernel cannot read.
     """
-    return [first_memory(group.policy, len(group)) for group in data.groups]
+    return [first_state(group.policy, len(group)) for group in data.groups]
 
 
 def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) -> bool:
@@ -61,8 +61,8 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) 
         last = first + group.founders.size
         group.restart(start.position[run, first:last], start.heading[run, first:last])
         first = last
-        if keep and isinstance(group.memory, PolicyState):
-            for old, new in zip(group.memory, state, strict=True):
+        if keep and isinstance(group.policy_state, PolicyState):
+            for old, new in zip(group.policy_state, state, strict=True):
                 old[:] = new
         else:
             group.begin(state)

@@ -129,7 +129,7 @@ class Binding:
         shown = group.room("teammates") if group.awareness.shows_teammates else group.perception.shown
         percept = group.percept_of(group.room("targets"), shown, group.perception.relayed)
         return pack_decision(
-            group.policy, percept, group.memory, group.numbers, self.progress["tick"], group.action
+            group.policy, percept, group.policy_state, group.numbers, self.progress["tick"], group.action
         )  # fmt: skip
 
     def _relation(self, relation: Relation) -> RelationArrays:

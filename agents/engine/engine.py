@@ -139,14 +139,14 @@ class Engine:
             with deferred():
                 for group, action in zip(deciding, actions, strict=True):
                     group.action.heading[:], group.action.distance[:] = action
-                memories = [group.deliberation.memory() for group in deciding]  # type: ignore[union-attr]
+                states = [group.deliberation.state() for group in deciding]  # type: ignore[union-attr]
                 tick = data.timeline.tick
                 try:
                     self._call(END_STEP)
                 finally:
                     if data.timeline.tick > tick or self._phase:
-                        for group, memory in zip(deciding, memories, strict=True):
-                            group.memory = memory
+                        for group, state in zip(deciding, states, strict=True):
+                            group.policy_state = state
         finally:
             for group in deciding:
                 group.deliberation = None

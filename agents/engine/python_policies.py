@@ -49,7 +49,7 @@ class Deliberation:
         self._percept: Percept | None = None
         self._handed: list[PerceptOfOne] = []
         self._whole: tuple[Action, Any] | None = None
-        # For each robot whose policy was asked, its own new memory; None for that in the decision of the whole group.
+        # For each robot whose policy was asked, its own new state; None for that in the decision of the whole group.
         self._asked: dict[int, Any] = {}
 
     @property
@@ -79,18 +79,18 @@ class Deliberation:
         self._asked = dict.fromkeys(range(len(group)))
         return self._decision_of_all()[0]
 
-    def memory(self) -> Any:
+    def state(self) -> Any:
         """Return what the group remembers after this decision."""
         group, size = self.group, len(self.group)
         whole = np.array([row for row, part in self._asked.items() if part is None], np.int64)
-        memory = group.memory
+        state = group.policy_state
         if len(whole):
             after = self._decision_of_all()[1]
-            memory = after if len(whole) == size else put_rows(memory, whole, take_rows(after, whole, size), size)
+            state = after if len(whole) == size else put_rows(state, whole, take_rows(after, whole, size), size)
         for row, part in self._asked.items():
             if part is not None:
-                memory = put_rows(memory, np.array([row]), part[0], size)
-        return memory
+                state = put_rows(state, np.array([row]), part[0], size)
+        return state
 
     def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
         """Return (turn, distance) that the group's own policy decides for one robot on this percept.
@@ -114,7 +114,7 @@ class Deliberation:
             return _turn(percept.heading, action.heading[row]), float(action.distance[row])
         self._check_situation(row, percept)
         own, rows = percept_of_group_of_one(percept), np.array([row])
-        before = take_rows(group.memory, rows, len(group))
+        before = take_rows(group.policy_state, rows, len(group))
         action, after = _ask(group.policy, own, before, np.ascontiguousarray(self.noise[:, rows]))
         self._asked[row] = (after,)
         return _turn(percept.heading, action.heading[0]), float(action.distance[0])
@@ -134,7 +134,7 @@ class Deliberation:
 
     def _decision_of_all(self) -> tuple[Action, Any]:
         if self._whole is None:
-            self._whole = _ask(self.group.policy, self.percept, self.group.memory, self.noise)
+            self._whole = _ask(self.group.policy, self.percept, self.group.policy_state, self.noise)
         return self._whole
 
     def _of_each(self, rules: list[Rule], name: str) -> Action:
@@ -170,10 +170,10 @@ def policy_decision(
     return deliberation.policy_decides(row, percept, rng)
 
 
-def _ask(policy: Any, percept: Percept, memory: Any, noise: npt.NDArray[np.float64]) -> tuple[Action, Any]:
+def _ask(policy: Any, percept: Percept, state: Any, noise: npt.NDArray[np.float64]) -> tuple[Action, Any]:
     name = _name(policy)
     try:
-        answer = policy.decide(percept, memory, noise)
+        answer = policy.decide(percept, state, noise)
     except ValueError as error:
         if "read-only" not in str(error):
             raise

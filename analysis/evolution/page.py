@@ -10,9 +10,8 @@ import pandas as pd
 
 from teamsight.analysis.evolution import cma, compare
 from teamsight.analysis.evolution.compare import OPTIONS, Gain
-from teamsight.analysis.paper.figures.differences import signed
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import canvas, head, to_png
+from teamsight.analysis.plot.style import canvas, head, signed, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.stats.paired import grid_of
 

@@ -1,4 +1,4 @@
-"""The drawing of learning curves: against the number of samples, and against the size of the search space."""
+"""The plot of learning curves, against the number of samples and against the size of the search space."""
 
 from __future__ import annotations
 
@@ -24,46 +24,46 @@ _TITLES = {
     "tabular": "a table of states",
     "linear": "a linear approximator",
 }
-# Sizes in inches: a panel with what stands around it, and what of it that is to its left, beneath, above and between.
+# Inches: a panel with its margins, and the margins on the left, below, above and between panels.
 _WIDTH, _HEIGHT = 4.6, 3.5
 _LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.85, 0.75, 0.45, 0.55
-# One panel alone would leave no room for title and legend.
+# A single panel is too narrow for title and legend.
 _LEAST_WIDTH = 8.0
-# What a letter of the title, one of the subtitle and an entry of the legend take.
-_TITLE_LETTER, _TOLD_LETTER, _ENTRY = 0.13, 0.08, 2.3
-_TITLE_LINE, _TOLD_LINE, _LEGEND_LINE = 0.3, 0.21, 0.27
-#: Of fewer explorations an interval says nothing: with two it is 13 standard errors wide to either side.
+# Widths of a letter of the title, of a letter of the subtitle and of an entry of the legend.
+_TITLE_LETTER, _SUBTITLE_LETTER, _ENTRY = 0.13, 0.08, 2.3
+_TITLE_LINE, _SUBTITLE_LINE, _LEGEND_LINE = 0.3, 0.21, 0.27
+#: Fewest explorations with an interval: with two its half-width is 13 standard errors.
 LEAST_FOR_INTERVAL = 3
 _MOST_MARKS = 5
 _TITLE = "Learning under each degree of awareness, from equal numbers of samples"
 
 
 class _Layout(NamedTuple):
-    """Where things stand [inches]."""
+    """Sizes and places of the parts [inches]."""
 
     width: float
     title: list[str]
-    told: list[str]
+    subtitle: list[str]
     columns: int
     entries: int
 
     @property
     def per_line(self) -> int:
-        """How many entries of the legend stand side by side."""
+        """Number of entries in a line of the legend."""
         return max(1, min(self.entries, int(self.width // _ENTRY)))
 
     @property
     def foot(self) -> float:
-        """Height of the legend and of what stands beneath the lower panels."""
+        """Height of the legend and of the margin below the lower panels."""
         return 0.1 + _LEGEND_LINE * math.ceil(self.entries / self.per_line) + _BENEATH
 
     @property
     def height(self) -> float:
-        head = 0.2 + _TITLE_LINE * len(self.title) + _TOLD_LINE * len(self.told)
+        head = 0.2 + _TITLE_LINE * len(self.title) + _SUBTITLE_LINE * len(self.subtitle)
         return self.foot + 2 * _HEIGHT - _BENEATH + head
 
     def box(self, row: int, column: int) -> tuple[float, float, float, float]:
-        """Return left, bottom, width and height of a panel, as shares of the drawing."""
+        """Return left, bottom, width and height of a panel, as shares of the figure."""
         wide = (self.width - _LEFT) / self.columns
         bottom = self.foot + (1 - row) * _HEIGHT
         inner = (wide - _BETWEEN, _HEIGHT - _BENEATH - _ABOVE)
@@ -73,14 +73,14 @@ class _Layout(NamedTuple):
 
 
 def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
-    """Return the drawing as PNG: one column a learner; above the curves, below the same points against p^d.
+    """Return the figure as PNG: a column for each learner, with the curves above and the points against p^d below.
 
     Parameters
     ----------
     points : DataFrame
         From `curve_points`.
     table : DataFrame
-        From `make_curves`; tells where there was no table.
+        From `make_curves`; its rows without an observed fraction had too many states for a table.
     curves : Curves
         The settings.
     """
@@ -88,12 +88,12 @@ def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
 
 
 def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> Canvas:
-    """Return the drawing; see `draw`."""
+    """Return the figure; see `draw`."""
     width = max(len(curves.learners) * _WIDTH + _LEFT, _LEAST_WIDTH)
-    told = textwrap.wrap(_conditions(curves), int((width - 0.6) / _TOLD_LETTER))
+    subtitle = textwrap.wrap(_conditions(curves), int((width - 0.6) / _SUBTITLE_LETTER))
     title = textwrap.wrap(_TITLE, int((width - 0.6) / _TITLE_LETTER))
-    entries = points.loc[points["pairs"] > 0, "degree"].nunique() + (points["pairs"] == 0).sum()
-    layout = _Layout(width, title, told, len(curves.learners), int(entries))
+    entries = points.loc[points["transitions"] > 0, "degree"].nunique() + (points["transitions"] == 0).sum()
+    layout = _Layout(width, title, subtitle, len(curves.learners), int(entries))
     figure = canvas(width, layout.height)
     _write_head(figure, layout)
     low, high = _limits(points)
@@ -110,7 +110,7 @@ def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) ->
                 axes.set_ylabel("observed targets  [%]")
             if row == 0:
                 axes.set_title(_TITLES.get(learner, learner), loc="left", size=11.5, color=INK)
-                _tell_refused(axes, table[table["learner"] == learner])
+                _write_refused(axes, table[table["learner"] == learner])
     _write_legend(figure, layout)
     return figure
 
@@ -133,11 +133,11 @@ def _write_head(figure: Canvas, layout: _Layout) -> None:
     look: dict[str, Any] = {"va": "top", "linespacing": 1.2}
     figure.text(left, top / layout.height, "\n".join(layout.title), size=15, weight="bold", color=INK, **look)
     top -= _TITLE_LINE * len(layout.title)
-    figure.text(left, top / layout.height, "\n".join(layout.told), size=10, color=FAINT, **look)
+    figure.text(left, top / layout.height, "\n".join(layout.subtitle), size=10, color=FAINT, **look)
 
 
 def _write_legend(figure: Canvas, layout: _Layout) -> None:
-    """Write below all panels what the upper ones show; degrees come before what does not learn."""
+    """Write the legend of the upper panels; degrees come before the policies that do not learn."""
     found: dict[str, Any] = {}
     for axes in figure.axes[::2]:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -163,51 +163,52 @@ def _references(axes: Axes, points: pd.DataFrame) -> None:
 
 
 def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
-    """Draw a line for each degree, with its band where the interval is known."""
+    """Draw a line for each degree, with a band for its interval if it is known."""
     for degree, of in points.groupby("degree", sort=False):
-        colour, ordered = DEGREE[str(degree)], of.sort_values("pairs")
+        colour, ordered = DEGREE[str(degree)], of.sort_values("transitions")
         label = f"{AWARENESS[str(degree)].order}  ({ordered['inputs'].iloc[0]} inputs)"
-        axes.plot(ordered["pairs"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
+        axes.plot(ordered["transitions"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
         if known:
             axes.fill_between(
-                ordered["pairs"], 100 * ordered["low"], 100 * ordered["high"], color=colour, alpha=0.1, linewidth=0
-            )
+                ordered["transitions"], 100 * ordered["low"], 100 * ordered["high"],
+                color=colour, alpha=0.1, linewidth=0,
+            )  # fmt: skip
     axes.set_xscale("log")
-    marks = sorted(points["pairs"].unique())
+    marks = sorted(points["transitions"].unique())
     if len(marks) > _MOST_MARKS:
-        # Every second, the most samples among them.
+        # Every second mark, with the largest.
         marks = marks[::-2][::-1]
     axes.set_xticks(marks, [f"{mark:,}" for mark in marks])
     axes.minorticks_off()
-    axes.set_xlabel("samples  [pairs]")
+    axes.set_xlabel("samples  [transitions]")
 
 
 def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
-    """Mark what the fewest, the middle and the most samples give under each degree, at its place on the axis of p^d.
+    """Draw the points of the fewest, the middle and the most samples under each degree against p^d.
 
-    Degrees are things of their own: nothing lies between them, so that no line joins them.
+    No line joins the points, because there are no degrees between them.
     """
     axes.set_xlabel("search space p^d for p = 2  [log10]")
     if not len(points):
         axes.set_xticks([])
         return
-    numbers = sorted(points["pairs"].unique())
+    numbers = sorted(points["transitions"].unique())
     shown = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
     sizes = points.groupby("log10_size")["degree"].unique()
     apart = 0.012 * max(sizes.index.max() - sizes.index.min(), 1.0)
     for place, (number, mark, shade) in enumerate(zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False)):
-        of = points[points["pairs"] == number]
+        of = points[points["transitions"] == number]
         spread = [100 * (of["mean"] - of["low"]), 100 * (of["high"] - of["mean"])]
         axes.errorbar(
             of["log10_size"] + (place - (len(shown) - 1) / 2) * apart, 100 * of["mean"], spread if known else None,
-            marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} pairs",
+            marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} transitions",
         )  # fmt: skip
     orders = [", ".join(AWARENESS[str(degree)].order for degree in degrees) for degrees in sizes]
     names = [f"{order}\n{size:.1f}" for order, size in zip(orders, sizes.index, strict=True)]
     axes.set_xticks(sizes.index, names)
     axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
     handles = [
-        (handle, text) for handle, text in zip(*axes.get_legend_handles_labels(), strict=True) if "pairs" in text
+        (handle, text) for handle, text in zip(*axes.get_legend_handles_labels(), strict=True) if "transitions" in text
     ]
     axes.legend(
         [handle for handle, _ in handles], [text for _, text in handles], frameon=False, fontsize=8.5, ncols=3,
@@ -215,9 +216,9 @@ def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
     )  # fmt: skip
 
 
-def _tell_refused(axes: Axes, table: pd.DataFrame) -> None:
-    """Say beside the title under which degrees a table would have had too many states."""
+def _write_refused(axes: Axes, table: pd.DataFrame) -> None:
+    """Write beside the title under which degrees a table would have too many states."""
     refused = table[table["observed_fraction"].isna()]["degree"].unique()
     if len(refused):
-        told = ", ".join(AWARENESS[str(degree)].order for degree in refused)
-        axes.set_title(f"{told}: too many states", loc="right", size=9, color=FAINT)
+        names = ", ".join(AWARENESS[str(degree)].order for degree in refused)
+        axes.set_title(f"{names}: too many states", loc="right", size=9, color=FAINT)

@@ -1,4 +1,4 @@
-"""Evaluation: what policies observe on the same worlds, with intervals, and how much more than each other."""
+"""Evaluation: what policies observe on the same worlds, and their paired differences, with intervals."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
-from teamsight.analysis.learning.learners import Lesson, Progress, awareness_for, learn
+from teamsight.analysis.learning.learners import Objective, Progress, awareness_for, learn
 from teamsight.analysis.learning.provenance import BODIES
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
@@ -22,23 +22,22 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
 from teamsight.world.limits import length
 
-#: What a learner is measured by.
+#: Names of the policies that are compared.
 COOPERATIVE, COLLECTIVE, DESIGNED, RANDOM = "cooperative", "collective", "A-CMOMMT", "random walk"
-#: The policy that ships with constants which evolution found; it learned from no memory.
+#: The shipped policy whose constants evolution found.
 EVOLVED = "evolved"
 
-#: Policies to compare, each with its degree of awareness, by name.
+#: Policies by name, each with its degree of awareness.
 Contenders = dict[str, tuple[Any, Awareness]]
 
 
-class Stage(NamedTuple):
-    """The worlds in which policies are compared; no exploration meets them, whatever its seed.
+class Scenario(NamedTuple):
+    """The worlds on which policies are compared; no exploration uses them, whatever its seed.
 
     Attributes
     ----------
     bodies : mapping
-        What bodies can do, by parameters of `CMOMMT` such as "robot_speed"; the rest is the default. Worlds begin
-        alike whatever it is.
+        Parameters of `CMOMMT` such as "robot_speed"; others have their defaults. Placements do not depend on them.
     """
 
     robots: int = 5
@@ -55,28 +54,30 @@ class Stage(NamedTuple):
 
 
 def bodies_of(memory: LazyMemory) -> dict[str, float]:
-    """Return what bodies could do in all explorations of a memory, as `Stage` takes it; ranges are left out.
+    """Return the speeds and ranges of all explorations of a memory, for `Scenario`.
+
+    Parameters that differ between explorations are left out.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is none that a body can have.
+        If a value is not a valid length.
     """
-    told = {name: memory.settings.get(name) for name in BODIES}
+    stored = {name: memory.settings.get(name) for name in BODIES}
     return {
         name: length(f"memory: {name}", value) if value else 0.0
-        for name, value in told.items()
+        for name, value in stored.items()
         if isinstance(value, int | float)
     }
 
 
 def check_team(memory: LazyMemory, robots: int) -> None:
-    """Refuse a team of a size to which the situations of a memory mean nothing.
+    """Raise an error if the situations of a memory do not fit a team of this size.
 
     Raises
     ------
     ValueError
-        If its situations have another number of inputs.
+        If they have a different number of inputs.
     """
     if not memory.added:
         return
@@ -91,11 +92,25 @@ def check_team(memory: LazyMemory, robots: int) -> None:
 
 
 def contenders(
-    name: str, memory: LazyMemory, lesson: Lesson, progress: Progress = lambda done, total: None
+    name: str, memory: LazyMemory, objective: Objective, progress: Progress = lambda done, total: None
 ) -> Contenders:
-    """Return the policies to compare, each with its degree of awareness: the learner, and what it is measured by.
+    """Return the policies to compare: what the learner learns, and three others.
 
-    The cooperative learner, which uses all inputs, is left out where the robot's own are all.
+    Parameters
+    ----------
+    name : str
+        The learner.
+    memory : LazyMemory
+        The transitions.
+    objective : Objective
+        What is to be learnt.
+    progress : callable
+        Called with the share of the work that is done, and 1.
+
+    Returns
+    -------
+    dict
+        "cooperative", which uses all inputs, is absent if the memory has only the robot's own ones.
     """
     found: Contenders = {}
     widths = [memory.inputs, memory.own] if memory.added else [memory.own]
@@ -106,7 +121,7 @@ def contenders(
         progress((before + width * done / total) / work, 1.0)
 
     for width in widths:
-        policy = learn(name, memory, lesson, inputs=width, progress=count)
+        policy = learn(name, memory, objective, inputs=width, progress=count)
         found[COOPERATIVE if width > memory.own else COLLECTIVE] = policy, awareness_for(memory, width)
         before += width
         progress(before / work, 1.0)
@@ -118,20 +133,20 @@ def contenders(
 
 def evaluate(
     policies: Mapping[str, tuple[Any, Awareness]],
-    stage: Stage,
+    scenario: Scenario,
     pool: WorkerPool,
     progress: Callable[[float, float], None] = lambda done, total: None,
 ) -> pd.DataFrame:
-    """Run every policy on every world.
+    """Run each policy on each world.
 
     Parameters
     ----------
     policies : mapping of str to tuple
-        A policy and its degree of awareness by name.
-    stage : Stage
+        Policies by name, each with its degree of awareness.
+    scenario : Scenario
         The worlds.
     pool : WorkerPool
-        Who does the work.
+        Processes that do the work.
     progress : callable
         Called with the work done and the work in all.
 
@@ -145,12 +160,13 @@ def evaluate(
     JobError
         If a policy does not fit its degree and the team.
     """
-    place = {"robots": stage.robots, "targets": stage.targets, "radius": stage.radius}
-    world = place | dict(stage.bodies)
+    place = {"robots": scenario.robots, "targets": scenario.targets, "radius": scenario.radius}
+    world = place | dict(scenario.bodies)
+    settings = {name: world | {"policy": policy, "awareness": degree} for name, (policy, degree) in policies.items()}
     planned = [
-        (name, number, Run(world | {"policy": policy, "awareness": degree}, stage.run_seed(number), stage.steps))
-        for name, (policy, degree) in policies.items()
-        for number in range(stage.runs)
+        (name, number, Run(parameters, scenario.run_seed(number), scenario.steps))
+        for name, parameters in settings.items()
+        for number in range(scenario.runs)
     ]
     outcomes = run_all([run for *_, run in planned], pool, progress=progress)
     rows = [
@@ -161,7 +177,7 @@ def evaluate(
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Return what each policy observes, and how much more the first does on the same worlds, with 95 % intervals.
+    """Return what each policy observes, and the paired difference of the first to each other, with 95 % intervals.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Learners by name: what each makes of a memory and a reward, with the constants that they have in common."""
+"""Learners by name: how each makes a policy from a memory and an objective."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_re
 
 
 def keep_reward(memory: LazyMemory) -> Floats:
-    """Return −1 for each target that the robot sensed and no teammate did, and that it senses so no longer.
+    """Return −1 for each target that only this robot of its team sensed, and that it no longer senses.
 
-    It is no reward of the paper; docs/learning.md shows what it teaches.
+    The paper has no such reward; docs/learning.md shows its effect.
     """
     return -np.asarray(memory.fact("alone_lost"), float)
 
 
-#: Rewards by name: whose targets count, and whether gaining counts as well as losing.
+#: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.
 REWARDS: Mapping[str, Reward] = MappingProxyType(
     {"own": own_reward, "team": team_reward, "alone": alone_reward, "keep": keep_reward}
 )
 
 
-class Lesson(NamedTuple):
-    """What is to be learned, and how.
+class Objective(NamedTuple):
+    """What is to be learnt.
 
     Attributes
     ----------
     reward : callable
-        See `teamsight.policies.rewards`.
+        Reward of each transition; see `teamsight.policies.rewards`.
     k : int or None
-        How many pairs match a situation, for lazy learners; None for the learner's own default.
+        Number of transitions that match a situation, for lazy learners; None for the learner's default.
     discount : float
         Discount factor γ, in [0, 1].
     """
@@ -60,31 +60,32 @@ def _silent(done: float, total: float) -> None:
     pass
 
 
-def _lazy(kind: type[Any]) -> Callable[[LazyMemory, int, Lesson, Progress], Any]:
-    def learn(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-        k = kind.k if lesson.k is None else lesson.k
-        check_constants(memory, k, lesson.discount, kind.sweeps)
-        if lesson.discount > 0:
-            # The learner would search them when it is made, and tell nothing meanwhile.
+def _lazy(kind: type[Any]) -> Callable[[LazyMemory, int, Objective, Progress], Any]:
+    def learn(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
+        k = kind.k if objective.k is None else objective.k
+        check_constants(memory, k, objective.discount, kind.sweeps)
+        if objective.discount > 0:
+            # The learner would make this search too, but without reporting progress.
             next_matches(memory, k, inputs, progress)
-        return kind(memory, lesson.reward, inputs=inputs, discount=lesson.discount, k=k)
+        return kind(memory, objective.reward, inputs=inputs, discount=objective.discount, k=k)
 
     return learn
 
 
-def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Lesson, Progress], Any]:
-    def learn(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-        return kind(memory, lesson.reward, inputs=inputs, discount=lesson.discount)
+def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Objective, Progress], Any]:
+    def learn(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
+        return kind(memory, objective.reward, inputs=inputs, discount=objective.discount)
 
     return learn
 
 
-def _sheppard(memory: LazyMemory, inputs: int, lesson: Lesson, progress: Progress) -> Any:
-    return SheppardLazyQ(inputs, lesson.reward, discount=lesson.discount, capacity=max(len(memory), 600), memory=memory)
+def _sheppard(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
+    capacity = max(len(memory), 600)
+    return SheppardLazyQ(inputs, objective.reward, discount=objective.discount, capacity=capacity, memory=memory)
 
 
 #: Every learner by name.
-LEARNERS: Mapping[str, Callable[[LazyMemory, int, Lesson, Progress], Any]] = MappingProxyType(
+LEARNERS: Mapping[str, Callable[[LazyMemory, int, Objective, Progress], Any]] = MappingProxyType(
     {
         "lazy": _lazy(LazyQ),
         "pessimistic": _lazy(PessimisticLazyQ),
@@ -93,26 +94,26 @@ LEARNERS: Mapping[str, Callable[[LazyMemory, int, Lesson, Progress], Any]] = Map
         "linear": _eager(LinearQ),
     }
 )
-#: Those that match situations, and how many pairs match unless `k` is given.
+#: Learners that match situations, with their default number of matching transitions.
 MATCHING: Mapping[str, int] = MappingProxyType({"lazy": LazyQ.k, "pessimistic": PessimisticLazyQ.k})
 
-# Pairs² × inputs that are compared in a second.
+# Transitions² × inputs that are compared in a second.
 _COMPARED_A_SECOND = 30_000.0**2 * 32
 
 
-def check_lesson(learners: Sequence[str], reward: str, k: int | None, pairs: int | None = None) -> None:
-    """Refuse what one of the learners cannot learn; better now than in the middle of the work.
+def check_objective(learners: Sequence[str], reward: str, k: int | None, transitions: int | None = None) -> None:
+    """Raise an error if one of the learners cannot learn this.
 
     Parameters
     ----------
     learners : sequence of str
         Names of learners.
     reward : str
-        The name of the reward.
+        Name of the reward.
     k : int or None
-        How many pairs match a situation, for those that match any; None for the learner's own default.
-    pairs : int, optional
-        How many pairs there are at least, where that is known.
+        Number of transitions that match a situation; None for the default of each learner.
+    transitions : int, optional
+        Smallest number of transitions to learn from, if it is known.
 
     Raises
     ------
@@ -121,27 +122,27 @@ def check_lesson(learners: Sequence[str], reward: str, k: int | None, pairs: int
     """
     if "sheppard" in learners and REWARDS[reward] is not own_reward:
         raise ValueError(
-            f"reward={reward}: sheppard goes on learning while it acts, and a robot knows only what it itself gained "
-            "and lost; give the reward own, or another learner"
+            f"reward={reward}: sheppard continues to learn while it acts, and a robot knows only its own gains and "
+            "losses; give the reward own, or another learner"
         )
     matching = [name for name in learners if name in MATCHING]
     if k is not None and not matching:
         verb = "matches" if len(learners) == 1 else "match"
-        raise ValueError(f"k={k}: {' and '.join(learners)} {verb} no fixed number of pairs; leave it out")
+        raise ValueError(f"k={k}: {' and '.join(learners)} {verb} no fixed number of transitions; leave it out")
     for name in matching:
         wanted = MATCHING[name] if k is None else k
         if wanted > MOST_MATCHES:
-            raise ValueError(f"k={wanted}: must be at most {MOST_MATCHES}, which is what a decision has room for")
-        if pairs is not None and wanted > pairs:
+            raise ValueError(f"k={wanted}: must be at most {MOST_MATCHES}, the number that a decision can hold")
+        if transitions is not None and wanted > transitions:
             raise ValueError(
-                f"k={wanted}: the memory has only {pairs} pairs, and {name} matches so many; use a smaller k, or more "
-                "pairs"
+                f"k={wanted}: {name} matches so many transitions, and the memory has only {transitions}; use a smaller "
+                "k, or more transitions"
             )
 
 
-def search_seconds(name: str, memory: LazyMemory, lesson: Lesson) -> float:
-    """Return about how long a learner searches before it can act, with all inputs and with the robot's own [s]."""
-    if name not in MATCHING or lesson.discount == 0:
+def search_seconds(name: str, memory: LazyMemory, objective: Objective) -> float:
+    """Return the expected duration of a learner's search, with all inputs and with the robot's own ones [s]."""
+    if name not in MATCHING or objective.discount == 0:
         return 0.0
     inputs = memory.own + (memory.inputs if memory.added else 0)
     return float(len(memory)) ** 2 * inputs / _COMPARED_A_SECOND
@@ -150,49 +151,49 @@ def search_seconds(name: str, memory: LazyMemory, lesson: Lesson) -> float:
 def learn(
     name: str,
     memory: LazyMemory,
-    lesson: Lesson | None = None,
+    objective: Objective | None = None,
     *,
     inputs: int | None = None,
     progress: Progress = _silent,
 ) -> Any:
-    """Return the policy that a learner makes of a memory.
+    """Return the policy that a learner makes from a memory.
 
     Parameters
     ----------
     name : str
         "lazy", "pessimistic", "sheppard", "tabular" or "linear".
     memory : LazyMemory
-        The pairs.
-    lesson : Lesson, optional
-        What is to be learned.
+        The transitions.
+    objective : Objective, optional
+        What is to be learnt; by default the reward "own" and the default constants.
     inputs : int, optional
-        How many components of a situation are used; by default all.
+        Number of components of a situation that are used; by default all.
     progress : callable
-        Called with the pairs done and the pairs in all, by learners that search.
+        Called with the transitions searched and the transitions in all, by learners that search.
 
     Raises
     ------
     TypeError, ValueError
-        If the name is unknown, or the learner refuses what it is given.
+        If the name is unknown, or the learner cannot use its arguments.
     """
     chosen = LEARNERS[checks.choice("learner", name, LEARNERS)]
-    return chosen(memory, memory.inputs if inputs is None else inputs, lesson or Lesson(), progress)
+    return chosen(memory, memory.inputs if inputs is None else inputs, objective or Objective(), progress)
 
 
 def awareness_for(memory: LazyMemory, inputs: int | None = None) -> Awareness:
-    """Return the degree of awareness that shows robots the situations of a memory.
+    """Return the degree of awareness under which robots perceive the situations of a memory.
 
     Parameters
     ----------
     memory : LazyMemory
-        The pairs; its settings name the degree.
+        The transitions; its settings name the degree.
     inputs : int, optional
-        How many components are used; with the robot's own alone, it needs no awareness.
+        Number of components that are used; the robot's own ones need no awareness.
 
     Raises
     ------
     ValueError
-        If the memory does not tell, or was explored under a degree of the user's own.
+        If the memory does not name the degree, or names one that is not of this package.
     """
     if (memory.inputs if inputs is None else inputs) == memory.own:
         return NoAwareness()

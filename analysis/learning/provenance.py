@@ -1,4 +1,4 @@
-"""Provenance: which explorations the pairs of memories come from, and whether memories can be put together."""
+"""Provenance: the explorations that the transitions of a memory come from, and which memories can be merged."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from teamsight.agents.resolve import awareness_of
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.policies.memory import LazyMemory
 
-#: What a robot's body can do, by the name that settings and `CMOMMT` have for it.
+#: Speeds and ranges of bodies, as they are named in settings and in `CMOMMT`.
 BODIES = ("robot_speed", "target_speed", "sensing_range", "awareness_range")
 
 
 def explorations_of(memory: LazyMemory) -> list[dict[str, Any]]:
-    """Return the settings of each exploration whose pairs a memory holds."""
+    """Return the settings of each exploration whose transitions a memory holds."""
     found = memory.settings.get("merged")
-    # Settings are whatever a user gave; those of another form tell of one exploration.
+    # A user's settings may have any form; those of another form count as one exploration.
     if isinstance(found, list) and found and all(isinstance(one, dict) for one in found):
         return found
     return [dict(memory.settings)]
 
 
 def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:
-    """Return the memories without those whose explorations are all in memories before them.
+    """Return the memories without those whose explorations are all contained in earlier memories.
 
     Raises
     ------
     ValueError
-        If some are and others are not: their pairs cannot be told apart any more.
+        If only some are: the transitions of one exploration cannot be taken out of a memory.
     """
     kept: list[LazyMemory] = []
     have: list[dict[str, Any]] = []
     for memory in memories:
-        told = explorations_of(memory)
-        new = [one for one in told if one not in have]
-        if new and len(new) < len(told):
+        stored = explorations_of(memory)
+        new = [one for one in stored if one not in have]
+        if new and len(new) < len(stored):
             raise ValueError(
-                f"{memory!r}: holds {len(told)} explorations, of which {len(told) - len(new)} are in another memory "
-                "too; merge the files that it was made of"
+                f"{memory!r}: holds {len(stored)} explorations, of which {len(stored) - len(new)} are also in another "
+                "memory; merge the files that it was made from"
             )
         if new:
             kept.append(memory)
@@ -48,21 +48,21 @@ def distinct(memories: Iterable[LazyMemory]) -> list[LazyMemory]:
 
 
 def unlike(memory: LazyMemory, plan: Exploration) -> str:
-    """Return in which settings the exploration of a memory differs from one, for an error."""
-    told, held = plan.settings(), memory.settings
+    """Return the differences between the settings of a memory and of an exploration, for an error."""
+    wanted, held = plan.settings(), memory.settings
     if "merged" in held:
         return f"{len(held['merged'])} explorations, not this one alone"
-    found = [f"{name}={held.get(name)} (here {value})" for name, value in told.items() if held.get(name) != value]
-    return f"{len(memory)} pairs of " + (", ".join(found) or "more settings")
+    found = [f"{name}={held.get(name)} (here {value})" for name, value in wanted.items() if held.get(name) != value]
+    return f"{len(memory)} transitions of " + (", ".join(found) or "more settings")
 
 
 def check_alike(plan: Exploration, memories: Iterable[LazyMemory]) -> None:
-    """Refuse memories that what an exploration will give cannot be merged with; better now than after it.
+    """Raise an error if one of the memories cannot be merged with the memory of an exploration.
 
     Raises
     ------
     ValueError
-        If one is of another degree of awareness, or holds other facts.
+        If one has a different degree of awareness, or other facts.
     """
     awareness = awareness_of(plan.awareness)
     width = awareness.width(plan.robots)
@@ -82,7 +82,7 @@ def check_alike(plan: Exploration, memories: Iterable[LazyMemory]) -> None:
 
 
 def differing(memory: LazyMemory) -> dict[str, list[Any]]:
-    """Return what bodies could do that was not the same in all explorations of a memory, and what it was."""
+    """Return the speeds and ranges that differ between the explorations of a memory, with their values."""
     found: dict[str, list[Any]] = {}
     for name in BODIES:
         values: list[Any] = []

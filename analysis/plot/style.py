@@ -1,4 +1,4 @@
-"""The look that all figures share."""
+"""The common style of all figures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-#: For quantities from nothing upwards, and for differences around nothing.
+#: Colour maps of quantities from 0 upwards, and of differences around 0.
 SEQUENTIAL, DIVERGING = "viridis", "RdBu"
 # After M. Okabe and K. Ito: distinguishable without colour vision.
 _COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -26,28 +26,34 @@ ROBOTS_LABEL = "robots N"
 
 
 def canvas(width: float, height: float) -> Canvas:
-    """Return an empty drawing of this size [inches] that belongs to no window."""
+    """Return an empty figure of this size [inches] without a window."""
     from matplotlib.figure import Figure as Canvas
 
     return Canvas(figsize=(width, height), facecolor="white")
 
 
 def head(figure: Canvas, title: str, subtitle: str) -> None:
-    """Write title and subtitle at the top left."""
+    """Write title and subtitle at the top left of a figure."""
     height = figure.get_figheight()
     figure.text(0.4 / figure.get_figwidth(), 1 - 0.42 / height, title, size=15, weight="bold", color=INK)
     figure.text(0.4 / figure.get_figwidth(), 1 - 0.72 / height, subtitle, size=10, color=FAINT)
 
 
 def plain(axes: Axes) -> None:
-    """Take away the frame's top and right sides and lay a faint grid beneath."""
+    """Remove the top and right sides of the frame, and draw a faint grid behind the data."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(color="#e4e4e4", linewidth=0.8)
     axes.set_axisbelow(True)
 
 
 def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
-    """Return the drawing as PNG, with its description inside."""
+    """Return the figure as PNG with a description in its metadata."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": "teamsight", "Description": description})
     return buffer.getvalue()
+
+
+def signed(value: float) -> str:
+    """Return a number without decimals and with its sign; a number that rounds to 0 has no sign."""
+    rounded = round(value)
+    return f"{rounded:+d}".replace("-", "−") if rounded else "0"

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
-#: Size of one row of surface and heat map [inches]; the head of the figure comes on top.
+#: Size of a row of surface and heat map, and height of the head [inches].
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
 
 
 class Look(NamedTuple):
-    """How a quantity is shown."""
+    """Label, format and range of a quantity."""
 
     label: str
     write: Callable[[float], str]
     low: float
     high: float
     around_zero: bool = False
-    #: From where to where the surface's axis goes, when that is not what the colours span.
+    #: Range of the surface's axis, if it differs from the range of the colours.
     heights: tuple[float, float] | None = None
 
 
@@ -50,11 +50,11 @@ def draw_row(
     grid : DataFrame
         One row a team size, one column a radius.
     look : Look
-        How to show it.
+        Its label, format and range.
     row, rows : int
-        Which of the figure's rows this is, from the top.
+        Number of this row, from the top, and number of rows.
     open_cells : DataFrame of bool, optional
-        Cells whose number is put in brackets.
+        Cells whose number is written in brackets.
     """
     import matplotlib
     from matplotlib.colors import Normalize
@@ -81,7 +81,7 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     look_of_faces = {"cmap": colours, "norm": norm, "linewidth": 0.35, "edgecolor": "#33333388", "shade": False}
     axes.plot_surface(robots, radius, height, rstride=1, cstride=1, **look_of_faces)
     axes.set_zlim(*(look.heights or (look.low, look.high)))
-    # Seen from few robots in a large arena, where every surface of the paper is low, so that nothing hides behind it.
+    # The viewpoint is above few robots in a large arena, where every surface of the paper is low and hides nothing.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
     axes.set_xticks(_ticks(list(grid.index), 5))
@@ -116,12 +116,12 @@ def _heat_map(
 
 def _luminance(colour: NDArray[np.float64]) -> NDArray[np.float64]:
     linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
-    # Perceived lightness, so that the threshold is a middle grey.
+    # Perceived lightness: the threshold is a middle grey.
     return np.asarray(np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1)
 
 
 def _ticks(values: list[int], step: int) -> NDArray[np.int64]:
-    """Return round values within the range, and both of its ends."""
+    """Return round values within the range, and both ends."""
     low, high = min(values), max(values)
     inner = np.arange(step, high, step)
     return np.unique(np.concatenate(([low], inner[inner > low + 1], [high])))

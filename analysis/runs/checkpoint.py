@@ -8,7 +8,7 @@ import importlib
 import json
 import re
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -98,9 +98,23 @@ class Checkpoint:
         records = (_record(_name(key), self.codec.encode(value)) for key, value in results.items())
         files.append(self.path, b"".join(records))
 
-    def forget(self) -> None:
-        """Delete the file. Idempotent."""
-        self.path.unlink(missing_ok=True)
+    def forget(self, keys: Iterable[Key] | None = None) -> None:
+        """Delete the results of these jobs, or all results; without any results, delete the file. Idempotent."""
+        kept = {} if keys is None else self._contents(without={_name(key) for key in keys})
+        if not kept:
+            self.path.unlink(missing_ok=True)
+            return
+        with files.complete(self.path) as draft:
+            draft.writelines(_record(name, content) for name, content in kept.items())
+
+    def _contents(self, without: Container[str]) -> dict[str, bytes]:
+        found = {}
+        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
+            for name, (start, length) in _places(file).items():
+                if name not in without:
+                    file.seek(start)
+                    found[name] = file.read(length)
+        return found
 
 
 def _record(name: str, content: bytes) -> bytes:

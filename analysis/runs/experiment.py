@@ -91,10 +91,11 @@ class Experiment:
         for robots, radius in self.cells:
             scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
+                # One mapping for all replicates, by which runs recognise each other.
+                parameters = common | scenario | swept
                 for replicate in range(runs * self.replicates):
                     seed = model_seed(root, replicate, robots, self.targets, radius)
-                    run = Run(common | scenario | swept, seed, steps)
-                    yield {**scenario, **swept, "replicate": replicate, "seed": seed}, run
+                    yield {**scenario, **swept, "replicate": replicate, "seed": seed}, Run(parameters, seed, steps)
 
 
 class Request(NamedTuple):

@@ -1,4 +1,4 @@
-"""Limits of what is simulated at once: beyond them nobody could wait for it."""
+"""Limits of one command, beyond which its work would never end."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from teamsight.core import checks
 MOST_STEPS = 10_000_000
 #: Runs, worlds and memories: each leaves a row in a table.
 MOST_RUNS = 1_000_000
-#: Pairs of a memory, of some 30 numbers each.
-MOST_PAIRS = 100_000_000
+#: Transitions of a memory, of about 70 numbers each.
+MOST_TRANSITIONS = 100_000_000
 
 
 def steps(value: Any) -> int:
-    """Return a number of steps that a run can have; raise TypeError or ValueError for others."""
+    """Return a valid number of steps of a run; raise TypeError or ValueError for others."""
     return checks.count("steps", value, most=MOST_STEPS, cure="make more runs instead")
 
 
 def runs(value: Any) -> int:
-    """Return a number of runs that can be made at once; raise TypeError or ValueError for others."""
+    """Return a valid number of runs; raise TypeError or ValueError for others."""
     return checks.count("runs", value, most=MOST_RUNS, cure="give fewer, of more steps each")

@@ -74,7 +74,11 @@ def check_workers(workers: int) -> int:
     return count
 
 
-_emit: Callable[[str], None] = print
+def _drop(text: str) -> None:
+    pass
+
+
+_emit: Callable[[str], None] = _drop
 
 
 def emit(text: str) -> None:
@@ -92,7 +96,8 @@ class WorkerPool:
     imports : sequence of str
         Modules that each worker imports before its first job.
     on_message : callable
-        Called with each message that a job emits.
+        Called with each message that a job emits. By default the messages of a pool within a job go where those of the
+        job go, and others are dropped.
 
     Attributes
     ----------
@@ -101,10 +106,10 @@ class WorkerPool:
     """
 
     def __init__(
-        self, workers: int, imports: Sequence[str] = (), on_message: Callable[[str], None] = lambda text: None
+        self, workers: int, imports: Sequence[str] = (), on_message: Callable[[str], None] | None = None
     ) -> None:
         self.size = check_workers(workers)
-        self._on_message = on_message
+        self._on_message = _emit if on_message is None else on_message
         context = multiprocessing.get_context("spawn")
         self._workers: list[_Worker] = []
         # Chosen once, so that all workers use the same folder and a notice about it appears once.

@@ -126,7 +126,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
 
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
-    from teamsight.analysis.delta.from_trajectories import delta_from_trajectories, read_trajectories
+    from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
     from teamsight.cli.show import watching
 
     assert settings.trajectories is not None

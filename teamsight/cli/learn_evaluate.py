@@ -15,7 +15,7 @@ from teamsight.cli.paths import check_apart, file
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.analysis.learning.evaluation import Contenders, Stage
+    from teamsight.analysis.learning.evaluation import Contenders, Scenario
     from teamsight.cli.show import Watch
     from teamsight.policies.memory import LazyMemory
 
@@ -67,7 +67,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import check_lesson
+    from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
     from teamsight.analysis.runs.simulate import IMPORTS
     from teamsight.analysis.runs.workers import WorkerPool
@@ -75,9 +75,9 @@ def evaluate(settings: EvaluateSettings) -> None:
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
-    check_lesson((settings.learner,), settings.reward, settings.k)
+    check_objective((settings.learner,), settings.reward, settings.k)
     memory = _memory(settings)
-    check_lesson((settings.learner,), settings.reward, settings.k, len(memory))
+    check_objective((settings.learner,), settings.reward, settings.k, len(memory))
     scenario = _scenario(settings, memory)
     about = settings.values(without=("save", "memory", "workers", "force"))
     about |= {"robots": scenario.robots, "memory": memory.digest, "explored": dict(memory.settings)}
@@ -110,7 +110,7 @@ def _memory(settings: EvaluateSettings) -> LazyMemory:
     return memory.sample(settings.sample, settings.seed)
 
 
-def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
+def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     """Return the worlds; team size, speeds and ranges are those of the exploration."""
     from teamsight.analysis.learning import evaluation
     from teamsight.core import checks
@@ -123,17 +123,17 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Stage:
     limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
-    return evaluation.Stage(
+    return evaluation.Scenario(
         robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, bodies
     )
 
 
 def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import REWARDS, Lesson, search_seconds
+    from teamsight.analysis.learning.learners import REWARDS, Objective, search_seconds
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
-    objective = Lesson(REWARDS[settings.reward], settings.k, settings.discount)
+    objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, objective)
     if expected > _LONG:
         watch.print(
@@ -154,7 +154,7 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
 
 
 def _print(
-    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, scenario: Stage, seconds: float
+    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, scenario: Scenario, seconds: float
 ) -> None:
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.provenance import differing
@@ -174,7 +174,7 @@ def _print(
         say(f"every run in {settings.save}")
 
 
-def _unusual(scenario: Stage) -> str:
+def _unusual(scenario: Scenario) -> str:
     """Return the speeds and ranges of the exploration that are not the defaults."""
     from teamsight.agents.cmommt import DEFAULTS
 

@@ -12,6 +12,7 @@ from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.analysis.learning.explore import Exploration
+    from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.policies.memory import LazyMemory
 
 
@@ -71,15 +72,16 @@ def explore(settings: ExploreSettings) -> None:
       teamsight learn explore --out shared.safetensors --awareness shared --runs 16 --robots 8
     """
     from teamsight.analysis.learning import provenance
-    from teamsight.analysis.learning.explore import forget_parts
-    from teamsight.analysis.runs.files import check_folder, prepare_folder
+    from teamsight.analysis.learning.explore import TRANSITIONS, forget
+    from teamsight.analysis.runs.checkpoint import Checkpoint
+    from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say
     from teamsight.policies.memory import LazyMemory
 
     plan = plan_of(settings)
-    parts = settings.out.with_name(settings.out.name + ".parts")
+    checkpoint = Checkpoint(settings.out.with_name(settings.out.name + ".checkpoint"), TRANSITIONS)
     if plan.is_long:
-        check_folder(parts)
+        checkpoint.check()
     sources = [LazyMemory.load(path) for path in settings.merge]
     held = _held(settings)
     prepare_folder(settings.out.parent)
@@ -95,13 +97,13 @@ def explore(settings: ExploreSettings) -> None:
         sources.insert(0, held)
     sources = provenance.distinct(sources)
     provenance.check_alike(plan, sources)
-    with when_stopped(lambda: _kept(plan, parts)):
+    with when_stopped(lambda: _kept(plan, checkpoint)):
         if not any(plan.settings() in provenance.explorations_of(source) for source in sources):
-            sources.append(_explored(plan, settings.workers, parts))
+            sources.append(_explored(plan, settings.workers, checkpoint))
         memory = sources[0].merge(*sources[1:])
         memory.save(settings.out, force=settings.force)
     if plan.is_long:
-        forget_parts(plan, parts)
+        forget(plan, checkpoint)
     _describe(settings.out, memory)
     for name, found in provenance.differing(memory).items():
         say(f"note: {name} differs between the explorations: {', '.join(map(str, found))}")
@@ -156,31 +158,30 @@ def _held(settings: ExploreSettings) -> LazyMemory | None:
         raise ValueError(f"{wrong}; give --force to replace it, or another file") from error
 
 
-def _explored(plan: Exploration, workers: int | None, parts: Path) -> LazyMemory:
+def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) -> LazyMemory:
     from teamsight.analysis.learning.explore import explore
     from teamsight.analysis.runs.workers import WorkerPool, cores
     from teamsight.cli.show import watching
 
-    # An exploration that is not divided is done in this process.
+    # A short exploration is made in this process.
     count = (workers or cores()) if plan.is_long else 1
     with watching() as watch, WorkerPool(count, ("teamsight.analysis.learning.explore",), watch.print) as pool:
         return explore(
             plan,
-            folder=parts if plan.is_long else None,
             pool=pool,
+            checkpoint=checkpoint if plan.is_long else None,
             progress=lambda done, total: watch("exploring", done, total),
         )
 
 
-def _kept(plan: Exploration, parts: Path) -> str:
+def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:
     """Return what an interrupted exploration leaves behind."""
-    from teamsight.analysis.learning.explore import forget_parts, kept_pairs
+    from teamsight.analysis.learning.explore import kept_transitions
 
-    kept = kept_pairs(plan, parts) if plan.is_long else 0
+    kept = kept_transitions(plan, checkpoint) if plan.is_long else 0
     if kept:
-        return f"{kept} of {plan.pairs} transitions are kept in {parts}; the same command continues from there"
-    if plan.is_long:
-        forget_parts(plan, parts)
+        place = f"{kept} of {plan.transitions} transitions are kept in {checkpoint.path}"
+        return f"{place}; the same command continues from there"
     return "nothing was kept, since no part of the exploration was finished"
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.learning.curves import Curves
+    from teamsight.analysis.runs.checkpoint import Checkpoint
 
 _FILES = ("learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet")
 _PICTURE = "learning-curves.png"
@@ -97,33 +98,36 @@ def figure(settings: FigureSettings) -> None:
     from teamsight import __version__
     from teamsight.analysis.learning.curve_figure import draw
     from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
-    from teamsight.analysis.learning.curves import forget_lectures, make_curves
-    from teamsight.analysis.learning.learners import check_lesson
+    from teamsight.analysis.learning.curves import curve_jobs, make_curves
+    from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
+    from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.simulate import IMPORTS
     from teamsight.analysis.runs.workers import WorkerPool, cores
     from teamsight.cli.show import say, watching
 
     curves = curves_of(settings)
-    check_lesson(curves.learners, curves.reward, curves.k, min(curves.samples))
+    check_objective(curves.learners, curves.reward, curves.k, min(curves.samples))
     folder = files.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
     for name in _FILES:
         files.check_replaceable(folder / name, about, force=settings.force)
     # The figure has no settings; they are those of the tables beside it.
     files.check_replaceable(folder / _PICTURE, force=settings.force)
-    parts = folder / "learning-curves.parts"
-    files.check_folder(parts)
+    checkpoint = Checkpoint(folder / "learning-curves.checkpoint")
+    checkpoint.check()
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(curves, parts)):
+    with when_stopped(lambda: _kept(curves, checkpoint)):
         with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
-            table = make_curves(curves, pool, folder=parts, progress=lambda done, total: watch("learning", done, total))
+            table = make_curves(
+                curves, pool, checkpoint=checkpoint, progress=lambda done, total: watch("learning", done, total)
+            )
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
             files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
         files.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
-    forget_lectures(curves, parts)
-    _show_gains(gains[gains["pairs"] == max(curves.samples)])
+    checkpoint.forget(job.key for job in curve_jobs(curves))
+    _show_gains(gains[gains["transitions"] == max(curves.samples)])
     say(f"learning curves in {folder} after {time.perf_counter() - began:.0f} s")
 
 
@@ -134,15 +138,15 @@ def curves_of(settings: FigureSettings) -> Curves:
     return Curves(**settings.values(without=("out", "workers", "force", "quick")))
 
 
-def _kept(curves: Curves, parts: Path) -> str:
+def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
     """Return what interrupted curves leave behind."""
-    from teamsight.analysis.learning.curves import forget_lectures, kept_lectures
+    from teamsight.analysis.learning.curves import curve_jobs
     from teamsight.cli.show import plural
 
-    kept, total = kept_lectures(curves, parts)
-    if kept:
-        return f"{kept} of {plural(total, 'part')} are kept in {parts}; the same command continues from there"
-    forget_lectures(curves, parts)
+    jobs = curve_jobs(curves)
+    if kept := checkpoint.count(job.key for job in jobs):
+        place = f"{kept} of {plural(len(jobs), 'part')} are kept in {checkpoint.path}"
+        return f"{place}; the same command continues from there"
     return "nothing was kept, since no part of the curves was finished"
 
 
@@ -153,6 +157,6 @@ def _show_gains(gains: pd.DataFrame) -> None:
     for row in gains.to_dict("records"):
         order = AWARENESS[str(row["degree"])].order
         say(
-            f"{row['learner']}, {order} less Θ(0), from {plural(row['pairs'], 'transition')}: "
+            f"{row['learner']}, {order} less Θ(0), from {plural(row['transitions'], 'transition')}: "
             f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
         )

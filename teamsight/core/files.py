@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from teamsight.core.checks import shown
 
-# A name may have 255 bytes, and that of a draft is longer by 23.
+# A name may have 255 bytes; that of a draft is 23 bytes longer.
 _MOST_OF_A_NAME = 200
 _KINDS = (
     (stat.S_ISLNK, "link", "the path that it leads to"),
@@ -30,7 +30,7 @@ class UnwritableError(ValueError):
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Refuse a path that cannot be meant: paths are taken literally, and no text stands for the current folder.
+    """Raise an error for a path that is certainly a mistake. Paths are taken literally.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def check_name(path: str | os.PathLike[str]) -> None:
 
 
 def check_place(path: str | os.PathLike[str]) -> bool:
-    """Return whether a regular file stands at `path`; refuse whatever else may stand there.
+    """Return whether there is a regular file at `path`; raise an error for anything else.
 
     Raises
     ------
@@ -68,20 +68,6 @@ def check_place(path: str | os.PathLike[str]) -> bool:
     return True
 
 
-def check_folder(path: str | os.PathLike[str]) -> None:
-    """Refuse a folder for drafts and parts that is a link, since it would lead out of the folder of the results.
-
-    Raises
-    ------
-    UnwritableError
-        If it is a link, or anything else but a folder.
-    """
-    if os.path.islink(path):
-        raise UnwritableError(f"{os.fspath(path)}: is a link, which is not followed; remove it, or give another place")
-    if os.path.lexists(path) and not os.path.isdir(path):
-        raise UnwritableError(f"{os.fspath(path)}: is no folder; move it away, or give another place")
-
-
 @contextlib.contextmanager
 def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None) -> Iterator[BinaryIO]:
     """Open a draft beside `path`, and put it in the place of `path` only when all of it is on disk.
@@ -93,12 +79,12 @@ def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lam
     path : path
         Where to write; taken literally, so one that begins with ``~`` is refused.
     check : callable
-        Called with the path right before the draft is moved there; raises if what stands there must stay.
+        Called with the path right before the draft is moved there; raises if the file there must not be replaced.
 
     Raises
     ------
     UnwritableError
-        If the draft cannot be made or written, or what stands at `path` is no regular file.
+        If the draft cannot be created or written, or there is something else than a regular file at `path`.
     """
     check_name(path)
     target = Path(path)

@@ -68,8 +68,8 @@ def test_the_memory_of_a_blind_robot_is_that_of_a_blind_one() -> None:
     blind, seeing = world_of(Blind, Toward()), world_of(Robot, Toward())
     for world in (blind, seeing):
         world.run(10)
-    assert blind.groups[0].memory["seen"].tolist() == [0.0] * 6
-    assert seeing.groups[0].memory["seen"].sum() > 0
+    assert blind.groups[0].policy_state["seen"].tolist() == [0.0] * 6
+    assert seeing.groups[0].policy_state["seen"].sum() > 0
 
 
 def test_each_robot_may_change_its_percept_or_not() -> None:
@@ -83,8 +83,8 @@ def test_each_robot_may_change_its_percept_or_not() -> None:
     odd = np.arange(6) % 2 == 1
     assert half.groups[0].position[odd] == pytest.approx(blind.groups[0].position[odd], abs=1e-12)
     assert half.groups[0].position[~odd] == pytest.approx(seeing.groups[0].position[~odd], abs=1e-12)
-    assert half.groups[0].memory["seen"][odd].tolist() == [0.0] * 3
-    assert half.groups[0].memory["seen"][~odd].tolist() == seeing.groups[0].memory["seen"][~odd].tolist()
+    assert half.groups[0].policy_state["seen"][odd].tolist() == [0.0] * 3
+    assert half.groups[0].policy_state["seen"][~odd].tolist() == seeing.groups[0].policy_state["seen"][~odd].tolist()
 
 
 def test_a_policy_for_one_robot_gets_the_changed_percept_too() -> None:

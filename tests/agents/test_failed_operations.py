@@ -191,7 +191,7 @@ def test_a_policy_that_cannot_begin_again_leaves_everything_as_it_is(what: str) 
     else:
         # Those who stay keep what they remember: nothing begins again.
         robots[0].remove()
-        assert robots.memory.tolist() == [3.0, 3.0]
+        assert robots.policy_state.tolist() == [3.0, 3.0]
     world.run(3)
     assert world.tick == 6
 
@@ -293,7 +293,7 @@ def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
             robots.add_column("battery", 1.0)
             done = interrupted_at(line, lambda world=world, robots=robots: _do(deed, world, robots))
             sizes = {
-                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.memory.floats),
+                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.policy_state.floats),
                 len(robots.columns["battery"]), sum(agent.group is robots for agent in world.agents),
                 len(robots.perception.situation), robots.action.distance.shape[0],
             }  # fmt: skip

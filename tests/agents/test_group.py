@@ -178,7 +178,7 @@ def test_those_who_stay_remember_when_somebody_leaves() -> None:
     model = CMOMMT(robots=4, policy=Remembering(), rng=1)
     model.run(3)
     model.robots[1].remove()
-    assert model.robots.memory.tolist() == [3.0] * 3
+    assert model.robots.policy_state.tolist() == [3.0] * 3
 
 
 @pytest.mark.filterwarnings("ignore:run.. makes")

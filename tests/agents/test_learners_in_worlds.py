@@ -60,7 +60,7 @@ def world(policy: Any, awareness: Any, seed: int) -> CMOMMT:
 
 
 def fingerprint(model: CMOMMT) -> list[bytes]:
-    arrays = [model.robots.position, model.robots.heading, *model.robots.memory, model.recording.history.to_numpy()]
+    arrays = [model.robots.position, model.robots.heading, *model.robots.policy_state, model.recording.history.to_numpy()]
     return [array.tobytes() for array in arrays]
 
 

@@ -146,7 +146,7 @@ def test_a_state_of_a_policy_with_other_constants_is_refused() -> None:
 def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
     saved = CMOMMT(rng=1).state()
     group = saved.groups[0]
-    shorter = type(group.memory)(group.memory.floats[:, :2].copy(), group.memory.ints[:, :2].copy())
-    forged = saved._replace(groups=(group._replace(memory=shorter), *saved.groups[1:]))
+    shorter = type(group.policy_state)(group.policy_state.floats[:, :2].copy(), group.policy_state.ints[:, :2].copy())
+    forged = saved._replace(groups=(group._replace(policy_state=shorter), *saved.groups[1:]))
     with pytest.raises(ValueError, match=r"restore\(…\): the policy of robots has the state .*\[10, 2, 4\].*\[10, 16, 4\]"):
         CMOMMT(rng=1).restore(forged)

@@ -9,6 +9,8 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.learning import explore as exploring
+from teamsight.analysis.runs import simulate
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.cli import main
 from teamsight.policies.memory import LazyMemory
 
@@ -24,7 +26,7 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str,
 
 @pytest.fixture
 def small(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
-    """A memory of 60 pairs."""
+    """A memory of 60 transitions."""
     file = tmp_path / "small.safetensors"
     assert call(capsys, "explore", "--out", str(file), *SMALL)[0] == 0
     return file
@@ -38,7 +40,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.short
-def test_explore_writes_the_pairs_of_its_settings(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+def test_explore_writes_the_transitions_of_its_settings(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     plan = exploring.Exploration(robots=3, targets=5, radius=1.5, steps=20)
     memory = LazyMemory.load(small)
     assert memory == exploring.explore(plan)
@@ -59,7 +61,7 @@ def test_a_file_of_other_settings_is_added_to_or_replaced_only_when_reported(
     before = small.read_bytes()
     status, out, err = call(capsys, "explore", "--out", str(small), *SMALL, "--seed", "1")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "holds 60 pairs of seed=0 (here 1); give --append to add to it, --force to replace it" in err
+    assert "holds 60 transitions of seed=0 (here 1); give --append to add to it, --force to replace it" in err
     assert small.read_bytes() == before
     for _ in range(2):  # what is there already is not added twice
         status, out, _ = call(capsys, "explore", "--out", str(small), *SMALL, "--seed", "1", "--append")
@@ -90,7 +92,7 @@ def test_an_evaluation_does_not_replace_its_memory(capsys: pytest.CaptureFixture
         assert small.read_bytes() == before
 
 
-def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[str], small: Path) -> None:
+def test_merging_takes_the_transitions_of_other_files(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     both = small.with_name("both.safetensors")
     status, out, _ = call(capsys, "explore", "--out", str(both), *SMALL, "--seed", "1", "--merge", str(small))
     assert status == 0
@@ -104,7 +106,7 @@ def test_merging_takes_the_pairs_of_other_files(capsys: pytest.CaptureFixture[st
     call(capsys, "explore", "--out", str(third), *SMALL, "--seed", "2", "--merge", str(small))
     status, _, err = call(capsys, "explore", "--out", str(again), *SMALL, "--append", "--merge", str(third))
     assert (status, err.count("\n")) == (2, 1)
-    assert "holds 2 explorations, of which 1 are in another memory too; merge the files" in err
+    assert "holds 2 explorations, of which 1 are also in another memory; merge the files" in err
     assert again.read_bytes() == both.read_bytes()
     other = small.with_name("none.safetensors")
     status, _, err = call(capsys, "explore", "--out", str(other), *SMALL, "--awareness", "none", "--merge", str(small))
@@ -124,60 +126,62 @@ def test_an_altered_file_is_neither_used_nor_replaced(capsys: pytest.CaptureFixt
     assert small.read_bytes() == content
 
 
-def test_ctrl_c_keeps_the_parts_that_are_done(
+def test_ctrl_c_keeps_the_runs_that_are_finished(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
-    file, parts = tmp_path / "many.safetensors", tmp_path / "many.safetensors.parts"
+    monkeypatch.setattr(exploring, "_LONG", 60)
+    monkeypatch.setattr(simulate, "_CHUNK", 1.0)
+    file, kept = tmp_path / "many.safetensors", tmp_path / "many.safetensors.checkpoint"
     arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9", "--workers", "1"]
-    explore_part, made = exploring._explore_part, []
+    meet, made = exploring.meet, []
 
-    def interrupted(part: exploring.Part) -> LazyMemory | None:
+    def interrupted(*given: object) -> object:
         if len(made) == 4:
             raise KeyboardInterrupt
-        made.append(part)
-        return explore_part(part)
+        made.append(1)
+        return meet(*given)
 
-    monkeypatch.setattr(exploring, "_explore_part", interrupted)
+    monkeypatch.setattr(exploring, "meet", interrupted)
     status, _, err = call(capsys, *arguments)
-    kept = f"240 of 540 transitions are kept in {parts}; the same command continues from there"
-    assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
-    assert len(list(parts.iterdir())) == 4
+    told = f"240 of 540 transitions are kept in {kept}; the same command continues from there"
+    assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
     assert not file.exists()
-    monkeypatch.setattr(exploring, "_explore_part", explore_part)
-    meet = exploring.meet
     worlds: list[int] = []
     monkeypatch.setattr(exploring, "meet", lambda *given: (worlds.append(1), meet(*given))[1])
     assert call(capsys, *arguments)[0] == 0
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
-    assert not parts.exists()
-    # Where no part is done, nothing stays, and that is what is reported.
-    monkeypatch.setattr(exploring, "_explore_part", interrupted)
+    assert not kept.exists()
+    # Without a finished run nothing is kept, and the message says so.
+    monkeypatch.setattr(exploring, "meet", interrupted)
     status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
     assert (status, err.strip()) == (
         130,
         "teamsight: interrupted; nothing was kept, since no part of the exploration was finished",
     )
-    assert not parts.exists()
+    assert not kept.exists()
 
 
-def test_a_folder_that_has_the_name_of_the_parts_stays(
+def test_what_stands_in_the_place_of_the_checkpoint_stays(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file, parts = tmp_path / "mine.safetensors", tmp_path / "mine.safetensors.parts"
-    parts.mkdir()
-    (parts / "notes.txt").write_text("thesis")
+    monkeypatch.setattr(exploring, "_LONG", 60)
+    file, place = tmp_path / "mine.safetensors", tmp_path / "mine.safetensors.checkpoint"
+    place.write_text("thesis")
+    status, _, err = call(capsys, "explore", "--out", str(file), *SMALL, "--runs", "3")
+    assert (status, "mine.safetensors.checkpoint: holds something else" in err) == (2, True)
+    # A short exploration has no checkpoint.
     assert call(capsys, "explore", "--out", str(file), *SMALL)[0] == 0
-    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 60 * 75)
-    # What an interruption left of another exploration stays too, whatever is explored next.
+    assert place.read_text() == "thesis"
+    place.unlink()
+    # The entries of another exploration stay, whatever is explored next.
     plan = exploring.Exploration(robots=3, targets=5, radius=1.5, steps=20, runs=3, seed=1)
-    exploring.explore(plan, folder=parts)
+    checkpoint = Checkpoint(place, exploring.TRANSITIONS)
+    exploring.explore(plan, checkpoint=checkpoint)
     for runs in ("1", "3"):
-        assert call(capsys, "explore", "--out", str(file), *SMALL, "--force", "--runs", runs)[0] == 0
-    assert exploring.kept_pairs(plan, parts) == 180
-    assert len(list(parts.iterdir())) == 4
-    assert (parts / "notes.txt").read_text() == "thesis"
+        assert call(capsys, "explore", "--out", str(file), *SMALL, "--force", "--runs", runs, "--workers", "1")[0] == 0
+    assert exploring.kept_transitions(plan, checkpoint) == 180
+    assert checkpoint.count() == 3
 
 
 def test_memories_that_cannot_be_merged_are_refused_before_the_work(
@@ -254,39 +258,37 @@ def test_intervals_stay_within_what_a_share_can_be() -> None:
     assert "two 20.0 % +30.0 points" in text
 
 
-def test_ctrl_c_reports_what_is_kept_of_curves_and_leaves_other_files(
+def test_ctrl_c_reports_what_is_kept_of_curves(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis.learning import curves
 
-    parts = tmp_path / "learning-curves.parts"
+    kept = tmp_path / "learning-curves.checkpoint"
     options = ["--samples", "30", "--memories", "1", "--worlds", "1", "--steps", "3", "--workers", "1", "--robots", "2"]
     command = ["figure", "--out", str(tmp_path), "--learners", "linear", *options]
-    learned, made = curves._learned, []
+    learnt_rows, made = curves._learnt_rows, []
 
-    def interrupted(lecture: curves.Lecture) -> list[dict[str, object]]:
-        if len(made) == limit:
+    def interrupted(job: curves.CurveJob) -> list[dict[str, object]]:
+        if len(made) == 2:
             raise KeyboardInterrupt
-        made.append(lecture)
-        return learned(lecture)
+        made.append(job)
+        return learnt_rows(job)
 
-    def stop(lecture: curves.Lecture) -> list[dict[str, object]]:
+    def stop(job: curves.CurveJob) -> list[dict[str, object]]:
         raise KeyboardInterrupt
 
-    limit = 2
     with monkeypatch.context() as patch:
-        patch.setattr(curves, "_learned", interrupted)
+        patch.setattr(curves, "_learnt_rows", interrupted)
         status, _, err = call(capsys, *command)
-        kept = f"3 of 5 parts are kept in {parts}; the same command continues from there"
-        assert (status, err.strip()) == (130, f"teamsight: interrupted; {kept}")
-        patch.setattr(curves, "_designed", stop)
+        told = f"3 of 5 parts are kept in {kept}; the same command continues from there"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+        patch.setattr(curves, "_designed_rows", stop)
         status, _, err = call(capsys, *command, "--seed", "1")
         message = "nothing was kept, since no part of the curves was finished"
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
-    assert len(list(parts.iterdir())) == 3
-    (parts / "notes.txt").write_text("thesis")
+    assert Checkpoint(kept).count() == 3
     assert call(capsys, *command)[0] == 0
-    assert [path.name for path in parts.iterdir()] == ["notes.txt"]
+    assert not kept.exists()
 
 
 def test_results_of_other_settings_are_replaced_only_when_reported(
@@ -402,11 +404,11 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
-        (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of pairs; leave it out"]),
-        (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard goes on learning while it acts"]),
-        (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of pairs; leave it out"]),
+        (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of transitions; leave it out"]),
+        (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard continues to learn while it acts"]),
+        (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
-        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: the memory has only 10 pairs"]),
+        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, and the memory has only 10"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
@@ -428,7 +430,7 @@ def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
 ) -> None:
     status, _, err = call(capsys, "evaluate", str(small), "--k", "61")
     assert (status, err.count("\n")) == (2, 1)
-    assert "k=61: the memory has only 60 pairs" in err
+    assert "k=61: lazy matches so many transitions, and the memory has only 60" in err
     pairwise = small.with_name("pairwise.safetensors")
     call(capsys, "explore", "--out", str(pairwise), *SMALL, "--awareness", "pairwise")
     status, _, err = call(capsys, "evaluate", str(pairwise), "--robots", "4", "--runs", "2", "--steps", "2")

@@ -17,8 +17,8 @@ import teamsight
 ROOT = Path(teamsight.__file__).resolve().parent.parent
 FOLDERS = ("agents", "policies", "world", "analysis")
 
-# Imports that the model of the paper needs, and what else it may import: a few modules more fail no test.
-LEAST_MODULES, MOST_MODULES = 60, 95
+# The paper's model imports 105 modules of the package, 15 of them policies and their interface.
+MOST_MODULES, MOST_POLICIES = 115, 20
 
 
 def modules() -> dict[str, Path]:
@@ -55,7 +55,7 @@ def cycle_in(graph: dict[str, set[str]]) -> list[str]:
 
 
 @pytest.mark.short
-@pytest.mark.xfail(strict=False, reason="circles in policies, world and analysis are being removed")
+@pytest.mark.xfail(strict=False, reason="the circle in policies/memory is being removed")
 def test_no_modules_import_each_other_in_a_circle() -> None:
     found = modules()
     assert {"teamsight", "teamsight.agents.model", "teamsight.core.kernel"} <= set(found)
@@ -73,7 +73,6 @@ def test_imports_for_types_only_and_within_functions_count(tmp_path: Path) -> No
     assert cycle_in(graph | {"b": set()}) == []
 
 
-@pytest.mark.xfail(strict=False, reason="the registry of policies is becoming lazy")
 def test_a_model_imports_what_it_uses() -> None:
     code = (
         "import json, sys; from teamsight import CMOMMT; CMOMMT(rng=1).run(1);"
@@ -84,6 +83,7 @@ def test_a_model_imports_what_it_uses() -> None:
     loaded = json.loads(done.stdout or "[]")
     assert "teamsight.policies.handmade.a_cmommt" in loaded, done.stderr
     assert "teamsight.analysis" not in loaded
-    for package in ("lazy", "eager", "memory", "evolved"):
-        assert not [name for name in loaded if name.startswith(f"teamsight.policies.{package}")]
-    assert LEAST_MODULES <= len(loaded) <= MOST_MODULES, sorted(loaded)
+    policies = [name for name in loaded if name.startswith("teamsight.policies")]
+    assert not [name for name in policies if name.split(".")[2:3] in (["lazy"], ["eager"], ["memory"], ["evolved"])]
+    assert len(policies) <= MOST_POLICIES, sorted(policies)
+    assert len(loaded) <= MOST_MODULES, sorted(loaded)

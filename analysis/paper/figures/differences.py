@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
-from teamsight.analysis.plot.style import FAINT, canvas, head
+from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, paired
 
@@ -30,7 +30,7 @@ class Contrast(NamedTuple):
     treated, base : str
         Names of the experiments; `base` is subtracted.
     variant : str
-        Value of the column `variant`, which tells the contrasts of a figure apart.
+        Value of the column `variant`, which identifies the contrast in the tables.
     caption : str
         Text above the surface.
     """
@@ -134,12 +134,6 @@ def gain_in_words(cells: pd.DataFrame, variant: str) -> str:
         return f"{text}; one run per cell gives no confidence intervals"
     more, less = int((of["low"] > 0).sum()), int((of["high"] < 0).sum())
     return (
-        f"{text}; significantly more in {more} cells, less in {less} (expected by chance: about "
+        f"{text}; significantly positive in {more} cells, negative in {less} (expected by chance: about "
         f"{_CHANCE * len(of):.0f} each)"
     )
-
-
-def signed(value: float) -> str:
-    """Return a number without decimals and with its sign; what rounds to 0 has no sign."""
-    rounded = round(value)
-    return f"{rounded:+d}".replace("-", "−") if rounded else "0"

@@ -176,6 +176,6 @@ def test_a_column_is_an_attribute_of_its_group() -> None:
     assert not hasattr(model.targets, "battery")
     # What groups have for themselves stays theirs.
     model.robots.add_column("memory", 1.0)
-    assert type(model.robots.memory).__name__ == "PolicyState"
+    assert type(model.robots.policy_state).__name__ == "PolicyState"
     assert model.robots.columns["memory"].tolist() == [1.0] * 5
     model.run(2)

@@ -37,7 +37,7 @@ def fingerprint(model: World) -> list[Any]:
     ]
     for group in model.groups:
         seen += [group.position, group.heading, group.bodies.moved, group.identity]
-        seen += [group.memory] if isinstance(group.memory, np.ndarray) else list(group.memory or ())
+        seen += [group.policy_state] if isinstance(group.policy_state, np.ndarray) else list(group.policy_state or ())
         for kind in ("targets", "teammates"):
             seen += list(group.sightings(kind))
         seen += [agent.situation for agent in group if isinstance(agent, Robot)]

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from teamsight.analysis.delta import from_trajectories, resample
+from teamsight.analysis.delta import from_trajectories, resample, trajectory_files, trajectory_neighbours
 from teamsight.world.arena import Disc, Torus
 
 GOOD = "time,robot,x,y\n0,a,0,0\n1,a,1,0\n0,b,0,1\n1,b,1,1\n"
@@ -43,7 +43,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
     else:
         given.to_parquet(path, index=False)
     seen: list[tuple[int, int]] = []
-    found = from_trajectories.read_trajectories(path, progress=lambda done, total: seen.append((done, total)))
+    found = trajectory_files.read_trajectories(path, progress=lambda done, total: seen.append((done, total)))
     assert list(found.columns) == ["time", "robot", "x", "y"]
     assert seen == [(0, 2), (1, 2), (2, 2)]
     plain = found.assign(robot=found["robot"].astype(str)).sort_values(["robot", "time"], ignore_index=True)
@@ -91,28 +91,28 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
 )
 def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message) as error:
-        from_trajectories.read_trajectories(_write(tmp_path, text))
+        trajectory_files.read_trajectories(_write(tmp_path, text))
     assert "\n" not in str(error.value)
     assert "trajectories.csv" in str(error.value)
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"none\.csv: cannot be read \(.*\); check the path"):
-        from_trajectories.read_trajectories(tmp_path / "none.csv")
+        trajectory_files.read_trajectories(tmp_path / "none.csv")
     with pytest.raises(ValueError, match=r"unknown kind of file '.xlsx'; known are .csv"):
-        from_trajectories.read_trajectories(tmp_path / "t.xlsx")
+        trajectory_files.read_trajectories(tmp_path / "t.xlsx")
     with pytest.raises(ValueError, match="not a readable Parquet file"):
-        from_trajectories.read_trajectories(_write(tmp_path, "no parquet", "t.parquet"))
+        trajectory_files.read_trajectories(_write(tmp_path, "no parquet", "t.parquet"))
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(ValueError, match="cannot be read"):
-        from_trajectories.read_trajectories(tmp_path / "folder.csv")
+        trajectory_files.read_trajectories(tmp_path / "folder.csv")
 
 
 def test_sorting_on_request(tmp_path: Path) -> None:
     path = _write(tmp_path, GOOD + "0.5,b,5,5\n")
-    assert from_trajectories.read_trajectories(path, sort=True)["time"].tolist() == [0, 1, 0, 0.5, 1]
+    assert trajectory_files.read_trajectories(path, sort=True)["time"].tolist() == [0, 1, 0, 0.5, 1]
     with pytest.raises(ValueError, match="twice at time 1, in rows 2 and 5"):
-        from_trajectories.read_trajectories(_write(tmp_path, GOOD + "1,a,5,5\n"), sort=True)
+        trajectory_files.read_trajectories(_write(tmp_path, GOOD + "1,a,5,5\n"), sort=True)
 
 
 def test_a_data_frame_is_checked_too() -> None:
@@ -138,7 +138,7 @@ def test_frames_are_what_a_search_by_hand_finds(
     time = np.sort(rng.uniform(0, 10, (runs, 2, samples)), axis=2)
     run, robot, _ = np.mgrid[:runs, :2, :samples]
     flat = {"time": time, "robot": robot, "x": 2 * time + run, "y": np.ones_like(time), "run": run}
-    record = from_trajectories.check_trajectories(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
+    record = trajectory_files.check_trajectories(pd.DataFrame({name: values.ravel() for name, values in flat.items()}))
     pieces = _pieces(time, max_gap)
     if max(len({who for _, who in piece}) for piece in pieces) < 2:
         with pytest.raises(
@@ -190,7 +190,7 @@ def test_a_long_gap_is_absence_and_a_short_one_a_line() -> None:
             "y": 0.0,
         }
     )
-    record = from_trajectories.check_trajectories(record)
+    record = trajectory_files.check_trajectories(record)
     grid = resample.make_grid(record, 1.0, 5.0)
     assert (grid.step, grid.max_gap, grid.frames) == (1.0, 5.0, 14)
     (block,) = resample.blocks(record, grid)
@@ -207,7 +207,7 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
     record = pd.DataFrame(
         {"time": [0.0, 1, 2, 12, 13, 0, 13], "robot": list("aaaaabb"), "x": [0.0, 1, 2, 12, 13, 5, 5], "y": 0.0}
     )
-    grid = resample.make_grid(from_trajectories.check_trajectories(record))
+    grid = resample.make_grid(trajectory_files.check_trajectories(record))
     assert (grid.step, grid.max_gap, grid.robots) == (1.0, 5.0, 2)
     assert grid.time().tolist() == [0, 1, 2, 12, 13]
     assert grid.gaps.tolist() == [10.0]
@@ -215,13 +215,13 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
 
 def test_on_a_torus_the_line_goes_over_the_edge() -> None:
     record = pd.DataFrame({"time": [0.0, 2, 0, 1, 2], "robot": list("aabbb"), "x": [4.5, -4.5, 4.6, 5, 4.6], "y": 0.0})
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0)
+    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0)
     assert found.over_time["max_degree"].tolist() == [1, 1, 0]
 
 
 def test_degrees_are_those_of_each_frame() -> None:
     record = _walk(20, 30, generator())
-    found = from_trajectories.neighbours_over_time(from_trajectories.check_trajectories(record), 1.0)
+    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 1.0)
     for row, (_, frame) in zip(found.over_time.itertuples(), record.groupby("time"), strict=True):
         tree = cKDTree(frame[["x", "y"]])
         degree = tree.query_ball_point(frame[["x", "y"]], 1.0, return_length=True) - 1

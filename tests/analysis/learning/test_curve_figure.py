@@ -24,7 +24,7 @@ def table_of(curves: Curves) -> pd.DataFrame:
     rng = np.random.default_rng(1)
     place = {"replicate": 0, "seed": 0}
     rows = [
-        {"learner": learner, "degree": degree, "pairs": pairs, "inputs": inputs, "log10_size": inputs * np.log10(2)}
+        {"learner": learner, "degree": degree, "transitions": pairs, "inputs": inputs, "log10_size": inputs * np.log10(2)}
         | {"memory": memory, **place, "observed_fraction": rng.uniform(0.3, 0.5)}
         for learner in curves.learners
         for degree, inputs in WIDTHS.items()
@@ -32,7 +32,7 @@ def table_of(curves: Curves) -> pd.DataFrame:
         for memory in range(curves.memories)
     ]
     rows += [
-        {"learner": name, "degree": "", "pairs": 0, "inputs": 0, "log10_size": 0.0}
+        {"learner": name, "degree": "", "transitions": 0, "inputs": 0, "log10_size": 0.0}
         | {"memory": memory, **place, "observed_fraction": share}
         for name, share in ((RANDOM, 0.4), (DESIGNED, 0.7))
         for memory in range(curves.memories)

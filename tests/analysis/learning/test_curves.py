@@ -13,8 +13,9 @@ from teamsight.agents.recording.explore import explore as explore_one
 from teamsight.analysis.learning import curves as module
 from teamsight.analysis.learning.curve_figure import draw
 from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
-from teamsight.analysis.learning.curves import Curves, make_curves
+from teamsight.analysis.learning.curves import Curves, curve_jobs, make_curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.workers import WorkerPool
 
 SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0, steps=8, seed=6)
@@ -22,19 +23,18 @@ SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, rad
 
 @pytest.fixture(scope="module")
 def table() -> pd.DataFrame:
-    with WorkerPool(1) as pool:
-        return make_curves(SMALL, pool)
+    return make_curves(SMALL)
 
 
 @pytest.mark.short
 def test_every_learner_meets_the_same_worlds_with_as_many_samples(table: pd.DataFrame) -> None:
-    learned = table[table["pairs"] > 0]
+    learned = table[table["transitions"] > 0]
     assert len(learned) == 4 * 3 * 2 * 2 * 2
-    assert set(learned["pairs"]) == {40, 300}
+    assert set(learned["transitions"]) == {40, 300}
     for _, rows in table.groupby("memory"):
         assert rows.groupby("replicate")["seed"].nunique().eq(1).all()
     assert table["seed"].nunique() == 4
-    assert set(table[table["pairs"] == 0]["learner"]) == {RANDOM, DESIGNED}
+    assert set(table[table["transitions"] == 0]["learner"]) == {RANDOM, DESIGNED}
     widths = learned.groupby("degree")["inputs"].unique().map(list).to_dict()
     assert widths == {"none": [16], "ring": [32], "pairwise": [24], "shared": [80]}
     assert np.allclose(learned["log10_size"], learned["inputs"] * np.log10(2))
@@ -49,8 +49,8 @@ def test_only_the_table_of_shared_awareness_is_too_large(table: pd.DataFrame) ->
 def test_points_are_means_over_memories_not_worlds(table: pd.DataFrame) -> None:
     points = curve_points(table)
     assert len(points) == 4 * 3 * 2 - 2 + 2
-    one = points[(points["learner"] == "linear") & (points["degree"] == "ring") & (points["pairs"] == 40)].iloc[0]
-    rows = table[(table["learner"] == "linear") & (table["degree"] == "ring") & (table["pairs"] == 40)]
+    one = points[(points["learner"] == "linear") & (points["degree"] == "ring") & (points["transitions"] == 40)].iloc[0]
+    rows = table[(table["learner"] == "linear") & (table["degree"] == "ring") & (table["transitions"] == 40)]
     trials = rows.groupby("memory")["observed_fraction"].mean()
     assert one["count"] == 2
     assert one["mean"] == pytest.approx(trials.mean())
@@ -60,8 +60,8 @@ def test_points_are_means_over_memories_not_worlds(table: pd.DataFrame) -> None:
 def test_gains_are_paired_on_memories(table: pd.DataFrame) -> None:
     gains = awareness_gains(table)
     assert len(gains) == 2 * (3 * 3 - 1)
-    one = gains[(gains["learner"] == "lazy") & (gains["degree"] == "shared") & (gains["pairs"] == 300)].iloc[0]
-    rows = table[(table["learner"] == "lazy") & (table["pairs"] == 300)]
+    one = gains[(gains["learner"] == "lazy") & (gains["degree"] == "shared") & (gains["transitions"] == 300)].iloc[0]
+    rows = table[(table["learner"] == "lazy") & (table["transitions"] == 300)]
     trials = rows.groupby(["degree", "memory"])["observed_fraction"].mean()
     differences = trials["shared"] - trials["none"]
     assert one["count"] == 2
@@ -72,44 +72,47 @@ def test_gains_are_paired_on_memories(table: pd.DataFrame) -> None:
 def test_the_drawing_is_a_picture(table: pd.DataFrame) -> None:
     assert draw(curve_points(table), table, SMALL).startswith(b"\x89PNG")
     lone = replace(SMALL, learners=("tabular",), degrees=("shared",))
-    rows = table[((table["learner"] == "tabular") & (table["degree"] == "shared")) | (table["pairs"] == 0)]
+    rows = table[((table["learner"] == "tabular") & (table["degree"] == "shared")) | (table["transitions"] == 0)]
     assert draw(curve_points(rows), rows, lone).startswith(b"\x89PNG")
 
 
-def test_what_was_made_before_an_interruption_is_kept(
+def test_the_table_does_not_depend_on_workers(table: pd.DataFrame) -> None:
+    with WorkerPool(2) as pool:
+        assert make_curves(SMALL, pool).equals(table)
+
+
+def test_finished_jobs_are_kept_after_an_interruption(
     table: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stop(done: float, total: float) -> None:
         if done > total / 2:
             raise KeyboardInterrupt
 
-    with WorkerPool(1) as pool, pytest.raises(KeyboardInterrupt):
-        make_curves(SMALL, pool, folder=tmp_path, progress=stop)
-    kept = len(list(tmp_path.iterdir()))
-    assert 0 < kept < 10
+    kept = Checkpoint(tmp_path / "kept")
+    with pytest.raises(KeyboardInterrupt):
+        make_curves(SMALL, checkpoint=kept, progress=stop)
+    finished = kept.count(job.key for job in curve_jobs(SMALL))
+    assert 0 < finished < 10
     made: list[str] = []
-    learned = module._learned
-    monkeypatch.setattr(module, "_learned", lambda lecture: (made.append(lecture.degree), learned(lecture))[1])
-    with WorkerPool(1) as pool:
-        assert make_curves(SMALL, pool, folder=tmp_path).equals(table)
-    assert len(made) + kept >= 9
+    learnt_rows = module._learnt_rows
+    monkeypatch.setattr(module, "_learnt_rows", lambda job: (made.append(job.degree), learnt_rows(job))[1])
+    assert make_curves(SMALL, checkpoint=kept).equals(table)
+    assert len(made) + finished >= 9
     assert len(made) < 8
-    assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
-    # Other curves do not take them for theirs, and do not touch them.
-    with WorkerPool(1) as pool:
-        other = make_curves(replace(SMALL, discount=0.1), pool, folder=tmp_path)
-    assert not other["observed_fraction"].equals(table["observed_fraction"])
-    (tmp_path / "notes.txt").write_text("my own")
-    module.forget_lectures(replace(SMALL, discount=0.1), tmp_path)
-    assert module.kept_lectures(SMALL, tmp_path) == (10, 10)
-    module.forget_lectures(SMALL, tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+    # The entries of other curves are neither used nor deleted.
+    other = replace(SMALL, discount=0.1)
+    found = make_curves(other, checkpoint=kept)
+    assert not found["observed_fraction"].equals(table["observed_fraction"])
+    kept.forget(job.key for job in curve_jobs(other))
+    assert kept.count(job.key for job in curve_jobs(SMALL)) == kept.count() == 10
+    kept.forget(job.key for job in curve_jobs(SMALL))
+    assert not kept.path.exists()
 
 
-def test_memories_share_no_world_and_no_pair() -> None:
+def test_memories_share_no_world_and_no_transition() -> None:
     one, other = (SMALL.exploration("ring", memory) for memory in (0, 1))
     assert one.run_seed(0) != other.run_seed(0)
-    assert one.pairs >= max(SMALL.samples)
+    assert one.transitions >= max(SMALL.samples)
     assert explore_one(one.model(0), 5) != explore_one(other.model(0), 5)
 
 

@@ -1,4 +1,4 @@
-"""Explorations of many worlds depend on their settings alone; what was made of one is kept."""
+"""Explorations of many worlds depend on their settings alone; finished runs are kept."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import safetensors.numpy
 
 from teamsight.agents.recording.explore import explore as explore_one
 from teamsight.analysis.learning import explore as module
-from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.learning.explore import TRANSITIONS, Exploration, explore
+from teamsight.analysis.runs import simulate
+from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.memory import LazyMemory
 
@@ -22,12 +25,13 @@ def bits(memory: LazyMemory) -> bytes:
 
 
 @pytest.fixture
-def small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "_NUMBERS_A_PART", 70 * 75)
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put two runs into a chunk."""
+    monkeypatch.setattr(simulate, "_CHUNK", 1.5 * SMALL.all_runs[0].cost)
 
 
 @pytest.mark.short
-def test_the_papers_exploration_gives_exactly_600_pairs() -> None:
+def test_the_papers_exploration_gives_exactly_600_transitions() -> None:
     memory = explore()
     assert (len(memory), memory.own, memory.added) == (600, 16, 16)
     told = memory.settings
@@ -43,65 +47,65 @@ def test_one_run_is_one_world() -> None:
     assert bits(explore(alone)) == bits(explore_one(alone.model(0), alone.steps))
 
 
-@pytest.mark.usefixtures("small_parts")
-def test_parts_and_workers_change_nothing(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("small_chunks")
+def test_chunks_and_workers_change_nothing(tmp_path: Path) -> None:
     seen: list[tuple[float, float]] = []
     memory = explore(SMALL, progress=lambda done, total: seen.append((done, total)))
-    assert len(memory) == SMALL.pairs == 210
+    assert len(memory) == SMALL.transitions == 210
     assert seen == [(0, 210), (60, 210), (120, 210), (180, 210), (210, 210)]
     with WorkerPool(2) as pool:
-        # Workers import the module anew, and make larger parts of it; what they are sent are these parts.
         assert bits(explore(SMALL, pool=pool)) == bits(memory)
-        assert bits(explore(SMALL, folder=tmp_path / "parts", pool=pool)) == bits(memory)
+        assert bits(explore(SMALL, pool=pool, checkpoint=Checkpoint(tmp_path / "kept", TRANSITIONS))) == bits(memory)
     worlds = [explore_one(SMALL.model(run), SMALL.steps) for run in range(SMALL.runs)]
     assert bits(worlds[0].merge(*worlds[1:])) == bits(memory)
 
 
-@pytest.mark.usefixtures("small_parts")
-def test_what_was_made_before_an_interruption_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    memory, folder = explore(SMALL), tmp_path / "parts"
+@pytest.mark.usefixtures("small_chunks")
+def test_finished_runs_are_kept_after_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    memory, kept = explore(SMALL), Checkpoint(tmp_path / "kept", TRANSITIONS)
 
     def stop(done: float, total: float) -> None:
         if done >= 120:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        explore(SMALL, folder=folder, progress=stop)
-    names = [f"{SMALL.key}-0-2.safetensors", f"{SMALL.key}-2-4.safetensors"]
-    assert sorted(path.name for path in folder.iterdir()) == names
-    assert module.kept_pairs(SMALL, folder) == 120
+        explore(SMALL, checkpoint=kept, progress=stop)
+    assert module.kept_transitions(SMALL, kept) == 120
     made: list[int] = []
     meet = module.meet
     monkeypatch.setattr(module, "meet", lambda *given: (made.append(1), meet(*given))[1])
-    assert bits(explore(SMALL, folder=folder)) == bits(memory)
+    assert bits(explore(SMALL, checkpoint=kept)) == bits(memory)
     assert len(made) == 3
-    # A part that was altered is made again, and another exploration has parts of its own.
-    (folder / names[0]).write_bytes(b"nonsense")
-    assert bits(explore(SMALL, folder=folder)) == bits(memory)
-    assert len(made) == 5
+    # A damaged entry is made again.
+    content = bytearray(kept.path.read_bytes())
+    content[200] ^= 1
+    kept.path.write_bytes(content)
+    assert bits(explore(SMALL, checkpoint=kept)) == bits(memory)
+    assert len(made) == 4
+    # Another exploration has entries of its own, and only these are deleted with it.
     other = replace(SMALL, seed=4)
-    assert bits(explore(other, folder=folder)) == bits(explore(other)) != bits(memory)
-    assert module.kept_pairs(SMALL, folder) == module.kept_pairs(other, folder) == 210
-    # Only an exploration's own parts are forgotten, and what a killed process left of them.
-    (folder / f".{SMALL.key}-0-2.safetensors.77.part").touch()
-    module.forget_parts(SMALL, folder)
-    assert module.kept_pairs(other, folder) == 210
-    assert len(list(folder.iterdir())) == 4
-    (folder / "notes.txt").write_text("my own")
-    module.forget_parts(other, folder)
-    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
-    (folder / "notes.txt").unlink()
-    module.forget_parts(other, folder)
-    assert not folder.exists()
+    assert bits(explore(other, checkpoint=kept)) == bits(explore(other)) != bits(memory)
+    assert module.kept_transitions(SMALL, kept) == module.kept_transitions(other, kept) == 210
+    module.forget(SMALL, kept)
+    assert (module.kept_transitions(SMALL, kept), module.kept_transitions(other, kept)) == (0, 210)
+    module.forget(other, kept)
+    assert not kept.path.exists()
 
 
-def test_parts_are_kept_from_the_second_on() -> None:
-    # 300,000 pairs of 32 inputs are a part.
+def test_content_that_is_no_transitions_is_ignored(tmp_path: Path) -> None:
+    kept = Checkpoint(tmp_path / "kept", TRANSITIONS)
+    key = SMALL.all_runs[0].key
+    for content in (b"", b"nonsense", safetensors.numpy.save({"situation": np.zeros(3)})):
+        Checkpoint(kept.path, Codec(bytes, bytes)).add({key: content})
+        assert kept.results([key]) == {}
+
+
+def test_a_long_exploration_is_worth_a_checkpoint() -> None:
     assert not Exploration(runs=500).is_long
     assert Exploration(runs=501).is_long
 
 
-def test_the_treatment_does_not_change_the_stage() -> None:
+def test_the_treatment_does_not_change_the_scenario() -> None:
     one, other = SMALL, replace(SMALL, awareness="none", world={"robot_speed": 0.05})
     assert one.run_seed(2) == other.run_seed(2)
     assert np.array_equal(one.model(2).targets.position, other.model(2).targets.position)
@@ -115,7 +119,7 @@ def test_the_treatment_does_not_change_the_stage() -> None:
         ({"seed": -1}, "seed=-1"),
         ({"runs": 10**12}, "runs=1000000000000: must be at most 1000000; give fewer"),
         ({"steps": 10**12}, "steps=1000000000000: must be at most 10000000; make more runs"),
-        ({"steps": 10**6, "runs": 10**6}, r"makes 5.0e.12 pairs, at most 1e.08 fit in memory; give less"),
+        ({"steps": 10**6, "runs": 10**6}, r"makes 5.0e.12 transitions, at most 1e.08 fit in memory; give less"),
     ],
 )
 def test_bad_numbers_are_refused(settings: dict[str, float], told: str) -> None:

@@ -18,7 +18,7 @@ from teamsight.analysis.learning.evaluation import (
     DESIGNED,
     EVOLVED,
     RANDOM,
-    Stage,
+    Scenario,
     bodies_of,
     check_team,
     contenders,
@@ -26,12 +26,12 @@ from teamsight.analysis.learning.evaluation import (
     summary,
 )
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Lesson, awareness_for, check_lesson, learn
+from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Objective, awareness_for, check_objective, learn
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory
 
-SMALL = Stage(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
+SMALL = Scenario(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
 
 
 def memory(awareness: Any = "ring", robots: int = 3) -> LazyMemory:
@@ -45,17 +45,17 @@ def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
     pairs = memory()
     if name == "sheppard" and reward != "own":
         with pytest.raises(ValueError, match="knows only what it itself gained and lost"):
-            learn(name, pairs, Lesson(REWARDS[reward]))
+            learn(name, pairs, Objective(REWARDS[reward]))
         return
-    policy = learn(name, pairs, Lesson(REWARDS[reward], discount=0.5))
+    policy = learn(name, pairs, Objective(REWARDS[reward], discount=0.5))
     assert (policy.inputs, policy.discount) == (32, 0.5)
-    assert learn(name, pairs, Lesson(REWARDS[reward]), inputs=16).inputs == 16
+    assert learn(name, pairs, Objective(REWARDS[reward]), inputs=16).inputs == 16
     check_policy(policy)
 
 
 def test_k_reaches_the_learners_that_match() -> None:
-    assert learn("lazy", memory(), Lesson(k=7)).k == 7
-    assert learn("pessimistic", memory(), Lesson(k=7)).k == 7
+    assert learn("lazy", memory(), Objective(k=7)).k == 7
+    assert learn("pessimistic", memory(), Objective(k=7)).k == 7
     with pytest.raises(ValueError, match="learner='lasy': unknown; did you mean 'lazy'"):
         learn("lasy", memory())
 
@@ -75,7 +75,7 @@ def test_a_memory_tells_the_degree_that_shows_its_situations() -> None:
 
 @pytest.mark.short
 def test_an_evaluation_is_what_each_model_gives_alone() -> None:
-    policies = contenders("linear", memory(), Lesson())
+    policies = contenders("linear", memory(), Objective())
     assert list(policies) == [COOPERATIVE, COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
     seen: list[float] = []
     with WorkerPool(1) as pool:
@@ -91,11 +91,11 @@ def test_an_evaluation_is_what_each_model_gives_alone() -> None:
 
 
 def test_a_memory_without_teammates_has_no_cooperative_learner() -> None:
-    assert list(contenders("tabular", memory("none"), Lesson())) == [COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
+    assert list(contenders("tabular", memory("none"), Objective())) == [COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
 
 
 def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> None:
-    policies = contenders("linear", memory("pairwise"), Lesson())
+    policies = contenders("linear", memory("pairwise"), Objective())
     with WorkerPool(1) as pool, pytest.raises(JobError, match="20 inputs|reads 20"):
         evaluate(policies, SMALL._replace(robots=4), pool)
 
@@ -116,21 +116,21 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
         (("sheppard",), "own", 5, None, "k=5: sheppard matches no fixed number"),
         (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
         (("lazy",), "own", 129, None, "k=129: must be at most 128"),
-        (("linear", "lazy"), "own", 61, 60, "k=61: the memory has only 60 pairs, and lazy"),
-        (("pessimistic",), "own", None, 29, "k=30: the memory has only 29 pairs, and pessimistic"),
+        (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, and the memory has only 60"),
+        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, and the memory has only 29"),
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(
     learners: tuple[str, ...], reward: str, k: int | None, pairs: int | None, told: str
 ) -> None:
     with pytest.raises(ValueError, match=told):
-        check_lesson(learners, reward, k, pairs)
-    check_lesson(tuple(LEARNERS), "own", 20, 20)
+        check_objective(learners, reward, k, pairs)
+    check_objective(tuple(LEARNERS), "own", 20, 20)
 
 
 def test_a_search_tells_how_far_it_is() -> None:
     seen: list[float] = []
-    contenders("lazy", memory(), Lesson(), lambda done, total: seen.append(done / total))
+    contenders("lazy", memory(), Objective(), lambda done, total: seen.append(done / total))
     # 60 pairs are one block: first of all 32 inputs, then of 16.
     assert seen == pytest.approx([2 / 3, 2 / 3, 1, 1])
 
@@ -140,9 +140,9 @@ def test_robots_act_with_the_bodies_that_they_explored_with() -> None:
     pairs = explore(model, 10)
     bodies = bodies_of(pairs)
     assert bodies == {"robot_speed": 0.4, "target_speed": 0.075, "sensing_range": 1.0, "awareness_range": 1.0}
-    stage = SMALL._replace(bodies=bodies, runs=1)
+    scenario = SMALL._replace(bodies=bodies, runs=1)
     with WorkerPool(1) as pool:
-        row = evaluate({"random": (RandomWalk(), NoAwareness())}, stage, pool).iloc[0]
+        row = evaluate({"random": (RandomWalk(), NoAwareness())}, scenario, pool).iloc[0]
     fast = CMOMMT(
         robots=3, targets=5, radius=2.0, policy=RandomWalk(), awareness="none", robot_speed=0.4, rng=row["seed"]
     )
@@ -179,5 +179,5 @@ def test_the_summary_is_student_by_hand() -> None:
 def test_no_world_is_both_explored_and_evaluated() -> None:
     exploration = Exploration(robots=5, targets=15, radius=3.0, runs=50)
     explored = {exploration.run_seed(run) for run in range(50)}
-    assert explored.isdisjoint({Stage().run_seed(run) for run in range(50)})
+    assert explored.isdisjoint({Scenario().run_seed(run) for run in range(50)})
     assert len(explored) == 50

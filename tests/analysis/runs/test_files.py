@@ -172,13 +172,6 @@ def test_a_place_that_cannot_be_meant_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_forgetting_leaves_folders(tmp_path: Path) -> None:
-    (tmp_path / "key-folder").mkdir()
-    (tmp_path / "key-file").touch()
-    files.forget(tmp_path, "key")
-    assert os.listdir(tmp_path) == ["key-folder"]
-
-
 def test_a_disk_that_fills_while_a_memory_is_saved_is_named(tmp_path: Path) -> None:
     resource = pytest.importorskip("resource")
     memory = explore(Exploration())
