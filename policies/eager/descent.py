@@ -56,7 +56,8 @@ def _descend(address: int) -> int:
         for number in range(1, weights.shape[0]):
             best = max(best, weigh(weights, number, following[transition], inputs, features))
         row = sweep.action[transition]
-        error = sweep.reward[transition] + sweep.discount * best - weigh(weights, row, situation[transition], inputs, features)
+        value = weigh(weights, row, situation[transition], inputs, features)
+        error = sweep.reward[transition] + sweep.discount * best - value
         learning_rate = sweep.learning_rate + (sweep.last_learning_rate - sweep.learning_rate) * step / transitions
         correct(weights, row, situation[transition], inputs, features, learning_rate * error)
     return 0
