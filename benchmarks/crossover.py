@@ -28,7 +28,7 @@ def _repeat(address: int) -> int:
     return 0
 
 
-# In the compiled loop of a model a search costs no call from Python; so it shall not cost one here.
+# The compiled loop of a model calls the search without Python, so this does too.
 REPEAT = Entry(_repeat)
 
 
@@ -40,8 +40,8 @@ def search_time(arena: Arena, robots: int, *, pairs: bool) -> Callable[[], float
     look.x[:], look.y[:] = position.T
     look.run()
     repeats = max(2_000_000 // robots**2, 200)
-    ask = np.array([repeats, look.record.ctypes.data], np.int64)
-    # The lambda keeps `look`, whose arrays the record points to.
+    ask = np.array([repeats, look.record.address], np.int64)
+    # The lambda refers to `look`, so that the arrays of its record stay alive.
     return lambda: cpu_seconds(lambda: (REPEAT(ask.ctypes.data), look)) / repeats
 
 
