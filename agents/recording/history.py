@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from teamsight.agents.engine.records import HISTORY_COLUMNS
 from teamsight.core.buffer import Buffer
 
 _EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
-_FIRST_ROWS = 64
+_FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
 
 class Stretch:
@@ -43,8 +42,11 @@ class Stretch:
 
     def emptied(self) -> Stretch:
         """Return a stretch of the same relations without rows; this one stays as it is."""
-        other = copy.copy(self)
-        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, _FIRST_ROWS)
+        other = object.__new__(Stretch)
+        vars(other).update(vars(self))
+        # As much room as before, because the next run is often as long.
+        room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
+        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
         other.observed_sum = other.largest = other._summed = 0
         return other
 
