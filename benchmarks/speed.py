@@ -1,4 +1,4 @@
-"""World-steps a second at the paper's size: the two roads, plain mesa and plain C."""
+"""World-steps a second at the paper's size: the two paths, plain mesa and plain C."""
 
 from __future__ import annotations
 

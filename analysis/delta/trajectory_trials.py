@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 _WINDOWS = 20
 # From so many recordings on, a twentieth of the record is half a recording or more: then each is one trial.
 _RECORDINGS = 10
-# A window with fewer robots than this share of the usual number tells little of the team, and so does a piece that is
+# A window with fewer robots than this share of the usual number says little about the team, and so does a piece that is
 # shorter than this share of the usual length.
 _USUAL = 0.5
 # Trials with gaps between them may well be independent: less than this many standard errors is chance.

@@ -54,7 +54,7 @@ def cell_maxima(table: pd.DataFrame, value: str) -> pd.DataFrame:
 
 
 def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fraction") -> pd.DataFrame:
-    """Return, run by run, how much more of `value` there is in `table` than in `base` on the same stage and noise.
+    """Return the difference of `value`, `table` less `base`, for each run of the same scenario under the same noise.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
     both = table[[*_PAIR, value]].merge(base[[*_PAIR, value]], on=_PAIR, suffixes=("_with", "_without"), validate="1:1")
     if len(both) != len(table) or len(both) != len(base):
         raise ValueError(
-            f"{len(table)} and {len(base)} runs, of which {len(both)} pair up: both tables need the same stages, "
+            f"{len(table)} and {len(base)} runs, of which {len(both)} pair up: both tables need the same scenarios, "
             "replicates and root seed"
         )
     both = both.rename(columns={f"{value}_with": "with", f"{value}_without": "without"})
