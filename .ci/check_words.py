@@ -53,14 +53,14 @@ _LEARNING = (
 RULES = (
     Rule(
         name("pairs?"), "transition", _LEARNING,
-        r"(?i)pairs? of (?:robots|agents|arrays|numbers)|in pairs|situation–action pair",
+        r"(?i)pairs? of (?:robots|agents|arrays|numbers)|in pairs|object_pairs_hook|situation–action pair",
     ),
     Rule(name("gamma", "GAMMA"), "discount"),
     Rule(name("alpha"), "learning_rate", allowed=r"\balpha=|\"alpha\""),
     Rule(r"\b[cC]rews?\b", "worker pool"),
     Rule(
         name("tells?", "told", "telling", "Tells?", "Told"), "emit, message, or say it directly",
-        allowed=r"(?i)\b(?:tells?|telling|told)(?: \w+){0,3} apart|strategy\.tell\(",
+        allowed=r"(?i)\b(?:tells?|telling|told)(?: \w+){0,3} apart|(?:file|strategy)\.tell\(",
     ),
     Rule(name("study", "studies", "Study"), "experiment"),
     Rule(name("unfinished", "Unfinished"), "checkpoint"),
@@ -77,7 +77,8 @@ RULES = (
     Rule(name("membership"), "building"),
     Rule(name("tents?", "paces?"), "hat features, distances"),
     Rule(
-        name("tracks", "Tracks"), "trajectories, or target tracks", allowed=r"(?i)target[_ -]?tracks|\btracks\"?[=:]",
+        name("tracks", "Tracks"), "trajectories", ("analysis", "teamsight", "docs/delta", "examples", "README"),
+        r"(?i)target[_ -]?tracks",
     ),
     Rule(name("roads?"), "path"),
     Rule(r"\b[Bb]elieved?\b", "say what the code does"),

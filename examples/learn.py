@@ -1,8 +1,8 @@
 """Learning: explore once, say what is wanted in a few lines, and see what the robots then do.
 
-The same pairs serve every learner and every reward. Not every learner makes something of them: here the paper's, LazyQ,
-observes no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world;
-docs/learning.md tells what to expect over many.
+The same transitions serve every learner and every reward. Here the paper's learner, LazyQ, observes no more than robots
+that walk at random, and LinearQ a third more. This is one exploration and one world; docs/learning.md says what to
+expect over many.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def _lean(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class CompiledLean(CompiledPolicy):
-    """The fast road: the kernel decides for all robots, and a run needs no Python."""
+    """The fast path: the kernel decides for all robots, and a run needs no Python."""
 
     repulsion: float = 0.5
     kernel = _lean
