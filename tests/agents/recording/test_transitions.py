@@ -1,4 +1,4 @@
-"""Experience is what a naive observer of positions would write down, on both roads."""
+"""Experience is what a naive observer of positions would write down, on both paths."""
 
 from __future__ import annotations
 
@@ -144,11 +144,11 @@ def test_the_naive_observer_sees_every_fact_happen() -> None:
 
 @pytest.mark.short
 @pytest.mark.parametrize("name", ["ring", "shared, crowded", "torus", "a policy in Python"])
-def test_both_roads_record_the_same_bits(name: str) -> None:
-    def recorded(road: Callable[[World], Any]) -> list[bytes]:
+def test_both_paths_record_the_same_bits(name: str) -> None:
+    def recorded(path: Callable[[World], Any]) -> list[bytes]:
         world = WORLDS[name]()
         world.recording.record_transitions(world.groups[0])
-        road(world)
+        path(world)
         return bits(world.recording.transitions(world.groups[0]))
 
     once = recorded(lambda world: world.run(STEPS))
