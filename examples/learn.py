@@ -1,8 +1,8 @@
 """Learning: explore once, write a reward in a few lines, and run the learned policies.
 
-The same transitions serve every learner and every reward. Not every learner succeeds: here the paper's LazyQ observes no
-more than robots that walk at random, and LinearQ a third more. This is one exploration and one world; for results over
-many see docs/learning.md.
+The same transitions serve every learner and every reward. Not every learner succeeds: here the paper's LazyQ observes
+no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world; for results
+over many see docs/learning.md.
 """
 
 from __future__ import annotations
