@@ -60,7 +60,7 @@ RULES = (
     Rule(r"\b[cC]rews?\b", "worker pool"),
     Rule(
         name("tells?", "told", "telling", "Tells?", "Told"), "emit, message, or say it directly",
-        allowed=r"(?i)\b(?:tells?|telling|told)(?: \w+){0,3} apart",
+        allowed=r"(?i)\b(?:tells?|telling|told)(?: \w+){0,3} apart|strategy\.tell\(",
     ),
     Rule(name("study", "studies", "Study"), "experiment"),
     Rule(name("unfinished", "Unfinished"), "checkpoint"),

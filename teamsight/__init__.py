@@ -14,12 +14,15 @@ from teamsight.core.lazy_names import lazy_names
 # Nothing slow is imported: until `teamsight.__main__` handles Ctrl-C, each millisecond counts.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from teamsight.agents.awareness.check import check_awareness
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.target import Target
     from teamsight.analysis.runs.run_many import run_many
+    from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
+    from teamsight.world.check import check_arena
 
 __version__ = "0.1.0"
 
@@ -31,10 +34,16 @@ _HOMES = {
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
+    "check_arena": "teamsight.world.check",
+    "check_awareness": "teamsight.agents.awareness.check",
+    "check_policy": "teamsight.policies.check",
     "run_many": "teamsight.analysis.runs.run_many",
 }
 
-__all__ = ["CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__", "run_many"]
+__all__ = [
+    "CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__", "check_arena", "check_awareness",
+    "check_policy", "run_many",
+]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
 _ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))

@@ -24,7 +24,7 @@ ENDLESS = 1e300
 
 # For arenas that do not say themselves how points are moved inside.
 _HALVINGS = 50
-_DIRECTIONS = 16
+_DIRECTIONS = 64
 
 
 class Arena(ABC):
@@ -74,7 +74,7 @@ class Arena(ABC):
         """Move points to places that are at least `margin` from the wall; points that already are stay.
 
         Along an axis where the arena repeats there is no wall: points are wrapped. By default points move towards the
-        origin, for arenas that are star-shaped around it.
+        origin, which suits arenas that are star-shaped around it, and keep the margin to two thousandths.
 
         Parameters
         ----------
@@ -159,8 +159,8 @@ class Disc(Arena):
         object.__setattr__(self, "radius", limits.length("radius", self.radius))
 
     @property
-    def size(self) -> tuple[float, float]:
-        return self.radius, 0.0
+    def size(self) -> tuple[float, ...]:
+        return (self.radius,)
 
     @property
     def area(self) -> float:
@@ -196,7 +196,7 @@ class _Rectangle(Arena):
         object.__setattr__(self, "height", limits.length("height", self.height))
 
     @property
-    def size(self) -> tuple[float, float]:
+    def size(self) -> tuple[float, ...]:
         return self.width, self.height
 
     @property

@@ -49,8 +49,8 @@ class Bodies:
         The largest distance of a step [length].
     turn_cosine, turn_sine : ndarray, shape (n,), float64
         The turning limit, as `motion.turn_limit` gives it.
-    arena_size : ndarray, shape (2,), float64
-        The arena's two numbers.
+    arena_size : ndarray, shape (sizes,), float64
+        The numbers of the arena, for its wall.
     """
 
     identity: npt.NDArray[np.int64]

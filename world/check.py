@@ -1,4 +1,4 @@
-"""The check that ships with the contract of arenas: does a new one keep it?"""
+"""The check of the arena contract. Its part for walls is in `teamsight.world.check_confine`."""
 
 from __future__ import annotations
 
@@ -17,31 +17,35 @@ _TOLERANCE = 0.01
 _CELLS = 4
 _PLACES = 40_000
 _DIRECTIONS = 16
+_MOVED = 2_000
+# `Arena.inside` may miss the margin by this share.
+_COARSE = 2e-3
 
 # The least and the largest numbers in (0, 1) that noise can give, and some in between.
 _EDGES = (2.0**-54, 1e-9, 0.25, 0.5, 0.75, 1 - 1e-9, 1 - 2.0**-53)
 
 
 def check_arena(arena: Arena, *, seed: int = 1) -> None:
-    """Try an arena on many places and steps and refuse it where it breaks the contract.
+    """Check whether an arena keeps the contract of `Arena`, with many places and steps.
 
     Checked are: `size`, `bounds`, `period` and `area`, also against each other; that `contains` takes positions of all
-    shapes; that `place` leads inside, uniformly, and as far from the wall as its margin asks; and that `confine` leads
-    inside from wherever a body is, by whatever step, and keeps headings unit vectors.
+    shapes; that `place` returns places inside, uniform over the area, and as far from the wall as its margin asks; that
+    `inside` moves points inside and leaves alone those that already are; and that `confine` ends every step inside and
+    keeps headings unit vectors.
 
     Parameters
     ----------
     arena : Arena
-        The arena.
+        The arena to check.
     seed : int, default 1
-        For the places and steps that are tried.
+        Seed of the places and steps.
 
     Raises
     ------
     TypeError
         If it is no `Arena`, a member has the wrong type, or `confine` cannot be compiled.
     ValueError
-        If it breaks the contract; names the arena, what was asked, what it answered, and the cure.
+        If it breaks the contract. The message names the arena, the call, its result and the cure.
     """
     name = type(arena).__name__
     if not isinstance(arena, Arena):
@@ -54,6 +58,7 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     _check_contains(name, arena, samples)
     _check_box(name, arena, samples, rng)
     places = _check_place(name, arena, samples, rng)
+    _check_inside(name, arena, places, rng)
     check_confine(arena, places[rng.permutation(len(places))[:1000]], extent, rng)
 
 
@@ -63,21 +68,29 @@ def _flat(value: Any) -> str:
     return text if len(text) < 120 else f"{text[:117]}…"
 
 
-def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
-    """Return two numbers of at least `least` that a member answered."""
+def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.float64]:
+    """Return the numbers of a member."""
     try:
         numbers = np.array([float(number) for number in value])
     except (TypeError, ValueError):
-        raise TypeError(f"{name}={_flat(value)}: must be two numbers, such as (2.0, 0.0)") from None
-    if numbers.shape != (2,) or not np.isfinite(numbers).all() or (numbers < least).any():
+        raise TypeError(f"{name}={_flat(value)}: must be {what}, such as (2.0, 0.0)") from None
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name}={_flat(value)}: must be finite {what}")
+    return numbers
+
+
+def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
+    """Return the two numbers of a member, at least `least` each."""
+    numbers = _numbers(name, value, "two numbers")
+    if numbers.shape != (2,) or (numbers < least).any():
         limit = " of at least 0" if least == 0 else ""
-        raise ValueError(f"{name}={_flat(value)}: must be two finite numbers{limit}")
+        raise ValueError(f"{name}={_flat(value)}: must be two numbers{limit}")
     return numbers
 
 
 def _check_numbers(name: str, arena: Arena) -> None:
     """Check `size`, `bounds`, `period` and `area` as numbers."""
-    _pair(f"{name}.size", arena.size, -np.inf)
+    _numbers(f"{name}.size", arena.size)
     bounds = arena.bounds
     if not isinstance(bounds, (Sequence, np.ndarray)) or len(bounds) != 2:
         raise TypeError(f"{name}.bounds={_flat(bounds)}: must be two corners, the lower left and the upper right one")
@@ -168,8 +181,13 @@ def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Genera
             k = int(np.argmin(inside))
             place = f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}"
             raise ValueError(f"{place}, outside by contains(); {_INSIDE}")
-        if margin == small and not any(arena.period):
-            _check_margin(name, arena, places, u, v, margin)
+        if margin == small:
+            k, ahead = _nearest_to_wall(arena, places, margin)
+            if ahead is not None:
+                raise ValueError(
+                    f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}, nearer to the wall than the margin: "
+                    f"{ahead} is outside; keep places at least the margin away"
+                )
     places = _placed(name, arena, u, v, 0.0)
     _check_uniform(name, arena, places[len(edges) :], samples)
     _placed(name, arena, 0.5, 0.5, 0.0)
@@ -203,16 +221,46 @@ def _placing(name: str, u: Any, v: Any, margin: float, k: int) -> str:
     return f"{name}.place({float(u[k])!r}, {float(v[k])!r}, margin={margin:g})"
 
 
-def _check_margin(name: str, arena: Arena, places: Points, u: Any, v: Any, margin: float) -> None:
+def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, list[float] | None]:
+    """Return the row of a place nearer to the wall than the margin, and a point outside; None if there is no such."""
     for angle in 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS:
         ahead = places + margin * (1 - 1e-6) * np.array([np.cos(angle), np.sin(angle)])
-        is_free = np.asarray(arena.contains(ahead))
+        # Along an axis that repeats, the arena goes on.
+        is_free = np.asarray(arena.contains(arena.displacement(np.zeros(2), ahead)))
         if not is_free.all():
             k = int(np.argmin(is_free))
+            return k, ahead[k].tolist()
+    return 0, None
+
+
+def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
+    """Check where points are moved that are anywhere, and that those far from the wall stay."""
+    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    sides = high - low
+    few = places[rng.permutation(len(places))[:_MOVED]]
+    points = np.concatenate([rng.uniform(low - sides, high + sides, (_MOVED, 2)), few])
+    small = 0.01 * min(np.sqrt(arena.area), float(sides.min()))
+    for margin in (0.0, small):
+        moved = np.asarray(arena.inside(points, margin))
+        if moved.shape != points.shape or not np.isfinite(moved).all():
             raise ValueError(
-                f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}, nearer to the wall than the margin: "
-                f"{ahead[k].tolist()} is outside; keep places at least the margin away"
+                f"{name}.inside of points of shape {points.shape} has the shape {moved.shape}; it must be the same, "
+                "and finite"
             )
+        # Points on the wall may be outside by a rounding.
+        moved = moved * (1 - 1e-9)
+        is_inside = np.asarray(arena.contains(moved))
+        nearer = _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
+        k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
+        if not is_inside[k] or ahead is not None:
+            raise ValueError(
+                f"{name}.inside({points[k].tolist()}, margin={margin:g}) is {moved[k].tolist()}, outside or nearer to "
+                "the wall than the margin; define inside() for this shape"
+            )
+    far = np.abs(arena.displacement(few, arena.inside(few))).max(axis=1) > 1e-9 * sides.max()
+    if far.any():
+        k = int(np.argmax(far))
+        raise ValueError(f"{name}.inside({few[k].tolist()}) moves a point that is inside; return it as it is")
 
 
 def _check_uniform(name: str, arena: Arena, places: Points, samples: Points) -> None:

@@ -47,7 +47,7 @@ _STEP, _PART = Axis("steps", "there are no more"), Axis("components", "there are
 _GUARDED = GuardedRecord(
     STEPS,
     ("given", "reached"),
-    {"k": _STEP, "6": _PART, "4": _PART, "sizes": Axis("elements", "`size` returns two numbers")},
+    {"k": _STEP, "6": _PART, "4": _PART, "sizes": Axis("elements", "return as many numbers from `size`")},
 )
 
 

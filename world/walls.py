@@ -54,7 +54,7 @@ def _bounce(
 
 
 @inlined
-def _fold(place: float, half: float) -> tuple[float, float]:
+def fold(place: float, half: float) -> tuple[float, float]:
     # The mirror images of a segment repeat every 4 · half: find the place in the first, and whether it is reversed.
     if place >= -half and place <= half:
         return place, 1.0
@@ -68,13 +68,13 @@ def _fold(place: float, half: float) -> tuple[float, float]:
 def confine_box(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
-    x, turned_x = _fold(x + step_x, 0.5 * size[0])
-    y, turned_y = _fold(y + step_y, 0.5 * size[1])
+    x, turned_x = fold(x + step_x, 0.5 * size[0])
+    y, turned_y = fold(y + step_y, 0.5 * size[1])
     return x, y, heading_x * turned_x, heading_y * turned_y
 
 
 @inlined
-def _wrap(place: float, side: float) -> float:
+def wrap(place: float, side: float) -> float:
     if place >= -0.5 * side and place < 0.5 * side:
         return place
     place -= side * math.floor(place / side + 0.5)
@@ -86,4 +86,4 @@ def _wrap(place: float, side: float) -> float:
 def confine_torus(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
-    return _wrap(x + step_x, size[0]), _wrap(y + step_y, size[1]), heading_x, heading_y
+    return wrap(x + step_x, size[0]), wrap(y + step_y, size[1]), heading_x, heading_y

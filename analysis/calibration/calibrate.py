@@ -11,8 +11,8 @@ import pandas as pd
 
 from teamsight import __version__
 from teamsight.analysis.calibration import lazy, lazy_page, model, model_page
-from teamsight.analysis.calibration.search import Watch
 from teamsight.analysis.runs import files
+from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
 

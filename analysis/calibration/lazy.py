@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
@@ -11,13 +11,14 @@ import pandas as pd
 
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.calibration.lazy_constants import VALUES, Constants
-from teamsight.analysis.calibration.search import Candidate, Phase, Watch, assess, ranking
+from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, Tables
 from teamsight.analysis.paper.claims.interface import average, gain, maxima, part, peak, percent
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request
 from teamsight.analysis.runs.seeds import ROOTS
+from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: The claims that depend on these constants.
@@ -74,10 +75,6 @@ class Size(NamedTuple):
     steps: int = 600
 
 
-#: Makes the trials of a phase on root seeds, with runs of so many steps, and returns all rows made so far.
-Make = Callable[[str, Sequence[Trial], tuple[int, ...], int], pd.DataFrame]
-
-
 def search(
     pool: WorkerPool | None = None,
     watch: Watch = lambda phase, done, total: None,
@@ -114,39 +111,25 @@ def search(
         rows.extend(assess(phase, trials, lambda one: candidate_of(one, grid), pool, measure=measures, watch=watch))
         return pd.DataFrame(rows)
 
-    constants = chosen_constants(make("draw", drawn(much.drawn), CHOOSE, much.steps // 2))
-    find_memory(make, constants, much)
+    def find_memory(constants: Constants, reported: int, setting: str = DEFAULTS) -> None:
+        """Choose an exploration for a setting, then report it and others on worlds that chose nothing."""
+
+        def trials(seeds: Iterable[int]) -> list[Trial]:
+            return [Trial(constants, int(seed), setting) for seed in seeds]
+
+        found = make("memory", trials(range(much.memories)), CHOOSE, much.steps)
+        tried = found[(found["phase"] == "memory") & (found["setting"] == setting)]
+        best = ranking(tried, ["memory"])["memory"].head(much.finalists)
+        winner = chosen_memory(make("again", trials(best), AGAIN, much.steps), setting)
+        make("chosen", trials([winner]), REPORT, much.steps)
+        make("luck", trials(range(1000, 1000 + reported)), REPORT[:1], much.steps)
+
+    constants = chosen_constants(make("draw", _drawn(much.drawn), CHOOSE, much.steps // 2))
+    find_memory(constants, much.reported)
     make("vary", _varied(constants, much.varied), REPORT[-1:], much.steps // 2)
     for setting in SETTINGS:
-        find_memory(make, constants, much, setting)
+        find_memory(constants, much.reported_elsewhere, setting)
     return pd.DataFrame(rows)
-
-
-def find_memory(make: Make, constants: Constants, size: Size, setting: str = DEFAULTS) -> None:
-    """Make the trials that choose an exploration for a setting, and those that report it and the spread.
-
-    Parameters
-    ----------
-    make : callable
-        See `Make`.
-    constants : Constants
-        Constants of all trials.
-    size : Size
-        How many trials.
-    setting : str
-        Name of the setting.
-    """
-
-    def trials(seeds: Sequence[int]) -> list[Trial]:
-        return [Trial(constants, int(seed), setting) for seed in seeds]
-
-    found = make("memory", trials(range(size.memories)), CHOOSE, size.steps)
-    tried = found[(found["phase"] == "memory") & (found["setting"] == setting)]
-    best = ranking(tried, ["memory"])["memory"].head(size.finalists)
-    winner = chosen_memory(make("again", trials(list(best)), AGAIN, size.steps), setting)
-    make("chosen", trials([winner]), REPORT, size.steps)
-    others = size.reported if setting == DEFAULTS else size.reported_elsewhere
-    make("luck", trials(range(1000, 1000 + others)), REPORT[:1], size.steps)
 
 
 def candidate_of(trial: Trial, grid: Grid) -> Candidate:
@@ -192,7 +175,7 @@ def measures(tables: Tables) -> dict[str, float]:
     }
 
 
-def drawn(count: int) -> list[Trial]:
+def _drawn(count: int) -> list[Trial]:
     """Return trials with random constants and explorations, in which each value of a constant is equally frequent."""
     rng = np.random.default_rng(-CHOOSE[0])
     columns = {name: rng.permutation(np.resize(np.arange(len(values)), count)) for name, values in VALUES.items()}

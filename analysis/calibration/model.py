@@ -13,11 +13,12 @@ from typing import Any
 import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.calibration.search import Candidate, Phase, Watch, assess, ranking
+from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, needed
 from teamsight.analysis.paper.experiments import LEARNED, chosen
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Request
 from teamsight.analysis.runs.seeds import ROOTS
+from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: Values that are searched. Targets are slower than robots, as in the paper.

@@ -7,16 +7,15 @@ them. Worlds that report a result are not among those that chose it, because the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
 from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge
 from teamsight.analysis.runs.experiment import Grid, Request, make_tables
+from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
-#: Called with a phase, the work done in it and its work in all.
-Watch: TypeAlias = Callable[[str, float, float], None]
 T = TypeVar("T")
 
 # Limit of a claim's distance in the score, so that one claim cannot outweigh all others.

@@ -1,4 +1,4 @@
-"""The report on δ in words and tables: for a terminal, and as Markdown."""
+"""The report on δ as sentences and tables, for a terminal and as Markdown."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pandas as pd
 
 from teamsight.analysis.delta.advice import advice, trials_phrase
+from teamsight.analysis.plot.markdown import page
+from teamsight.analysis.plot.markdown import table as markdown_table
 
 if TYPE_CHECKING:
     from teamsight.analysis.delta.estimate import DeltaEstimate
@@ -16,7 +18,7 @@ _MOST_ROWS = 14
 
 
 class Section(NamedTuple):
-    """A table as it is shown: texts only."""
+    """A table of texts."""
 
     title: str
     columns: list[str]
@@ -24,15 +26,15 @@ class Section(NamedTuple):
 
 
 def sentences(report: DeltaEstimate) -> list[str]:
-    """Return what the report says, plainest first."""
+    """Return the conclusions, the most important first."""
     said = [
-        f"δ = {report.delta} (point estimate): in no more than a share of {report.risk:g} of the trials, "
-        f"each {trial_phrase(report)}, did any robot have more neighbours."
+        f"δ = {report.delta} (point estimate): at most a share of {report.risk:g} of the trials exceeded it. "
+        f"A trial is {trial_phrase(report)}."
     ]
     if report.supported:
         also = "also " * (report.delta_safe == report.delta)
         said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
-    said += [f"Largest degree seen: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
+    said += [f"Largest degree found: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
     if not report.supported:
         said += advice(report)
     if report.prediction is not None:
@@ -45,7 +47,7 @@ def sentences(report: DeltaEstimate) -> list[str]:
 
 
 def trial_phrase(report: DeltaEstimate) -> str:
-    """Return what one trial is."""
+    """Return a description of one trial."""
     if report.source == "simulation":
         return f"a run of {report.length:g} steps"
     if report.trial == "window":
@@ -55,7 +57,7 @@ def trial_phrase(report: DeltaEstimate) -> str:
 
 def _about_the_ring(report: DeltaEstimate) -> list[str]:
     if report.largest == 0:
-        return ["No robot ever had a neighbour: NoAwareness() shows all there is."]
+        return ["No robot had a neighbour at any time: NoAwareness() is sufficient."]
     said = []
     size = report.ring_size
     row = report.ring[(report.ring["sectors"] == size) & (report.ring["neighbours"] == min(size, report.largest))].iloc[
@@ -68,12 +70,12 @@ def _about_the_ring(report: DeltaEstimate) -> list[str]:
     )
     listed = report.cost.loc[report.cost["degree"] == "pairwise", "added"].iloc[0]
     if size >= listed:
-        said.append(f"A list of all teammates costs no more here: {listed} inputs against {size} (Θ(N) against Θ(1)).")
+        said.append(f"A list of all teammates, Θ(N), needs no more inputs than this ring, Θ(1): {listed} and {size}.")
     return said
 
 
 def sections(report: DeltaEstimate) -> list[Section]:
-    """Return the tables that are worth reading, cut to the rows that matter."""
+    """Return the tables, reduced to their most important rows."""
     return [_curve(report), _ring(report), _cost(report)]
 
 
@@ -105,17 +107,17 @@ def _ring(report: DeltaEstimate) -> Section:
         for line in lines:
             row += [f"{line.expected:.2f}", f"{line.shown:.2f}" if line.samples else "–"]
         rows.append(row)
-    return Section("How many neighbours a ring shows, on average", columns, _thinned(rows))
+    return Section("Mean number of neighbours that a ring shows", columns, _thinned(rows))
 
 
 def _cost(report: DeltaEstimate) -> Section:
     columns = ["degree", "", "inputs", "own", "added", "log10 of 2^d", f"added for {report.robots - 1} teammates"]
     rows = []
     for row in _rows(report.cost):
-        name = f"ring, δ = {row.delta}" if row.degree == "ring" else str(row.degree)
+        name = str(row.degree) if pd.isna(row.delta) else f"{row.degree}, δ = {row.delta}"
         counts = [f"{number}" for number in (row.inputs, row.own, row.added)]
         rows.append([name, f"{row.growth}: {row.formula}", *counts, f"{row.log10_size:.1f}", f"{row.added_here}"])
-    return Section(f"What each degree costs one of {report.robots} robots", columns, rows)
+    return Section(f"Inputs of each degree of awareness in a team of {report.robots}", columns, rows)
 
 
 def _rows(table: pd.DataFrame) -> list[Any]:
@@ -138,19 +140,14 @@ def _share(value: float) -> str:
 
 def markdown(report: DeltaEstimate) -> str:
     """Return the report as Markdown."""
-    lines = [f"# δ for {report.subject}", "", *(f"- {sentence}" for sentence in sentences(report))]
+    parts = [f"# δ for {report.subject}", "\n".join(f"- {sentence}" for sentence in sentences(report))]
     for title, columns, rows in sections(report):
-        lines += ["", f"## {title}", ""]
-        lines += [_line(columns), _line([":---", *["---:"] * (len(columns) - 1)]), *(_line(row) for row in rows)]
-    return "\n".join(lines) + "\n"
-
-
-def _line(cells: list[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+        parts += [f"## {title}", markdown_table(columns, rows, align="l" + "r" * (len(columns) - 1))]
+    return page(*parts)
 
 
 def rich_parts(report: DeltaEstimate) -> Iterator[Any]:
-    """Yield what rich prints of the report."""
+    """Yield the parts of the report for rich."""
     from rich.table import Table
     from rich.text import Text
 

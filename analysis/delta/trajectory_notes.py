@@ -1,4 +1,4 @@
-"""What a reader must know of a record's frames, gaps and trials to trust the degrees."""
+"""Notes on the frames, gaps and trials of a record that limit the result."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
     tried : Trials
         The trials.
     chosen : bool
-        Whether the user gave the window.
+        Whether the window was given by the user.
     """
     grid = found.grid
     said = [
-        f"Frames every {grid.step:g}; gaps of up to {grid.max_gap:g} between a robot's samples are bridged by a line."
+        f"Frames every {grid.step:g}; between samples of a robot up to {grid.max_gap:g} apart it moves in a line."
     ]
     said += _of_recordings(found)
     said += _of_trials(found, tried, chosen)
     present = float(found.over_time["robots"].mean()) / found.robots
     if present < 0.995:
         said.append(
-            f"On average {present:.0%} of the robots are present in a frame; absent ones are nobody's neighbour, "
-            "so degrees may be too low."
+            f"On average {present:.0%} of the robots are present in a frame; absent robots are not counted as "
+            "neighbours, so degrees may be too low."
         )
     if found.move > 0.5 * found.awareness_range:
         said.append(
             f"Robots move {found.move:.3g} between frames, over half the awareness range: "
-            "larger degrees in between go unseen."
+            "larger degrees between frames are not found."
         )
     return tuple(said)
 
 
 def _of_recordings(found: Neighbours) -> list[str]:
-    """Say into how many runs and pieces the record is divided, and by what gaps."""
+    """Return the numbers of runs and pieces of a record, and the gaps between them."""
     grid = found.grid
     if len(grid.length) == 1:
         return []
@@ -58,25 +58,25 @@ def _of_recordings(found: Neighbours) -> list[str]:
         said.append(
             f"{len(grid.gaps):,} gap{'s' * several} of {_between(grid.gaps)} in which no robot has a sample "
             f"divide{'s' * (not several)} the record into {len(grid.length):,} pieces of "
-            f"{_between(grid.length * grid.step)}: gaps hold no frames, and no window reaches over one."
+            f"{_between(grid.length * grid.step)}: there are no frames in gaps, and no window includes one."
         )
     return said
 
 
 def _of_trials(found: Neighbours, tried: Trials, chosen: bool) -> list[str]:
-    """Say what a trial is if nobody chose it, and what is no trial."""
+    """Return what a trial is if the user did not choose it, and which parts are no trials."""
     grid, said = found.grid, []
     length = f"{tried.frames * grid.step:g}"
     if tried.kind != "window":
-        said.append(f"Each {tried.kind} is one trial; give a window to state the risk for a stretch of one length.")
+        said.append(f"Each {tried.kind} is one trial; give a window to state the risk for a fixed length of time.")
     elif not chosen:
         part = "a twentieth of the record" if len(grid.length) == 1 else "at most a twentieth of the record"
-        said.append(f"The window of {length} is {part}; state your own for a risk that means something.")
+        said.append(f"The window of {length} is {part}; give the window for which the risk is to be stated.")
     if tried.kind == "piece":
-        said.append("Pieces are one team's, and may resemble each other; tell independent runs apart by a column run.")
+        said.append("Pieces are of one team, and may be correlated; mark independent runs by a column run.")
     short = int((grid.length < tried.frames).sum())
     if tried.kind == "window" and short:
-        said.append(f"{short:,} of {len(grid.length):,} pieces are shorter than the window and hold no trial.")
+        said.append(f"{short:,} of {len(grid.length):,} pieces are shorter than the window and contain no trial.")
     if tried.left_out:
         why = "with few robots present" + " or short" * (tried.kind == "piece")
         said.append(f"{tried.left_out} {tried.kind}s {why} are left out of the exceedance.")
@@ -84,6 +84,6 @@ def _of_trials(found: Neighbours, tried: Trials, chosen: bool) -> list[str]:
 
 
 def _between(values: Any) -> str:
-    """Return the smallest and the largest value, or the one that all are."""
+    """Return the smallest and the largest value, or the value if all are equal."""
     low, middle, high = (f"{float(value):.4g}" for value in (np.min(values), np.median(values), np.max(values)))
     return low if low == high else f"{low} to {high} (median {middle})"

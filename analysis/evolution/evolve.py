@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,13 +16,11 @@ from teamsight.analysis.evolution.cma import TEST, VALIDATE, Evolution, Generati
 from teamsight.analysis.evolution.compare import OPTIONS
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
+from teamsight.analysis.runs.simulate import Progress, Watch
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.evolved.layout import SILENCED, beginning, silenced
 from teamsight.policies.evolved.policy import made, to_json
-
-#: Called with a phase, the work done in it and its work in all.
-Watch: TypeAlias = Callable[[str, float, float], None]
 
 CONSTANTS, TRAINING = "constants.json", "training.json"
 # Constants are saved and validated every so many generations.
@@ -174,5 +172,5 @@ def _best_options(screened: pd.DataFrame) -> Mapping[str, Any]:
     return {name: str(screened[name].iloc[0]) for name in OPTIONS}
 
 
-def _phase(watch: Watch, phase: str) -> Callable[[float, float], None]:
+def _phase(watch: Watch, phase: str) -> Progress:
     return lambda done, total: watch(phase, done, total)

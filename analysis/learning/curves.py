@@ -62,7 +62,7 @@ class Curves:
         If a name is unknown or a number too small.
     """
 
-    degrees: tuple[str, ...] = ("none", "ring", "pairwise", "shared")
+    degrees: tuple[str, ...] = tuple(AWARENESS)
     learners: tuple[str, ...] = ("lazy", "tabular", "linear")
     samples: tuple[int, ...] = SAMPLES
     memories: int = 10

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import PAPER, Grid, Request, make_tables
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
 #: Name of the setting that leaves every parameter of CMOMMT at its default.
@@ -100,7 +101,7 @@ def reproduce(
     plan: Plan,
     folder: Path,
     pool: WorkerPool,
-    watch: Callable[[str, float, float], None] = lambda phase, done, total: None,
+    watch: Watch = lambda phase, done, total: None,
     *,
     force: bool = False,
 ) -> Ledger | None:
@@ -144,9 +145,7 @@ def checkpoint_in(folder: Path) -> Checkpoint:
     return Checkpoint(folder / ".checkpoint", OUTCOMES)
 
 
-def _simulate(
-    plan: Plan, pool: WorkerPool, watch: Callable[[str, float, float], None], checkpoint: Checkpoint
-) -> dict[str, dict[str, pd.DataFrame]]:
+def _simulate(plan: Plan, pool: WorkerPool, watch: Watch, checkpoint: Checkpoint) -> dict[str, dict[str, pd.DataFrame]]:
     claimed = needed() if plan.ledger else set[str]()
     drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
     requests = []
@@ -170,7 +169,7 @@ def _draw(
     folder: Path,
     pool: WorkerPool,
     tables: Mapping[str, Mapping[str, pd.DataFrame]],
-    watch: Callable[[str, float, float], None],
+    watch: Watch,
     force: bool,
 ) -> None:
     name, setting = next(iter(plan.settings.items()))

@@ -26,6 +26,8 @@ _CHUNKS_PER_WORKER = 4
 
 #: Called with the work done and the work in all, in arbitrary units.
 Progress = Callable[[float, float], None]
+#: Called with the name of a phase, the work done in it and its work in all.
+Watch = Callable[[str, float, float], None]
 
 
 class Job(Protocol):

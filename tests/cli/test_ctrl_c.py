@@ -62,8 +62,9 @@ def test_while_a_command_imports_what_it_needs() -> None:
     last = [int(program("count", -1, *RUN)[2].split()[-1]) for _ in range(2)][1]
     for number in range(last // 20, last, last // 10):
         status, out, err = program("interrupt", number, *RUN)
-        assert (status, out, err.count("\n")) == (130, "", 1), (number, err)
-        assert err.startswith("teamsight: interrupted")
+        # click ends the line of a terminal's ^C where work has begun.
+        assert (status, out, err.strip().count("\n")) == (130, "", 0), (number, err)
+        assert err.strip().startswith("teamsight: interrupted")
 
 
 @pytest.mark.short

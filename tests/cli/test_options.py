@@ -46,9 +46,9 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
     from teamsight.analysis.evolution.cma import Evolution
     from teamsight.analysis.evolution.evolve import evaluate
     from teamsight.analysis.learning.curves import Curves
-    from teamsight.analysis.learning.evaluation import Stage
+    from teamsight.analysis.learning.evaluation import Scenario
     from teamsight.analysis.learning.explore import Exploration
-    from teamsight.analysis.learning.learners import Lesson
+    from teamsight.analysis.learning.learners import Objective
     from teamsight.analysis.paper.reproduce import Plan
 
     chosen = defaults_of(choose_delta)
@@ -66,8 +66,8 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
             "robot_speed": DEFAULTS["robot_speed"], "delta": DEFAULTS["delta"],
         },
         learn_evaluate.EvaluateSettings: {
-            **{name: value for name, value in defaults_of(Stage).items() if name != "robots"},
-            "k": Lesson().k, "discount": Lesson().discount,
+            **{name: value for name, value in defaults_of(Scenario).items() if name != "robots"},
+            "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
         evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed},

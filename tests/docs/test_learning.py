@@ -75,7 +75,7 @@ def test_the_first_points_of_the_curves_are_made_again(reward: str, degree: str,
 
 
 def written(points: pd.DataFrame, learner: str) -> list[str]:
-    found = points[points["learner"] == learner].sort_values("pairs")
+    found = points[points["learner"] == learner].sort_values("transitions")
     return [
         f"{100 * mean:.1f} ± {50 * (high - low):.1f}"
         for mean, low, high in zip(found["mean"], found["low"], found["high"], strict=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arenas import Cylinder, Ellipse, Hall
 
 from teamsight.core.kernel import kernel
 from teamsight.world import Arena, Box, Disc, Torus, check_arena
@@ -86,7 +87,9 @@ class Diamond(Arena):
         return (1 - 1e-15) * side * np.stack([u + v - 1.0, u - v], axis=-1)
 
 
-@pytest.mark.parametrize("arena", [Tube(3.0, 2.0), Diamond()], ids=str)
+@pytest.mark.parametrize(
+    "arena", [Tube(3.0, 2.0), Diamond(), Cylinder(3.0, 2.0), Ellipse(3.0, 2.0), Hall(3.0, 2.0, 0.2)], ids=str
+)
 def test_arenas_of_ones_own_pass(arena: Arena) -> None:
     check_arena(arena)
 
@@ -162,6 +165,10 @@ def wide(self: Any, u: Any, v: Any, margin: float = 0.0) -> Any:
     return 1.0000001 * Diamond.place(self, u, v, margin)
 
 
+def shaken(self: Any, points: Any, margin: float = 0.0) -> Any:
+    return Diamond.inside(self, points, margin) * 0.99
+
+
 NUMBER = r"[-+.\de]+"
 WRONG = [
     ({"confine": _open}, rf"confine\({NUMBER}, .*, size\) returns \({NUMBER}, .*\), which lies outside by contains\(\); return a place inside"),
@@ -169,14 +176,14 @@ WRONG = [
     ({"confine": _shrinks}, r"whose heading is no unit vector; turn it"),
     ({"confine": _lost}, r"confine\(.*\) returns \(nan, nan, .*\), which is not finite; return four finite numbers"),
     ({"confine": _sticks}, r"although no wall is near; add the step to the place and keep the heading"),
-    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; `size` returns two"),
-    ({"size": lambda self: (1.0, math.nan)}, r"size=\(1\.0, nan\): must be two finite numbers"),
-    ({"size": lambda self: 2.0}, r"size=2\.0: must be two numbers, such as"),
+    ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; return as many numbers"),
+    ({"size": lambda self: (1.0, math.nan)}, r"size=\(1\.0, nan\): must be finite numbers"),
+    ({"size": lambda self: 2.0}, r"size=2\.0: must be numbers, such as"),
     ({"bounds": lambda self: (np.ones(2), -np.ones(2))}, r"bounds=\[1\.0, 1\.0\], \[-1\.0, -1\.0\]: the second, upper right corner must lie beyond"),
     ({"bounds": lambda self: 4.0}, r"bounds=4\.0: must be two corners"),
     ({"bounds": lambda self: (np.full(2, -1.5), np.full(2, 1.5))}, r"contains\(\[.*\]\) is True, beyond the bounds \[-1\.5, -1\.5\], .*; widen the bounds"),
     ({"period": lambda self: (4.0, 3.0)}, r"period\[1\]=3: must be 0, or the side of the bounds along that axis, 4"),
-    ({"period": lambda self: (-4.0, 0.0)}, r"period=\(-4\.0, 0\.0\): must be two finite numbers of at least 0"),
+    ({"period": lambda self: (-4.0, 0.0)}, r"period=\(-4\.0, 0\.0\): must be two numbers of at least 0"),
     ({"area": lambda self: 12.0}, r"area=12: contains\(\) says 8\.\d+, a share of 0\.\d+ of the bounds; they must agree to 0\.01"),
     ({"area": lambda self: -1.0}, r"area=-1\.0: must be a finite number above 0"),
     ({"area": lambda self: None}, r"area=None: must be a number"),
@@ -188,6 +195,10 @@ WRONG = [
     ({"place": lambda self, u, v, margin=0.0: np.stack([u, v])}, r"place of numbers of shape \(\d+,\) has the shape \(2, \d+\); stack x and y"),
     ({"place": lambda self, u, v, margin=0.0: np.stack([u * np.nan, v], axis=-1)}, r"place\(.*\) is \[nan, .*\]; it must be finite"),
     ({"place": lambda self, u, v, margin=0.0: u[:, None] * v[:, None]}, r"place of numbers of shape .* has the shape"),
+    ({"inside": lambda self, points, margin=0.0: np.clip(points, -2.0, 2.0)}, r"inside\(\[.*\], margin=0\) is \[.*\], outside or nearer"),
+    ({"inside": lambda self, points, margin=0.0: Diamond.inside(self, points)}, r"inside\(\[.*\], margin=0\.\d+\) is \[.*\], outside or nearer"),
+    ({"inside": shaken}, r"inside\(\[.*\]\) moves a point that is inside; return it as it is"),
+    ({"inside": lambda self, points, margin=0.0: points[:, 0]}, r"inside of points of shape \(\d+, 2\) has the shape \(\d+,\); it must be the same"),
     ({"place": lambda self, u, v: u}, r"place of numbers of shape .* raises TypeError.*; take numbers and arrays, and any margin"),
 ]  # fmt: skip
 

@@ -16,7 +16,10 @@ from teamsight import CMOMMT, Box, Disc, Robot, Torus, World
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ({"robot_speed": 1e155}, r"robot_speed=1e\+155: must be at most 10000 in Disc\(radius=5\.0\); take a lower speed"),
+        (
+            {"robot_speed": 1e155},
+            r"robot_speed=1e\+155: must be at most 10000 in Disc\(radius=5\.0\); take a lower speed",
+        ),
         ({"target_speed": 1e155}, r"target_speed=1e\+155: must be at most 10000 in"),
         ({"robot_speed": 10_001}, r"robot_speed=10001: must be at most 10000 in"),
         ({"radius": 1e-160}, r"radius=1e-160: lengths are 1e-09 to 1e\+09; take another unit"),
@@ -24,7 +27,10 @@ from teamsight import CMOMMT, Box, Disc, Robot, Torus, World
         ({"radius": 1e-300}, r"radius=1e-300: lengths are"),
         ({"sensing_range": 1e200}, r"sensing_range=1e\+200: lengths are"),
         ({"awareness_range": 5e-324}, r"awareness_range=4\.94066e-324: lengths are"),
-        ({"radius": 1e9, "sensing_range": 0.1}, r"sensing_range=0\.1: must be at least 2 in Disc\(.*; take a longer range"),
+        (
+            {"radius": 1e9, "sensing_range": 0.1},
+            r"sensing_range=0\.1: must be at least 2 in Disc\(.*; take a longer range",
+        ),
         ({"radius": 1e9}, r"sensing_range=1: must be at least 2 in"),
     ],
     ids=lambda value: str(value)[:40],
@@ -56,7 +62,9 @@ def test_a_world_is_refused_or_stays_finite_and_inside(side: float, reach: float
         assert "\n" not in str(error)
         assert any(name in str(error) for name in ("radius", "width", "height", "range", "speed"))
         return
-    world.senses(robots, world.add(Robot, 3, policy="random-walk", speed=speed, awareness_range=reach, sensing_range=reach))
+    world.senses(
+        robots, world.add(Robot, 3, policy="random-walk", speed=speed, awareness_range=reach, sensing_range=reach)
+    )
     world.run(20)
     assert arena.contains(robots.position).all()
     assert np.isfinite(robots.position).all()

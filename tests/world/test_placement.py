@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from arenas import Cylinder, Ellipse, Hall
 from chance import generator
 from scipy import stats
 
@@ -11,7 +12,9 @@ from teamsight.world import placement
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.proximity.search import proximity_graph
 
-ARENAS: list[Arena] = [Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0)]
+ARENAS: list[Arena] = [
+    Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Cylinder(10.0, 8.0), Ellipse(6.0, 4.5), Hall(12.0, 7.0, 0.2),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
@@ -20,8 +23,11 @@ def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
     assert arena.contains(points).all()
     if isinstance(arena, Disc):
         shares = [np.sum(points**2, axis=1) / 25, (np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)) % 1]
+    elif isinstance(arena, Ellipse):
+        unit = points / arena.size
+        shares = [np.sum(unit**2, axis=1), (np.arctan2(unit[:, 1], unit[:, 0]) / (2 * np.pi)) % 1]
     else:
-        shares = list((points / arena.size + 0.5).T)
+        shares = list((points / (2 * arena.bounds[1]) + 0.5).T)
     for share in shares:
         # Fails by chance once in ten million runs.
         assert stats.kstest(share, "uniform").pvalue > 1e-7
@@ -38,9 +44,16 @@ def test_discs_that_fit_neither_overlap_nor_cross_the_wall(arena: Arena, count: 
         assert np.all(np.hypot(*points.T) <= 4 + 1e-9)
     elif isinstance(arena, Box):
         assert np.all(np.abs(points) <= arena.bounds[1] - 1 + 1e-9)
+    elif isinstance(arena, Cylinder):
+        assert np.all(np.abs(points[:, 1]) <= arena.height / 2 - 1 + 1e-9)
+    elif isinstance(arena, Ellipse):
+        wall = arena.place(np.full(1000, 1.0), np.linspace(0, 1, 1000))
+        assert np.min(np.hypot(*(wall[:, None] - points).T)) >= 1 - 2e-3
 
 
-@pytest.mark.parametrize("arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0)], ids=str)
+@pytest.mark.parametrize(
+    "arena", [Disc(3.0), Disc(0.5), Box(1.0, 30.0), Torus(6.0, 5.0), Cylinder(6.0, 5.0), Ellipse(4.0, 2.0)], ids=str
+)
 @pytest.mark.parametrize("count", [2, 40])
 def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> None:
     rng = generator()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from arenas import Cylinder, Ellipse, Hall
 from chance import generator
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +15,10 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.proximity.search import MOST_PAIRS, Search, proximity_graph
 
-ARENAS: list[Arena | None] = [None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0)]
+ARENAS: list[Arena | None] = [
+    None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0), Cylinder(10.0, 8.0), Cylinder(3.0, 30.0),
+    Cylinder(30.0, 1.0), Ellipse(6.0, 4.0), Hall(12.0, 7.0, 0.5),
+]  # fmt: skip
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.integers(0, 90)
@@ -55,13 +59,14 @@ def test_pairs_and_cells_and_the_slow_twin_agree(arena: Arena | None, seed: int,
         assert pairs.distance == pytest.approx(np.hypot(*pairs.offset.T), rel=1e-15)
 
 
-@given(seed=seeds, n=sizes, torus=st.booleans(), reach=st.floats(0.01, 3))
-def test_scipy_finds_the_same_edges(seed: int, n: int, torus: bool, reach: float) -> None:
+@pytest.mark.parametrize("arena", [Box(10.0, 8.0), Torus(10.0, 8.0), Cylinder(10.0, 8.0)], ids=str)
+@given(seed=seeds, n=sizes, reach=st.floats(0.01, 3))
+def test_scipy_finds_the_same_edges(arena: Arena, seed: int, n: int, reach: float) -> None:
     rng = np.random.default_rng(seed)
-    arena = Torus(10.0, 8.0) if torus else Box(10.0, 8.0)
     here = arena.place(rng.random(n), rng.random(n))
     graph = proximity_graph(here, None, reach, arena)
-    tree = cKDTree((here + [5.0, 4.0]) % [10.0, 8.0], boxsize=[10.0, 8.0] if torus else None)
+    # To scipy, 0 is a side that does not repeat.
+    tree = cKDTree((here + [5.0, 4.0]) % [10.0, 8.0], boxsize=arena.period)
     observer = np.repeat(np.arange(n), graph.degree)
     found = {(i, j) for i, j in zip(observer.tolist(), graph.identity.tolist(), strict=True) if i < j}
     assert found == tree.query_pairs(reach)

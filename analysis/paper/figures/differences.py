@@ -30,7 +30,7 @@ class Contrast(NamedTuple):
     treated, base : str
         Names of the experiments; `base` is subtracted.
     variant : str
-        Value of the column `variant`, which tells the contrasts of a figure apart.
+        Value of the column `variant`, which identifies the contrast in the tables.
     caption : str
         Text above the surface.
     """
@@ -134,6 +134,6 @@ def gain_in_words(cells: pd.DataFrame, variant: str) -> str:
         return f"{text}; one run per cell gives no confidence intervals"
     more, less = int((of["low"] > 0).sum()), int((of["high"] < 0).sum())
     return (
-        f"{text}; significantly more in {more} cells, less in {less} (expected by chance: about "
+        f"{text}; significantly positive in {more} cells, negative in {less} (expected by chance: about "
         f"{_CHANCE * len(of):.0f} each)"
     )

@@ -9,7 +9,7 @@ from teamsight.analysis.paper.figures.differences import Contrast, difference_fi
 
 def _learned_in_words(cells: pd.DataFrame) -> str:
     """Return Fig. 11 in one line, and a pointer: another exploration gives another surface."""
-    return f"awareness changes learned policies by {gain_in_words(cells, 'learned')}; see docs/lazy-search.md"
+    return f"gain by awareness of the learned policies: {gain_in_words(cells, 'learned')}; see docs/lazy-search.md"
 
 
 FIGURE_8 = difference_figure(
@@ -37,7 +37,7 @@ FIGURE_10 = difference_figure(
 )
 FIGURE_11 = difference_figure(
     "11",
-    "Gain by awareness, learned: lazy Q-learning with 32 inputs less with 16, and Fig. 8 beside it",
+    "Gain by awareness in lazy Q-learning: 32 inputs less 16 inputs, with Fig. 8 for comparison",
     (
         Contrast(
             "lazy-cooperative",

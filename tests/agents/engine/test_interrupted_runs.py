@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import _thread
+import itertools
 import signal
-import threading
-import time
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -73,38 +73,30 @@ def test_ctrl_c_in_a_compiled_run_leaves_whole_steps(monkeypatch: pytest.MonkeyP
     assert same(model, other)
 
 
-@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of threads")
-def test_ctrl_c_at_random_moments() -> None:
+def test_ctrl_c_at_any_call() -> None:
     model = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
     other = CMOMMT(robots=40, targets=40, radius=6.0, rng=3)
-    main, done = threading.main_thread().ident, threading.Event()
-    random = generator()
+    random, interrupts = generator(), 0
 
-    def disturb() -> None:
-        while not done.is_set():
-            time.sleep(random.uniform(0.0, 0.01))
-            if not done.is_set():
-                signal.pthread_kill(main, signal.SIGINT)
+    def interrupt_after(calls: int) -> Callable[[Any, str, Any], None]:
+        left = itertools.count(calls, -1)
 
-    thread = threading.Thread(target=disturb)
-    interrupts = 0
-    try:
-        thread.start()
-        while interrupts < 40 and model.tick < 100_000:
-            try:
-                model.run(500)
-            except KeyboardInterrupt:
-                interrupts += 1
-    except KeyboardInterrupt:
-        pass
-    finally:
-        while True:
-            try:
-                done.set()
-                thread.join()
-                break
-            except KeyboardInterrupt:
-                continue
+        def count(frame: object, event: str, argument: object) -> None:
+            if next(left) == 0:
+                signal.raise_signal(signal.SIGINT)
+
+        return count
+
+    for _ in range(60):
+        try:
+            # Python calls this at each call and return of a function.
+            sys.setprofile(interrupt_after(int(random.integers(0, 150))))
+            model.run(50)
+        except KeyboardInterrupt:
+            interrupts += 1
+        finally:
+            sys.setprofile(None)
+    assert interrupts > 10
     other.run(model.tick)
     assert same(model, other)
 

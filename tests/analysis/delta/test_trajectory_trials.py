@@ -21,6 +21,7 @@ from teamsight.analysis.delta import (
     trajectory_trials,
 )
 from teamsight.analysis.delta.advice import rounded_up
+from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.stats import exceedance
 
 
@@ -86,10 +87,15 @@ def test_the_stated_risk_is_the_share_of_recordings(form: Any, window: float | N
         assert report.exceedance["low"][1] == pytest.approx(low), seed
 
 
+def unwrapped(report: DeltaReport) -> str:
+    """Return the page of a report without line breaks."""
+    return " ".join(report.to_markdown().split())
+
+
 def test_without_a_column_of_runs_gaps_divide_and_the_report_says_so() -> None:
     record, _ = recorded(1, count=30)
     report = from_trajectories.delta_from_trajectories(without_runs(record), 1.0, risk=0.5)
-    text = report.to_markdown()
+    text = unwrapped(report)
     assert "29 gaps of 7 in which no robot has a sample divide the record into 30 pieces of 14" in text
     assert "Each piece is one trial" in text
     assert report.trial == "piece"
@@ -155,7 +161,7 @@ def test_windows_are_those_found_piece_by_piece() -> None:
             expected.append((own, own + 6, degree.loc[own : own + 6].max()))
     got = report.maxima[["start", "end", "max_neighbours"]].itertuples(index=False, name=None)
     assert list(got) == expected, seed
-    assert f"{(lengths < 7).sum()} of 15 pieces are shorter than the window" in report.to_markdown(), seed
+    assert f"{(lengths < 7).sum()} of 15 pieces are shorter than the window" in unwrapped(report), seed
 
 
 def test_a_window_that_no_piece_holds_is_refused() -> None:
@@ -198,7 +204,7 @@ def test_short_pieces_and_empty_ones_are_no_recordings() -> None:
     cut = record[~((record["run"] == 4) & (record["time"] % 20 > 3)) & ~((record["run"] == 7) & (record["robot"] > 0))]
     report = from_trajectories.delta_from_trajectories(without_runs(cut), 1.0, risk=0.5)
     assert report.maxima["max_neighbours"].tolist() == np.delete(truth, [4, 7]).tolist()
-    assert "2 pieces with few robots present or short are left out" in report.to_markdown()
+    assert "2 pieces with few robots present or short are left out" in unwrapped(report)
     # Who numbers the runs says that they are whole.
     assert from_trajectories.delta_from_trajectories(cut, 1.0, risk=0.5).trials == 11
 
@@ -265,12 +271,12 @@ def test_advice_when_windows_are_too_few() -> None:
     report = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02)
     assert not report.supported, seed
     assert (report.trials, report.trials_needed) == (20, 149), seed
-    text = report.to_markdown()
-    assert f"a risk of {rounded_up(report.supported_risk):g}, for δ = {report.supported_delta}" in text, seed
+    text = unwrapped(report)
+    assert f"a risk of {rounded_up(report.supported_risk):g} for δ = {report.supported_delta}" in text, seed
     assert report.supported_delta == report.maxima["max_neighbours"].max() < 9, seed
     assert f"{1500 * 149 / report.independent:.4g} instead of 1500" in text, seed
     assert report.shorter is not None, seed
-    assert f"Windows of at most {report.shorter:g} would do" in text, seed
+    assert f"For windows of at most {report.shorter:g} this record is long enough" in text, seed
     shorter = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02, window=report.shorter)
     assert shorter.supported, seed
     assert shorter.shorter is None, seed
@@ -282,8 +288,8 @@ def test_advice_when_windows_are_too_few() -> None:
 def test_advice_when_there_is_no_cure_but_motion() -> None:
     record = thrown(1, 100)
     still = record.assign(x=record["robot"] * 0.7, y=0.0)
-    text = from_trajectories.delta_from_trajectories(still, 1.0, risk=0.02).to_markdown()
-    assert "Nothing changes from window to window: record while the robots move." in text
+    text = unwrapped(from_trajectories.delta_from_trajectories(still, 1.0, risk=0.02))
+    assert "All windows are the same: record while the robots move." in text
 
 
 @pytest.mark.parametrize(("met", "needed"), [(1, False), (30, True)])
@@ -297,11 +303,11 @@ def test_advice_when_all_teammates_were_met(met: int, needed: bool) -> None:
     ]
     record = pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"])
     report = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.01)
-    text = report.to_markdown()
+    text = unwrapped(report)
     high = rounded_up(report.exceedance["high"][1])
     assert f"In {met} of them some robot had all N − 1 = 2 teammates as neighbours" in text
-    assert ("too often for δ = 1: δ = 2 is needed" in text) is needed
-    assert (f"what they support for δ = 1 is a risk of {high:g}" in text) is not needed
+    assert ("too often for δ = 1. Only δ = 2 remains" in text) is needed
+    assert (f"they support a risk of {high:g} for δ = 1" in text) is not needed
     assert report.to_png().startswith(b"\x89PNG")
 
 

@@ -17,13 +17,13 @@ SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}
 
 
 @pytest.mark.short
-def test_where_nothing_is_set_robots_know_the_shipped_exploration() -> None:
+def test_the_default_world_has_the_shipped_exploration() -> None:
     assert memory_for({}) is shipped()
     assert memory_for({"robot_speed": 0.1, "policy_options": {"idle": "stay", "weights": "shared"}}) is shipped()
     assert shipped() == explore(Exploration(seed=shipped().settings["seed"]))
 
 
-def test_in_another_world_they_explore_that_as_they_did_the_first() -> None:
+def test_another_world_has_an_exploration_of_its_own() -> None:
     for world, seed in (({"robot_speed": 0.3}, shipped().settings["seed"]), (SPEEDS, SEEDS[tuple(SPEEDS.items())])):
         memory = memory_for(world | {"policy_options": {"idle": "stay"}})
         assert memory != shipped()
@@ -34,7 +34,7 @@ def test_in_another_world_they_explore_that_as_they_did_the_first() -> None:
 
 
 @pytest.mark.parametrize("setting", [{}, SPEEDS, PRESETS["touzet2000"]], ids=str)
-def test_both_surfaces_read_one_memory_each_in_its_own_width(setting: dict[str, object]) -> None:
+def test_both_learners_use_one_memory_with_their_own_inputs(setting: dict[str, object]) -> None:
     found = treatments(setting)
     assert {name: (of["policy"].inputs, of["awareness"]) for name, of in found.items()} == {
         COOPERATIVE: (32, "ring"),
@@ -49,7 +49,7 @@ def test_both_surfaces_read_one_memory_each_in_its_own_width(setting: dict[str, 
         CMOMMT(**parameters, rng=1).run(2)
 
 
-def test_by_name_they_are_the_same() -> None:
+def test_the_policies_by_name_are_the_same() -> None:
     for name, treatment in treatments({}).items():
         one, other = (
             CMOMMT(policy=policy, awareness=treatment["awareness"], rng=3) for policy in (name, treatment["policy"])
@@ -59,10 +59,10 @@ def test_by_name_they_are_the_same() -> None:
         assert one.robots.position.tobytes() == other.robots.position.tobytes()
 
 
-def test_the_search_of_a_memory_counts_as_work() -> None:
-    stage = {"robots": 10, "targets": 15, "radius": 3.0}
+def test_the_cost_of_a_run_includes_comparisons_with_the_memory() -> None:
+    scenario = {"robots": 10, "targets": 15, "radius": 3.0}
     learned, designed = (
-        Run(stage | {"policy": policy}, 0, 600, 1).cost
+        Run(scenario | {"policy": policy}, seed=1, steps=600).cost
         for policy in (treatments({})[COOPERATIVE]["policy"], "a-cmommt")
     )
     assert learned > 5 * designed

@@ -64,8 +64,8 @@ def test_an_interrupt_in_a_callback_of_llvm_is_raised_when_the_entry_is_ready(tm
 
 
 KILLS = '''
-"""Compile entries in child processes and kill them at random moments; print what went wrong."""
-import os, random, signal, sys, time
+"""Compile entries in child processes and kill them at random calls; print what went wrong."""
+import itertools, os, random, signal, sys
 import numpy as np
 import teamsight.core.kernel
 from teamsight.core.kernel import Entry, array_at
@@ -87,13 +87,19 @@ def work():
         assert Entry(make(number))(row.ctypes.data) == number
         assert np.array_equal(row, number * np.arange(16.0) + 1), row
 
-def child():
-    """Do the work in a child; leave as a command does: 0 when it is done, 130 after Ctrl-C."""
+def child(stop=None, call=0):
+    """Do the work in a child, which stops itself at a call; leave as a command does: 0 when it is done, 130 after Ctrl-C."""
     pid = os.fork()
     if pid:
         return pid
-    status = 1
+    status, calls = 1, itertools.count()
+
+    def count(frame, event, argument):
+        if event == "c_call" and next(calls) == call:
+            os.kill(os.getpid(), stop)
+
     try:
+        sys.setprofile(count if stop else None)
         work()
         status = 0
     except KeyboardInterrupt:
@@ -110,11 +116,7 @@ for seed in range(30):
     os.environ["TEAMSIGHT_CACHE_DIR"] = os.path.join(sys.argv[1], str(seed // 3))
     sent = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)[seed % 3]
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    began = time.perf_counter()
-    pid = child()
-    time.sleep(noise.random() ** 2 * 0.3)
-    os.kill(pid, sent)
-    left = status_of(pid)
+    left = status_of(child(sent, int(noise.random() ** 2 * 400_000)))
     if left not in (0, 130 if sent == signal.SIGINT else -sent):
         print(f"seed {seed}: killed by {sent.name}, left with {left}")
     left = status_of(child())
@@ -123,6 +125,6 @@ for seed in range(30):
 '''
 
 
-def test_30_kills_at_random_moments_of_compiling_and_caching_do_no_harm(tmp_path: Path) -> None:
+def test_30_kills_at_random_calls_of_compiling_and_caching_do_no_harm(tmp_path: Path) -> None:
     done = python(tmp_path, KILLS)
     assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)

@@ -1,0 +1,96 @@
+"""Worlds in arenas that a user wrote: both paths give one result, and distances are those of the arena."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from arenas import Cylinder, Ellipse, Hall
+from scipy.spatial import cKDTree
+
+from teamsight import Robot, Target, World
+from teamsight.analysis.delta.from_trajectories import neighbours_over_time
+from teamsight.analysis.neighbour_graph import over_trajectory
+from teamsight.policies import ACmommt, RandomWalk
+from teamsight.world import Arena
+
+ARENAS: list[Arena] = [Cylinder(5.0, 3.0), Cylinder(2.0, 9.0), Ellipse(3.0, 2.0), Hall(6.0, 5.0, 0.4)]
+
+
+def world_in(arena: Arena, seed: int, size: int = 8, placement: str = "uniform") -> World:
+    world = World(arena, rng=seed)
+    robots = world.add(
+        Robot, size, policy=ACmommt(), awareness="shared", sensing_range=1.0, awareness_range=1.0, speed=0.3,
+        placement=placement,
+    )  # fmt: skip
+    world.senses(robots, world.add(Target, 12, policy=RandomWalk(0.3), speed=0.2))
+    return world
+
+
+def seen(world: World) -> list[Any]:
+    arrays = [
+        array
+        for group in world.groups
+        for array in (group.position, group.heading, group.bodies.moved, *group.sightings("targets"))
+    ]
+    return [array.tobytes() for array in (*arrays, *world.groups[0].sightings("teammates"))] + [world.observed_fraction]
+
+
+@pytest.mark.parametrize("arena", ARENAS, ids=str)
+@pytest.mark.parametrize("placement", ["uniform", "spread"])
+def test_two_paths_one_result(arena: Arena, placement: str) -> None:
+    seed = int(np.random.default_rng().integers(2**31))
+    one, other = world_in(arena, seed, placement=placement), world_in(arena, seed, placement=placement)
+    one.run(50)
+    for _ in range(50):
+        other.step()
+    assert seen(one) == seen(other), seed
+    assert all(arena.contains(group.position).all() for group in one.groups), seed
+    assert one.observed_fraction > 0, seed
+
+
+def test_the_analyses_take_the_same_neighbours_from_what_was_recorded() -> None:
+    arena = Cylinder(6.0, 2.0)
+    seed = int(np.random.default_rng().integers(2**31))
+    world = world_in(arena, seed, 12)
+    world.recording.record_positions(1)
+    largest, mean = [], []
+    for _ in range(40):
+        world.step()
+        degree = world.groups[0].sightings("teammates").degree
+        largest.append(int(degree.max()))
+        mean.append(float(degree.mean()))
+    track = world.recording.trajectory
+    track = (
+        track[(track["group"] == world.groups[0].name) & (track["time"] > 0)]
+        .drop(columns="group")
+        .rename(columns={"identity": "robot"})
+    )
+    track = track.astype({"robot": "category"}).sort_values(["robot", "time"])
+    graphs = over_trajectory(track, 1.0, arena, cliques=False)
+    assert graphs["max_degree"].tolist() == largest, seed
+    counts = neighbours_over_time(track, 1.0, arena=arena)
+    assert counts.over_time["max_degree"].tolist() == largest, seed
+    assert counts.over_time["mean_degree"].tolist() == pytest.approx(mean), seed
+    # A robot that crosses the seam covers no more than its speed there either.
+    assert counts.move <= 0.3 + 1e-9, seed
+
+
+@pytest.mark.parametrize("size", [20, 200])
+def test_neighbours_on_a_cylinder_are_those_of_scipy(size: int) -> None:
+    arena = Cylinder(7.0, 4.0)
+    seed = int(np.random.default_rng().integers(2**31))
+    world = world_in(arena, seed, size)
+    crossed = False
+    for _ in range(10):
+        before = world.groups[0].position.copy()
+        world.step()
+        position, moved = world.groups[0].position, world.groups[0].bodies.moved
+        # Along y the wall turns back what would have gone on; along x nobody goes farther than its speed.
+        crossed |= bool((np.abs(position - before)[:, 0] > 1.0).any())
+        assert np.abs(moved).max() <= 0.3 + 1e-12, seed
+        tree = cKDTree((position + [3.5, 2.0]) % [7.0, 5.0], boxsize=arena.period)
+        teammates = world.groups[0].sightings("teammates")
+        assert len(teammates.distance) == 2 * len(tree.query_pairs(1.0)), seed
+    assert crossed or size < 200, seed
