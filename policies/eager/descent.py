@@ -1,4 +1,4 @@
-"""Descent: semi-gradient Q-learning over the pairs of a memory, in one compiled call."""
+"""Semi-gradient Q-learning on the transitions of a memory, in one compiled call."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from teamsight.core.kernel import Entry, array_at
 from teamsight.policies.eager.features import correct, weigh
 from teamsight.policies.interface import Floats, Integers
 
-_LESSON = np.dtype(
+_TASK = np.dtype(
     [(name, np.int64) for name in ("situation", "next_situation", "reward", "action", "order", "weights")]
-    + [(name, np.int64) for name in ("pairs", "inputs", "features", "actions")]
+    + [(name, np.int64) for name in ("transitions", "inputs", "features", "actions")]
     + [(name, np.float64) for name in ("discount", "learning_rate", "last_learning_rate")]
 )
 
 
 def _descend(address: int) -> int:
-    """Go through all pairs once, in the order given; the learning rate falls evenly."""
-    lesson = array_at(address, 1, _LESSON)[0]
-    pairs, inputs, features, actions = lesson.pairs, lesson.inputs, lesson.features, lesson.actions
-    situation = array_at(lesson.situation, (pairs, inputs), np.float32)
-    following = array_at(lesson.next_situation, (pairs, inputs), np.float32)
-    reward = array_at(lesson.reward, pairs, np.float64)
-    action = array_at(lesson.action, pairs, np.int64)
-    order = array_at(lesson.order, pairs, np.int64)
-    weights = array_at(lesson.weights, (actions, 1 + inputs * features), np.float64)
-    for step in range(pairs):
-        pair = order[step]
-        best = weigh(weights, 0, following[pair], inputs, features)
+    """Visit all transitions once in the given order, while the learning rate falls linearly."""
+    task = array_at(address, 1, _TASK)[0]
+    transitions, inputs, features, actions = task.transitions, task.inputs, task.features, task.actions
+    situation = array_at(task.situation, (transitions, inputs), np.float32)
+    following = array_at(task.next_situation, (transitions, inputs), np.float32)
+    reward = array_at(task.reward, transitions, np.float64)
+    action = array_at(task.action, transitions, np.int64)
+    order = array_at(task.order, transitions, np.int64)
+    weights = array_at(task.weights, (actions, 1 + inputs * features), np.float64)
+    for step in range(transitions):
+        transition = order[step]
+        best = weigh(weights, 0, following[transition], inputs, features)
         for number in range(1, actions):
-            best = max(best, weigh(weights, number, following[pair], inputs, features))
-        row = action[pair]
-        error = reward[pair] + lesson.discount * best - weigh(weights, row, situation[pair], inputs, features)
-        learning_rate = lesson.learning_rate + (lesson.last_learning_rate - lesson.learning_rate) * step / pairs
-        correct(weights, row, situation[pair], inputs, features, learning_rate * error)
+            best = max(best, weigh(weights, number, following[transition], inputs, features))
+        row = action[transition]
+        error = reward[transition] + task.discount * best - weigh(weights, row, situation[transition], inputs, features)
+        learning_rate = task.learning_rate + (task.last_learning_rate - task.learning_rate) * step / transitions
+        correct(weights, row, situation[transition], inputs, features, learning_rate * error)
     return 0
 
 
@@ -54,26 +54,26 @@ def descend(
     sweeps: int,
     seed: int,
 ) -> None:
-    """Learn weights from pairs.
+    """Learn the weights of a linear function from transitions.
 
     Parameters
     ----------
     before : tuple of two ndarray
-        The situations, shape (pairs, inputs), float32, and the numbers of the actions taken, shape (pairs,), int64.
+        Situations, shape (transitions, inputs), float32, and the index of each action, shape (transitions,), int64.
     after : tuple of two ndarray
-        The situations that followed, and the rewards, shape (pairs,), float64.
+        Next situations, and rewards, shape (transitions,), float64.
     weights : ndarray, shape (actions, 1 + inputs × features), float64
         Changed in place.
     features : int
-        See `teamsight.policies.eager.features`.
+        Hat features per component; see `teamsight.policies.eager.features`.
     discount : float
         Discount factor γ, in [0, 1].
     learning_rate : float
-        By which share of its error a Q is corrected at first; it falls evenly to 0.
+        Learning rate α of the first step; it falls linearly to 0.
     sweeps : int
-        How often the pairs are gone through, each time in another order.
+        How often each transition is visited, each time in another random order.
     seed : int
-        Of the orders.
+        Seed of the orders.
     """
     rng = np.random.default_rng(seed)
     arrays: dict[str, npt.NDArray[Any]] = {
@@ -83,14 +83,14 @@ def descend(
         "action": np.ascontiguousarray(before[1], np.int64),
         "weights": weights,
     }
-    lesson = np.zeros(1, _LESSON)
+    task = np.zeros(1, _TASK)
     for name, array in arrays.items():
-        lesson[0][name] = array.ctypes.data
-    lesson[0]["pairs"], lesson[0]["inputs"] = arrays["situation"].shape
-    lesson[0]["features"], lesson[0]["actions"], lesson[0]["discount"] = features, len(weights), discount
+        task[0][name] = array.ctypes.data
+    task[0]["transitions"], task[0]["inputs"] = arrays["situation"].shape
+    task[0]["features"], task[0]["actions"], task[0]["discount"] = features, len(weights), discount
     for sweep in range(sweeps):
         order = rng.permutation(len(arrays["action"])).astype(np.int64)
-        lesson[0]["order"] = order.ctypes.data
-        lesson[0]["learning_rate"] = learning_rate * (1 - sweep / sweeps)
-        lesson[0]["last_learning_rate"] = learning_rate * (1 - (sweep + 1) / sweeps)
-        _DESCEND(lesson.ctypes.data)
+        task[0]["order"] = order.ctypes.data
+        task[0]["learning_rate"] = learning_rate * (1 - sweep / sweeps)
+        task[0]["last_learning_rate"] = learning_rate * (1 - (sweep + 1) / sweeps)
+        _DESCEND(task.ctypes.data)

@@ -46,7 +46,7 @@ LEARNERS = [
     (PessimisticLazyQ(memory()), RingAwareness()),
     (PessimisticLazyQ(memory(), inputs=16), NoAwareness()),
     (SheppardLazyQ(), RingAwareness()),
-    (SheppardLazyQ(16, capacity=20), NoAwareness()),
+    (SheppardLazyQ(inputs=16, capacity=20), NoAwareness()),
     (SheppardLazyQ(memory=memory()), RingAwareness()),
 ]  # fmt: skip
 

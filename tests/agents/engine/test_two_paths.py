@@ -81,7 +81,7 @@ def seeds() -> int:
 
 POLICIES = [
     ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", idle="wander"), ACmommt(weights="none", idle="stay"),
-    ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
+    ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(target_tracks=0), Centroid(), Centroid("wander"),
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
     Evolved(),
 ]  # fmt: skip
