@@ -176,7 +176,7 @@ class Wrong(Awareness):
     [LazyQ(memory()), PessimisticLazyQ(memory()), SheppardLazyQ(), TabularQ(memory()), LinearQ(memory(), sweeps=1)],
     ids=lambda policy: type(policy).__name__,
 )
-def test_what_is_no_situation_is_reported_by_both_paths(policy: Any, reading: float) -> None:
+def test_an_invalid_situation_is_refused_on_both_paths(policy: Any, reading: float) -> None:
     name = type(policy).__name__
     with pytest.raises(ValueError, match=rf"{name}: an action of robot.* is not finite.*readings"):
         world(policy, Wrong(reading), 1).run(2)
@@ -187,7 +187,7 @@ def test_what_is_no_situation_is_reported_by_both_paths(policy: Any, reading: fl
     world(policy, Wrong(0.5), 1).run(2)
 
 
-def test_a_memory_that_does_not_name_its_degree_is_taken_by_its_width() -> None:
+def test_a_memory_without_a_degree_is_judged_by_its_width() -> None:
     known = memory()
     unnamed = LazyMemory(known.table, known.own, known.added, known.facts, {})
     CMOMMT(policy=LazyQ(unnamed), awareness="ring", rng=1).run(1)

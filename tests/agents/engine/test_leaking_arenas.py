@@ -68,7 +68,7 @@ def _square(x: float, y: float, step_x: float, step_y: float, heading_x: float, 
 
 
 class Cross(Room):
-    """Leaves out its corners, which its wall does not know and its bounds do not show."""
+    """Its corners are outside, but neither its wall nor its bounds say so."""
 
     confine = _square
 
