@@ -159,7 +159,8 @@ def to_networkx(
     networkx.Graph or networkx.DiGraph
         Each edge has the attribute ``distance`` [length].
     """
-    names = range(size := len(graph.start) - 1) if identity is None else np.asarray(identity).tolist()
+    size = len(graph.start) - 1
+    names = range(size) if identity is None else np.asarray(identity).tolist()
     network = nx.DiGraph() if directed else nx.Graph()
     network.add_nodes_from(names)
     if position is not None:
