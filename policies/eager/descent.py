@@ -2,40 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Record
 from teamsight.policies.eager.features import correct, weigh
 from teamsight.policies.interface import Floats, Integers
 
-_TASK = np.dtype(
-    [(name, np.int64) for name in ("situation", "next_situation", "reward", "action", "order", "weights")]
-    + [(name, np.int64) for name in ("transitions", "inputs", "features", "actions")]
-    + [(name, np.float64) for name in ("discount", "learning_rate", "last_learning_rate")]
-)
+
+class Sweep(NamedTuple):
+    """The record of a sweep over all transitions.
+
+    Attributes
+    ----------
+    situation, next_situation, reward, action
+        The transitions, k of them; actions by number.
+    order : ndarray, shape (k,), int64
+        The order in which they are visited.
+    weights : ndarray, shape (actions, terms), float64
+        Changed in place.
+    features : int
+        See `teamsight.policies.eager.features`.
+    discount, learning_rate, last_learning_rate : float
+        The learning rate falls evenly from the first to the last.
+    """
+
+    situation: Annotated[npt.NDArray[np.float32], "k", "inputs"]
+    next_situation: Annotated[npt.NDArray[np.float32], "k", "inputs"]
+    reward: Annotated[Floats, "k"]
+    action: Annotated[Integers, "k"]
+    order: Annotated[Integers, "k"]
+    weights: Annotated[Floats, "actions", "terms"]
+    features: int
+    discount: float
+    learning_rate: float
+    last_learning_rate: float
+
+
+SWEEP = Record(Sweep)
+sweep_at = SWEEP.at
 
 
 def _descend(address: int) -> int:
     """Visit all transitions once in the given order, while the learning rate falls linearly."""
-    task = array_at(address, 1, _TASK)[0]
-    transitions, inputs, features, actions = task.transitions, task.inputs, task.features, task.actions
-    situation = array_at(task.situation, (transitions, inputs), np.float32)
-    following = array_at(task.next_situation, (transitions, inputs), np.float32)
-    reward = array_at(task.reward, transitions, np.float64)
-    action = array_at(task.action, transitions, np.int64)
-    order = array_at(task.order, transitions, np.int64)
-    weights = array_at(task.weights, (actions, 1 + inputs * features), np.float64)
+    sweep = sweep_at(address)
+    situation, following, weights, features = sweep.situation, sweep.next_situation, sweep.weights, sweep.features
+    transitions, inputs = situation.shape
     for step in range(transitions):
-        transition = order[step]
+        transition = sweep.order[step]
         best = weigh(weights, 0, following[transition], inputs, features)
-        for number in range(1, actions):
+        for number in range(1, weights.shape[0]):
             best = max(best, weigh(weights, number, following[transition], inputs, features))
-        row = action[transition]
-        error = reward[transition] + task.discount * best - weigh(weights, row, situation[transition], inputs, features)
-        learning_rate = task.learning_rate + (task.last_learning_rate - task.learning_rate) * step / transitions
+        row = sweep.action[transition]
+        value = weigh(weights, row, situation[transition], inputs, features)
+        error = sweep.reward[transition] + sweep.discount * best - value
+        learning_rate = sweep.learning_rate + (sweep.last_learning_rate - sweep.learning_rate) * step / transitions
         correct(weights, row, situation[transition], inputs, features, learning_rate * error)
     return 0
 
@@ -76,21 +99,11 @@ def descend(
         Seed of the orders.
     """
     rng = np.random.default_rng(seed)
-    arrays: dict[str, npt.NDArray[Any]] = {
-        "situation": np.ascontiguousarray(before[0], np.float32),
-        "next_situation": np.ascontiguousarray(after[0], np.float32),
-        "reward": np.ascontiguousarray(after[1], float),
-        "action": np.ascontiguousarray(before[1], np.int64),
-        "weights": weights,
-    }
-    task = np.zeros(1, _TASK)
-    for name, array in arrays.items():
-        task[0][name] = array.ctypes.data
-    task[0]["transitions"], task[0]["inputs"] = arrays["situation"].shape
-    task[0]["features"], task[0]["actions"], task[0]["discount"] = features, len(weights), discount
+    situation, action = np.ascontiguousarray(before[0], np.float32), np.ascontiguousarray(before[1], np.int64)
+    following, reward = np.ascontiguousarray(after[0], np.float32), np.ascontiguousarray(after[1], float)
     for sweep in range(sweeps):
-        order = rng.permutation(len(arrays["action"])).astype(np.int64)
-        task[0]["order"] = order.ctypes.data
-        task[0]["learning_rate"] = learning_rate * (1 - sweep / sweeps)
-        task[0]["last_learning_rate"] = learning_rate * (1 - (sweep + 1) / sweeps)
-        _DESCEND(task.ctypes.data)
+        order = rng.permutation(len(action)).astype(np.int64)
+        first, last = (learning_rate * (1 - part / sweeps) for part in (sweep, sweep + 1))
+        _DESCEND(SWEEP.pack(
+            Sweep(situation, following, reward, action, order, weights, features, discount, first, last)
+        ))  # fmt: skip

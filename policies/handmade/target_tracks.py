@@ -66,7 +66,7 @@ def _expect(floats: Any, ints: Any, slot: int, moved: Any) -> None:
 
 @inlined
 def _append(floats: Any, ints: Any, slot: int, seen: Any, k: int, relayed: int) -> int:
-    """Begin a track in `slot` if that exists; return the number of tracks."""
+    """Begin a track in `slot` if that exists; return the number of target tracks."""
     if slot >= ints.shape[0]:
         return slot
     floats[slot, X] = seen.offset[k, 0]
@@ -92,7 +92,7 @@ def _keep(floats: Any, ints: Any, slot: int, new: int) -> None:
 def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, oldest: float) -> int:
     """Update the target tracks of robot `i`; return their number.
 
-    Seen targets are matched by identity. Tracks of unseen ones are moved to their expected position, and dropped once
+    Seen targets are matched by identity. Those of unseen ones are moved to their expected position, and dropped once
     they are older than `oldest` [steps], farther than `farthest` [length], or expected within the sensing range.
     """
     floats = state.floats[i]
@@ -140,7 +140,7 @@ def _slot_of(ints: Any, identity: int, count: int) -> int:
 
 @inlined
 def _add_relayed(i: int, percept: Any, floats: Any, ints: Any, count: int) -> int:
-    """Add or update tracks of relayed targets that the robot does not see itself."""
+    """Add or update target tracks of relayed targets that the robot does not see itself."""
     relayed = percept.relayed
     for k in range(relayed.start[i], relayed.start[i + 1]):
         slot = _slot_of(ints, relayed.identity[k], count)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, inlined, kernel, scratch
+from teamsight.core.kernel import Entry, Record, inlined, kernel, scratch
 
 Table = npt.NDArray[np.float32]
 
@@ -20,7 +20,17 @@ _STACK = 3 * 2 * 64
 # A linear congruential generator (Knuth, MMIX), whose higher bits are the better ones.
 _FACTOR, _ONE, _HIGH = np.uint64(6364136223846793005), np.uint64(1), np.uint64(20)
 
-_ORDER = np.dtype([(name, np.int64) for name in ("table", "columns", "transitions", "order", "key")])
+
+class Sorting(NamedTuple):
+    """The record of a call of `_find_order`."""
+
+    table: Annotated[Table, "columns", "k"]
+    order: Annotated[npt.NDArray[np.int64], "k"]
+    key: Annotated[npt.NDArray[np.float32], "k"]
+
+
+SORTING = Record(Sorting)
+sorting_at = SORTING.at
 
 
 def sort_transitions(table: Table) -> None:
@@ -45,11 +55,7 @@ def sort_transitions(table: Table) -> None:
 def canonical_order(table: Table) -> npt.NDArray[np.int64] | None:
     """Return the indices that sort the columns lexicographically, or None if they are sorted."""
     order, key = np.arange(table.shape[1], dtype=np.int64), np.empty(table.shape[1], np.float32)
-    record = np.zeros(1, _ORDER)
-    record["columns"], record["transitions"] = table.shape
-    for name, array in (("table", table), ("order", order), ("key", key)):
-        record[name] = array.ctypes.data
-    return order if _ENTRY(record.ctypes.data) else None
+    return order if _ENTRY(SORTING.pack(Sorting(table, order, key))) else None
 
 
 def is_ordered(table: Table) -> bool:
@@ -71,11 +77,10 @@ def is_ordered(table: Table) -> bool:
 
 
 def _find_order(address: int) -> int:
-    ask = array_at(address, 1, _ORDER)[0]
-    table = array_at(ask.table, (ask.columns, ask.transitions), np.float32)
-    if _is_ordered(table):
+    sorting = sorting_at(address)
+    if _is_ordered(sorting.table):
         return 0
-    _sort(table, array_at(ask.order, ask.transitions, np.int64), array_at(ask.key, ask.transitions, np.float32))
+    _sort(sorting.table, sorting.order, sorting.key)
     return 1
 
 

@@ -189,7 +189,7 @@ def test_an_invalid_situation_is_refused_on_both_paths(policy: Any, reading: flo
 
 def test_a_memory_without_a_degree_is_judged_by_its_width() -> None:
     known = memory()
-    untold = LazyMemory(known.table, known.own, known.added, known.facts, {})
-    CMOMMT(policy=LazyQ(untold), awareness="ring", rng=1).run(1)
+    unnamed = LazyMemory(known.table, known.own, known.added, known.facts, {})
+    CMOMMT(policy=LazyQ(unnamed), awareness="ring", rng=1).run(1)
     with pytest.raises(ValueError, match="reads 32 inputs"):
-        CMOMMT(policy=LazyQ(untold), awareness="none", rng=1)
+        CMOMMT(policy=LazyQ(unnamed), awareness="none", rng=1)

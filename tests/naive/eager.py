@@ -52,7 +52,7 @@ def table(transitions: list[tuple[Any, int, Any, float]], discount: float, sweep
 
 
 def features(situation: Any, count: int) -> Any:
-    """A constant, and for each component how far its reading lies under each tent; nothing for a reading of 1."""
+    """A constant, and for each component the activation of each hat feature; none for a reading of 1."""
     found = [1.0]
     for reading in map(float, situation):
         centres = [k / (count - 1) for k in range(count)] if count > 1 else [reading]

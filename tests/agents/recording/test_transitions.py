@@ -1,4 +1,4 @@
-"""Experience is what a naive observer of positions would write down, on both paths."""
+"""Transitions are what a naive observer of positions would write down, on both paths."""
 
 from __future__ import annotations
 
@@ -100,8 +100,8 @@ def close(one: Transitions, other: Transitions) -> None:
         assert np.array_equal(one.facts[name], other.facts[name]), name
 
 
-def bits(experience: Transitions) -> list[bytes]:
-    return [array.tobytes() for array in (*experience[:3], *experience.facts.values())]
+def bits(transitions: Transitions) -> list[bytes]:
+    return [array.tobytes() for array in (*transitions[:3], *transitions.facts.values())]
 
 
 def lazy(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
@@ -123,7 +123,7 @@ WORLDS: dict[str, Callable[[], World]] = {
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_experience_is_what_an_observer_of_positions_writes_down(name: str) -> None:
+def test_transitions_are_what_an_observer_of_positions_writes_down(name: str) -> None:
     running, watched = WORLDS[name](), WORLDS[name]()
     for group in running.groups:
         running.recording.record_transitions(group)

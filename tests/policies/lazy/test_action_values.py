@@ -77,7 +77,7 @@ def test_a_search_for_fewer_does_not_answer_for_more() -> None:
     assert action_values(memory, won, k=9).tolist() == expected
 
 
-def test_the_search_tells_how_far_it_is() -> None:
+def test_the_search_reports_its_progress() -> None:
     calls: list[tuple[int, int]] = []
     next_matches(made_up(2, 5000), 2, progress=lambda done, total: calls.append((done, total)))
     assert calls == [(4096, 5000), (5000, 5000)]

@@ -87,7 +87,7 @@ def test_both_zeros_are_one_number() -> None:
     assert LazyMemory.of(**negative, own=2) == LazyMemory.of(**transitions, own=2)
 
 
-def test_digest_tells_contents_apart() -> None:
+def test_digest_distinguishes_contents() -> None:
     memory = memory_of()
     action = pairs_of(50, np.random.default_rng(1))["action"].copy()
     action[7, 0] = np.nextafter(np.float32(action[7, 0]), np.float32(9))

@@ -2,23 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from naive import lazy as naive_lazy
 
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Record
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.block import BLOCK, LANES
 from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
 
-ASK = np.dtype(
-    [(name, np.int64) for name in ("table", "rows", "columns", "query", "k", "index", "distance")]
-    + [("margin", np.float64)]
-)
+
+class Ask(NamedTuple):
+    table: Annotated[npt.NDArray[np.float32], "inputs + 1", "columns"]
+    margin: float
+    query: Annotated[npt.NDArray[np.float32], "inputs"]
+    place: Annotated[npt.NDArray[np.int64], "k"]
+    distance: Annotated[npt.NDArray[np.float32], "k"]
+
+
+ASK = Record(Ask)
+ask_at = ASK.at
 
 
 def memory_of(transitions: int, inputs: int, rng: np.random.Generator, steps: int | None = None) -> LazyMemory:
@@ -53,11 +61,8 @@ def test_as_the_slow_twin(seed: int, transitions: int, inputs: int, k: int, step
 
 
 def _ask(address: int) -> int:
-    ask = array_at(address, 1, ASK)[0]
-    k_nearest(
-        array_at(ask.table, (ask.rows, ask.columns), np.float32), ask.margin, array_at(ask.query, ask.rows - 1, np.float32),
-        ask.k, array_at(ask.index, ask.k, np.int64), array_at(ask.distance, ask.k, np.float32),
-    )  # fmt: skip
+    ask = ask_at(address)
+    k_nearest(ask.table, ask.margin, ask.query, ask.place.shape[0], ask.place, ask.distance)
     return 0
 
 
@@ -67,13 +72,8 @@ ENTRY = Entry(_ask)
 def in_a_kernel(search: SearchTable, query: Any, k: int) -> tuple[Any, Any]:
     """Return the transitions that a kernel finds, −1 where there is none, and their distances."""
     index, distance = np.full(k, 77), np.full(k, 77, np.float32)
-    record, query = np.zeros(1, ASK), np.ascontiguousarray(query, np.float32)
-    arrays = {"table": search.table, "query": query, "index": index, "distance": distance}
-    for name, array in arrays.items():
-        record[name] = array.ctypes.data
-    record["rows"], record["columns"] = search.table.shape
-    record["k"], record["margin"] = k, search.margin
-    ENTRY(record.ctypes.data)
+    query = np.ascontiguousarray(query, np.float32)
+    ENTRY(ASK.pack(Ask(search.table, search.margin, query, index, distance)))
     return np.where(index < 0, -1, search.kept[index]), distance
 
 
