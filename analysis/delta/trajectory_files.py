@@ -62,19 +62,19 @@ def read_trajectories(
     name = place.name.lower()
     if not name.endswith(_EXTENSIONS):
         raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
-    _tell(progress, 0)
+    _report(progress, 0)
     try:
         table = _read_csv(place) if name.endswith((".csv", ".csv.gz")) else _read_parquet(place)
     except OSError as error:
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
-    _tell(progress, 1)
+    _report(progress, 1)
     checked = check_trajectories(table, sort=sort, name=str(place))
-    _tell(progress, 2)
+    _report(progress, 2)
     return checked
 
 
-def _tell(progress: Progress | None, done: int) -> None:
+def _report(progress: Progress | None, done: int) -> None:
     if progress is not None:
         progress(done, 2)
 

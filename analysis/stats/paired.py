@@ -79,3 +79,8 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
 def grid_of(cells: pd.DataFrame, value: str = "mean") -> pd.DataFrame:
     """Return `value` as a table with a row for each team size and a column for each radius."""
     return cells.pivot(index="robots", columns="radius", values=value).sort_index(axis=0).sort_index(axis=1)
+
+
+def includes_zero(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return whether the confidence interval of each cell includes 0: rows are team sizes, columns radii."""
+    return grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
