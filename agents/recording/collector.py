@@ -57,11 +57,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         """Return a collector that has collected nothing, without the checks of a new one."""
         # By hand, because `copy.copy` takes ten times as long.
         other = object.__new__(HistoryCollector)
-<<<<<<< HEAD
-        other.__dict__.update(self.__dict__)
-=======
         other.__dict__.update(vars(self))
->>>>>>> house
         other._pending = []
         other._model_vars = {name: [] for name in REPORTERS}
         if hasattr(self, "_steps"):
