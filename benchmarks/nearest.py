@@ -66,8 +66,8 @@ def main() -> int:
     console.print(table_of(rows))
     if options.out:
         packages = {name: version_of(name) for name in ("faiss-cpu", "scikit-learn")}
-        told = {"machine": machine() | packages, "rows": [as_dict(row) for row in rows]}
-        options.out.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
+        results = {"machine": machine() | packages, "rows": [as_dict(row) for row in rows]}
+        options.out.write_text(json.dumps(results, indent=2, ensure_ascii=False) + "\n")
     return 0 if all(row.is_met is not False for row in rows) else 1
 
 

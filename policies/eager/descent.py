@@ -1,4 +1,4 @@
-"""Descent: semi-gradient Q-learning over the pairs of a memory, in one compiled call."""
+"""Semi-gradient Q-learning on the transitions of a memory, in one compiled call."""
 
 from __future__ import annotations
 
@@ -46,19 +46,20 @@ sweep_at = SWEEP.at
 
 
 def _descend(address: int) -> int:
-    """Go through all transitions once."""
+    """Visit all transitions once in the given order, while the learning rate falls linearly."""
     sweep = sweep_at(address)
     situation, following, weights, features = sweep.situation, sweep.next_situation, sweep.weights, sweep.features
-    pairs, inputs = situation.shape
-    for step in range(pairs):
-        pair = sweep.order[step]
-        best = weigh(weights, 0, following[pair], inputs, features)
+    transitions, inputs = situation.shape
+    for step in range(transitions):
+        transition = sweep.order[step]
+        best = weigh(weights, 0, following[transition], inputs, features)
         for number in range(1, weights.shape[0]):
-            best = max(best, weigh(weights, number, following[pair], inputs, features))
-        row = sweep.action[pair]
-        error = sweep.reward[pair] + sweep.discount * best - weigh(weights, row, situation[pair], inputs, features)
-        learning_rate = sweep.learning_rate + (sweep.last_learning_rate - sweep.learning_rate) * step / pairs
-        correct(weights, row, situation[pair], inputs, features, learning_rate * error)
+            best = max(best, weigh(weights, number, following[transition], inputs, features))
+        row = sweep.action[transition]
+        value = weigh(weights, row, situation[transition], inputs, features)
+        error = sweep.reward[transition] + sweep.discount * best - value
+        learning_rate = sweep.learning_rate + (sweep.last_learning_rate - sweep.learning_rate) * step / transitions
+        correct(weights, row, situation[transition], inputs, features, learning_rate * error)
     return 0
 
 
@@ -76,26 +77,26 @@ def descend(
     sweeps: int,
     seed: int,
 ) -> None:
-    """Learn weights from pairs.
+    """Learn the weights of a linear function from transitions.
 
     Parameters
     ----------
     before : tuple of two ndarray
-        The situations, shape (pairs, inputs), float32, and the numbers of the actions taken, shape (pairs,), int64.
+        Situations, shape (transitions, inputs), float32, and the index of each action, shape (transitions,), int64.
     after : tuple of two ndarray
-        The situations that followed, and the rewards, shape (pairs,), float64.
+        Next situations, and rewards, shape (transitions,), float64.
     weights : ndarray, shape (actions, 1 + inputs × features), float64
         Changed in place.
     features : int
-        See `teamsight.policies.eager.features`.
+        Hat features per component; see `teamsight.policies.eager.features`.
     discount : float
         Discount factor γ, in [0, 1].
     learning_rate : float
-        By which share of its error a Q is corrected at first; it falls evenly to 0.
+        Learning rate α of the first step; it falls linearly to 0.
     sweeps : int
-        How often the pairs are gone through, each time in another order.
+        How often each transition is visited, each time in another random order.
     seed : int
-        Of the orders.
+        Seed of the orders.
     """
     rng = np.random.default_rng(seed)
     situation, action = np.ascontiguousarray(before[0], np.float32), np.ascontiguousarray(before[1], np.int64)

@@ -157,7 +157,7 @@ def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
 
 
 def _named(folder: Path) -> str:
-    """Return the name of a folder for a notice: shortened, and without control characters."""
+    """Return how a notice shows a folder: a long name cut, and without control characters."""
     return shown(str(folder), 120).strip("'\"")
 
 
