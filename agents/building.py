@@ -55,7 +55,7 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
     own = Abilities(*(array.copy() for array in abilities))
     bodies = Bodies(
         np.zeros(size, np.int64), np.arange(size), start.position[0], start.heading[0], np.zeros((size, 2)),
-        own.speed, own.turn_cosine, own.turn_sine, np.array(data.arena.size),
+        own.speed, own.turn_cosine, own.turn_sine, np.array(data.arena.size, float),
     )  # fmt: skip
     ranges = own.sensing_range, own.awareness_range
     name = plan.name or _free_name(data, f"{agent_class.__name__.lower()}s")

@@ -1,40 +1,51 @@
-"""The nearest situations of many queries at once: each block of a large memory is read once for all of them."""
+"""The nearest situations of many queries: each block of a large memory is read once for all queries."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, array_at, below_64, inlined, scratch
+from teamsight.core.kernel import Entry, Record, below_64, inlined, scratch
 from teamsight.policies.memory.block import BLOCK, LANES, bound, insert
 
-# So many comparisons are made without Python, which is some seconds: then Ctrl-C is heard.
+# Comparisons in one compiled call, which takes some seconds. Ctrl-C is handled between calls.
 _COMPARISONS = 1 << 31
 _LEAST_QUERIES = 64
 
-# In float32. The rows of a block are shifted by a line of the cache each, or all would want the same place in it.
+# In float32. Each row of a block is shifted by a cache line, or all rows would compete for the same lines.
 _LINE = 16
 _ROW = BLOCK + _LINE
 
 _ONE, _EIGHT, _INFINITE = np.uint64(1), np.uint64(8), np.float32(np.inf)
 
-_SEARCH = np.dtype(
-    [(name, np.int64) for name in ("table", "columns", "pairs", "block", "query", "queries", "inputs")]
-    + [(name, np.int64) for name in ("k", "index", "distance")]
-)
+Floats32 = npt.NDArray[np.float32]
+Integers = npt.NDArray[np.int64]
+
+
+class _Batch(NamedTuple):
+    """The record of a search: a table, work space for one block of it, the queries and the results."""
+
+    table: Annotated[Floats32, "rows", "columns"]
+    block: Annotated[Floats32, "inputs", _ROW]
+    query: Annotated[Floats32, "queries", "inputs"]
+    found: Annotated[Integers, "queries", "k"]
+    distance: Annotated[Floats32, "queries", "k"]
+
+
+_BATCH = Record(_Batch)
+_batch_at = _BATCH.at
 
 
 @inlined
 def _sum_distances(table: Any, inputs: Any, query: Any, begin: Any, count: Any, limit: Any, total: Any) -> None:
-    """Write the distances of the pairs ``begin .. begin + count - 1`` to `total`, and infinity behind them.
+    """Write the distances of the columns ``begin .. begin + count - 1`` to `total`, and infinity behind them.
 
-    When every sum has reached the limit, none is finished: as they stand, they tell that these pairs are too far.
+    Stops early when every partial sum has reached the limit, since no column can then be nearer.
     """
-    # Numbers without a sign spare the question whether a place counts from the end. Eight components at a time keep a
-    # sum in its register for longer.
+    # Unsigned indices need no check for negative values. Eight components at a time keep a sum in its register.
     b, n = np.uint64(begin), np.uint64(count)
     for i in range(BLOCK):
         total[np.uint64(i)] = np.float32(0.0) if i < count else _INFINITE
@@ -55,8 +66,8 @@ def _sum_distances(table: Any, inputs: Any, query: Any, begin: Any, count: Any, 
 
 
 @inlined
-def _gap(table: Any, query: Any, component: Any, pair: Any) -> Any:
-    return abs(table[component, pair] - query[component])
+def _gap(table: Any, query: Any, component: Any, column: Any) -> Any:
+    return abs(table[component, column] - query[component])
 
 
 @inlined
@@ -69,7 +80,7 @@ def _is_any_below(total: Any, count: Any, limit: Any) -> bool:
 
 @inlined
 def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distance: Any, least: Any) -> None:
-    """Enter those of a block of pairs that belong to the k nearest so far; `least` is room for 64 numbers."""
+    """Insert the columns of a block that belong to the k nearest so far; `least` is work space of 64 numbers."""
     limit = distance[k - 1]
     if limit == _INFINITE and k <= LANES:
         limit = bound(total, count, k, least)
@@ -84,22 +95,20 @@ def _keep_nearest(total: Any, count: Any, begin: Any, k: Any, index: Any, distan
 
 
 def _search(address: int) -> int:
-    ask = array_at(address, 1, _SEARCH)[0]
-    table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
-    block = array_at(ask.block, (ask.inputs, _ROW), np.float32)
-    query = array_at(ask.query, (ask.queries, ask.inputs), np.float32)
-    index = array_at(ask.index, (ask.queries, ask.k), np.int64)
-    distance = array_at(ask.distance, (ask.queries, ask.k), np.float32)
+    batch = _batch_at(address)
+    inputs, k = batch.block.shape[0], batch.found.shape[1]
+    columns = batch.table.shape[1]
     total, least = scratch(BLOCK, np.float32), scratch(LANES, np.float32)
-    for begin in range(0, ask.pairs, BLOCK):
-        count = min(BLOCK, ask.pairs - begin)
-        # The rows of a large table lie so far apart that they displace one another from the caches.
-        for c in range(ask.inputs):
+    for begin in range(0, columns, BLOCK):
+        count = min(BLOCK, columns - begin)
+        # The rows of a large table are so far apart that they evict one another from the caches.
+        for c in range(inputs):
             for i in range(np.uint64(count)):
-                block[np.uint64(c), i] = table[np.uint64(c), np.uint64(begin) + i]
-        for q in range(ask.queries):
-            _sum_distances(block, ask.inputs, query[q], 0, count, distance[q, ask.k - 1], total)
-            _keep_nearest(total, count, begin, ask.k, index[q], distance[q], least)
+                batch.block[np.uint64(c), i] = batch.table[np.uint64(c), np.uint64(begin) + i]
+        for q in range(batch.query.shape[0]):
+            query, index, distance = batch.query[q], batch.found[q], batch.distance[q]
+            _sum_distances(batch.block, inputs, query, 0, count, distance[k - 1], total)
+            _keep_nearest(total, count, begin, k, index, distance, least)
     return 0
 
 
@@ -109,37 +118,31 @@ _ENTRY = Entry(_search)
 def nearest(
     table: npt.NDArray[np.float32], queries: npt.NDArray[np.float32], k: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-    """Return the places and distances of the k nearest pairs of each query, as `k_nearest` finds them.
+    """Return the k nearest transitions of each query, and their distances.
 
     Parameters
     ----------
-    table : ndarray, shape (columns, pairs), float32
-        A memory's table.
+    table : ndarray, shape (columns, transitions), float32
+        The table of a memory.
     queries : ndarray, shape (q, inputs), float32
-        Situations, dense and without NaN; so many rows of the table are compared.
+        Situations, dense and without NaN. Their number of inputs is the number of rows compared.
     k : int
-        How many pairs; at least 1, at most as many as there are.
+        Number of transitions, from 1 to the number in the table.
 
     Returns
     -------
     index : ndarray, shape (q, k), int64
-        The places.
+        The transitions, the nearest first, ties in the order of the table.
     distance : ndarray, shape (q, k), float32
         The distances.
     """
     index, distance = np.full((len(queries), k), -1, np.int64), np.full((len(queries), k), np.inf, np.float32)
-    room = np.empty(queries.shape[1] * _ROW + _LINE, np.float32)
-    block = room[-room.ctypes.data // room.itemsize % _LINE :]
-    record = np.zeros(1, _SEARCH)
-    ask = record[0]
-    ask["columns"], ask["pairs"] = table.shape
-    ask["inputs"], ask["k"] = queries.shape[1], k
-    ask["table"], ask["block"] = table.ctypes.data, block.ctypes.data
+    inputs = queries.shape[1]
+    room = np.empty(inputs * _ROW + _LINE, np.float32)
+    start = -room.ctypes.data // room.itemsize % _LINE
+    block = room[start : start + inputs * _ROW].reshape(inputs, _ROW)
     step = max(_COMPARISONS // table.shape[1], _LEAST_QUERIES)
-    for start in range(0, len(queries), step):
-        part = slice(start, start + step)
-        ask["queries"] = len(queries[part])
-        for name, array in (("query", queries), ("index", index), ("distance", distance)):
-            ask[name] = array[part].ctypes.data
-        _ENTRY(record.ctypes.data)
+    for first in range(0, len(queries), step):
+        part = slice(first, first + step)
+        _ENTRY(_BATCH.pack(_Batch(table, block, queries[part], index[part], distance[part])))
     return index, distance

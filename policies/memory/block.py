@@ -1,4 +1,4 @@
-"""The k least of a block of distances, which are compared in SIMD lanes."""
+"""Find the k smallest distances of a block, with SIMD lanes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from teamsight.core.kernel import below_64, inlined, ones
 
 BLOCK = 1024
-"""How many distances are found at once: they stay in the first cache, and most memories begin and end in one block."""
+"""Number of distances computed at once. They fit the first cache, and most memories fit one block."""
 
 LANES = 64
-"""How many distances are compared with a limit at once: one bit of a word for each."""
+"""Number of distances compared with a limit at once: one bit of a word each."""
 
 _HALVINGS = 8
 _TINY = np.float32(1e-30)
@@ -20,10 +20,21 @@ _TINY = np.float32(1e-30)
 
 @inlined
 def bound(total: Any, count: Any, k: Any, least: Any) -> Any:
-    """Return a limit that at least k of a block's distances are below, and few more; so that few are entered in vain.
+    """Return a limit below which at least k distances of a block are, and few more.
 
-    The least of each lane stands for the block: k lanes whose least is below the limit are k pairs below it. Where
-    fewer than k are finite, so is no limit.
+    It is found among the smallest distance of each lane: if k of these are below a limit, so are k distances. The limit
+    is infinite if fewer than k distances are finite.
+
+    Parameters
+    ----------
+    total : ndarray, shape (BLOCK,), float32
+        The distances, infinite behind the last.
+    count : int
+        Number of distances.
+    k : int
+        At most `LANES`.
+    least : ndarray, shape (LANES,), float32
+        Work space.
     """
     for lane in range(LANES):
         least[np.uint64(lane)] = total[np.uint64(lane)]
@@ -46,12 +57,12 @@ def bound(total: Any, count: Any, k: Any, least: Any) -> Any:
 
 
 @inlined
-def insert(index: Any, distance: Any, k: Any, pair: Any, far: Any) -> None:
-    """Put a pair behind all that are as near, since those stand before it in the table; the last falls out."""
+def insert(index: Any, distance: Any, k: Any, column: Any, far: Any) -> None:
+    """Insert a column after all that are as near, which precede it in the table; the last one is dropped."""
     place = k - 1
     while place > 0 and distance[place - 1] > far:
         distance[place] = distance[place - 1]
         index[place] = index[place - 1]
         place -= 1
     distance[place] = far
-    index[place] = pair
+    index[place] = column

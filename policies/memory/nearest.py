@@ -1,8 +1,8 @@
-"""The nearest situations by eq. 1, for kernels: exact, but most distances are only estimated.
+"""The search for the nearest situations (eq. 1) in kernels: exact, although most distances are only estimated.
 
-Most readings of a situation are 1 (nothing sensed). So a table holds each situation's distance from the situation of
-ones, and a query corrects it for its other readings only. Exact distances are computed for the few pairs whose estimate
-is within the rounding error of the k smallest; each sum is taken in the order of the components.
+Most readings of a situation are 1 (nothing sensed). The table holds the distance of each situation from the situation
+of ones; a query corrects it for its other readings only. Exact distances are computed for the few transitions whose
+estimate is within the rounding error of the k smallest. Each of these sums is taken in the order of the components.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ _INFINITE, _ONE, _HALF, _BIT = np.float32(np.inf), np.float32(1.0), np.float32(0
 
 
 class SearchTable(NamedTuple):
-    """The situations that a kernel searches, without repetitions that no query can find.
+    """The situations that a kernel searches. Of equal situations it holds the first k.
 
     Attributes
     ----------
     kept : ndarray, shape (columns,), int64
-        Which of the memory's transitions the columns stand for, in their order.
+        The transition of the memory that each column is, ascending.
     table : ndarray, shape (inputs + 1, columns), float32
-        The first `inputs` rows are the situations; the last is half their distance from the situation of ones.
+        Situations in the first `inputs` rows; in the last, half their distance from the situation of ones.
     margin : float
-        How far, at most, half a distance and its estimate can be apart, twice; infinite where readings are not in 0..1.
+        Twice the largest error of an estimate of half a distance; infinite if a reading is outside [0, 1].
     nearest_to_ones : ndarray, shape (k,), int64
-        The columns that are nearest to the situation of ones.
+        The columns nearest to the situation of ones.
     """
 
     kept: npt.NDArray[np.int64]
@@ -43,26 +43,26 @@ class SearchTable(NamedTuple):
 
 
 def search_table(table: npt.NDArray[np.float32], inputs: int, k: int) -> SearchTable:
-    """Return what `k_nearest` searches.
+    """Return the table in which `k_nearest` searches.
 
     Parameters
     ----------
     table : ndarray, shape (columns, transitions), float32
-        A memory's table.
+        The table of a memory.
     inputs : int
-        How many of its rows are compared.
+        Number of rows to compare.
     k : int
-        The largest number of matches that will be asked for.
+        The largest number of matches of a query.
     """
     situation = table[:inputs]
-    # Equal situations stand side by side; more than k of them cannot be among the k nearest.
+    # Equal situations are adjacent, and no more than k of them can be among the k nearest.
     is_first = np.concatenate([[True], (situation[:, 1:] != situation[:, :-1]).any(axis=0)])
     number = np.arange(len(is_first))
     kept = np.flatnonzero(number - np.maximum.accumulate(np.where(is_first, number, 0)) < k)
     situation = np.ascontiguousarray(situation[:, kept])
     half = np.abs(1.0 - situation.astype(float)).sum(axis=0) / 2
     in_range = bool(((situation >= 0) & (situation <= 1)).all())
-    # Each of at most 2 · inputs + 3 roundings errs by at most 2⁻²⁴ of a number below 3 · inputs.
+    # Each of at most 2 · inputs + 3 roundings has an error of at most 2⁻²⁴ of a number below 3 · inputs.
     margin = 2.0**-20 * (inputs + 2) ** 2 if in_range else np.inf
     nearest = batch.nearest(situation, np.ones((1, inputs), np.float32), k)[0][0]
     return SearchTable(kept, np.concatenate([situation, half[None].astype(np.float32)]), margin, nearest)
@@ -77,16 +77,15 @@ def k_nearest(table: Any, margin: float, query: Any, k: int, index: Any, distanc
     table : ndarray, shape (inputs + 1, columns), float32
         The table of a `SearchTable`.
     margin : float
-        Its margin.
+        The margin of the `SearchTable`.
     query : ndarray, shape (at least inputs,), float32
         A situation, without NaN.
     k : int
-        How many columns; at least 1.
+        Number of columns to find, at least 1.
     index : ndarray, shape (at least k,), int64
-        Their places are written here, the nearest first, and among equals the first in the table; −1 where the table
-        has fewer than k.
+        Written: the columns, the nearest first, ties in the order of the table; −1 if the table has fewer than k.
     distance : ndarray, shape (at least k,), float32
-        Their distances: sums of absolute differences, in the order of the rows; infinite where there is none.
+        Written: the sums of absolute differences, in the order of the rows; infinite if the table has fewer than k.
 
     Notes
     -----
@@ -121,11 +120,11 @@ def k_nearest(table: Any, margin: float, query: Any, k: int, index: Any, distanc
 
 @inlined
 def _estimate(table: Any, query: Any, shift: Any, begin: Any, count: Any, estimate: Any) -> None:
-    """Write half the distances of a block, but for rounding errors, and infinity behind them.
+    """Write estimates of half the distances of a block, and infinity behind them.
 
     A reading q in place of 1 changes half of |t − 1|, where t ≤ 1, by max(t, q) − (1 + q) / 2.
     """
-    # Numbers without a sign spare the question whether a place counts from the end.
+    # Unsigned indices need no check for negative values.
     b, n, inputs = np.uint64(begin), np.uint64(count), np.uint64(table.shape[0] - 1)
     for i in range(n):
         estimate[i] = table[inputs, b + i] + shift
@@ -141,7 +140,7 @@ def _estimate(table: Any, query: Any, shift: Any, begin: Any, count: Any, estima
 
 @inlined
 def _select(estimate: Any, count: Any, limit: Any, begin: Any, candidate: Any) -> Any:
-    """Write the columns whose estimate is below the limit, and the first of them again up to a full group."""
+    """Write the columns whose estimate is below the limit, padded with the first of them to a full group."""
     found: Any = np.uint64(0)
     for part in range(0, count, LANES):
         near: Any = below_64(estimate, part, limit)

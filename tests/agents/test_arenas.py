@@ -15,7 +15,7 @@ from teamsight.analysis.neighbour_graph import over_trajectory
 from teamsight.policies import ACmommt, RandomWalk
 from teamsight.world import Arena
 
-ARENAS: list[Arena] = [Cylinder(5.0, 3.0), Cylinder(2.0, 9.0), Ellipse(3.0, 2.0), Hall(6.0, 5.0, 0.4)]
+ARENAS: list[Arena] = [Cylinder(5.0, 3.0), Cylinder(2.0, 9.0), Ellipse(3.0, 2.0), Hall(6, 5, 0.4), Ellipse(3, 2)]
 
 
 def world_in(arena: Arena, seed: int, size: int = 8, placement: str = "uniform") -> World:
