@@ -36,9 +36,9 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot '
         "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives "
         "teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
-        f"Made by `teamsight evolve test --training evolution --out docs`: {about['runs']} runs of {cma.STEPS} steps in "
-        f"each cell, paired on common noise. The root seed {cma.TEST} was used neither for training nor for choosing the options of "
-        "A-CMOMMT.",
+        f"Made by `teamsight evolve test --training evolution --out docs`: {about['runs']} runs of {cma.STEPS} steps "
+        f"in each cell, paired on common noise. The root seed {cma.TEST} was used neither for training nor for "
+        "choosing the options of A-CMOMMT.",
         "## Gain",
         _gain(parts, _cells_of(table)),
         _cell_table(_cells_of(table)),
