@@ -37,11 +37,7 @@ def find_matches(situation: Any, arrays: Any, k: int, index: Any, distance: Any)
         is_good &= abs(situation[component]) <= MOST
         is_empty &= situation[component] == 1.0
     if is_empty:
-<<<<<<< HEAD
         # By far the most frequent situation; its matches are precomputed.
-=======
-        # By far the most frequent situation; its matches are found once, when the policy is made.
->>>>>>> arena
         for match in range(k):
             index[match] = int(arrays.parameters[_NEAREST_TO_ONES + match])
     elif is_good:
@@ -96,13 +92,8 @@ class LazyLearner(Learner):
 
     @cached_property
     def search_table(self) -> SearchTable:
-<<<<<<< HEAD
         """The compared components of the memory's situations, as the kernel searches them."""
         return search_table(self.memory.table, self.inputs, self.k)
-=======
-        """The table that the kernel searches: the compared part of the situations of the memory."""
-        return search_table(self.memory.table, self.memory.inputs if self.inputs is None else self.inputs, self.k)
->>>>>>> arena
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
