@@ -57,7 +57,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         """Return a collector that has collected nothing, without the checks of a new one."""
         # By hand, because `copy.copy` takes ten times as long.
         other = object.__new__(HistoryCollector)
-        vars(other).update(vars(self))
+        other.__dict__.update(vars(self))
         other._pending = []
         other._model_vars = {name: [] for name in REPORTERS}
         if hasattr(self, "_steps"):
