@@ -200,7 +200,7 @@ class CMOMMT(World):
 
     def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
         """Begin a run in the arrays that exist; see `StateKeeper.begin`."""
-        self._states.begin(seed, start, run, states)
+        self._states.begin(seed, start, run, states, is_kept=True)
         self._draw_target_speeds()
 
     def _draw_target_speeds(self) -> None:

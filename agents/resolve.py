@@ -64,7 +64,7 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
             "and returns (turn, distance)"
         ) from None
     except ValueError:
-        # Some callables written in C do not tell what they take.
+        # Some callables written in C have no signature.
         pass
     return value
 

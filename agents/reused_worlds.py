@@ -65,7 +65,8 @@ class ReusedWorlds:
         TypeError, ValueError
             As for the model.
         """
-        if self._expected and self._expected[0][1] == seed and _are_same(self._expected[0][0], parameters):
+        # What was expected is only ever used with the parameters of the run.
+        if self._expected and self._expected[0][1] == seed:
             self._expected.popleft()
         if self._built is not None and self._built.begin(model, parameters, seed, self._expected):
             return self._built.world
@@ -87,8 +88,9 @@ class _Built:
 
     def __init__(self, world: CMOMMT, parameters: Mapping[str, Any]) -> None:
         self.world = world
-        self._kind = _without_numbers(parameters)
-        self._numbers = _numbers(parameters)
+        self._numbers, kind = _divided(parameters)
+        # Mappings are copied, because their owner may change them.
+        self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
         self._trace, self._names = _trace(world), {*vars(world)}
         self._states = first_states(world._data)
         self._collector = world.recording.collector
@@ -106,9 +108,10 @@ class _Built:
         world = self.world
         if model is not CMOMMT or _trace(world) != self._trace or not vars(world).keys() <= self._names:
             return False
-        if not _are_same(_without_numbers(parameters), self._kind):
+        numbers, kind = _divided(parameters)
+        if not _are_same(kind, self._kind):
             return False
-        if not _are_same(numbers := _numbers(parameters), self._numbers):
+        if not _are_same(numbers, self._numbers):
             chosen = PRESETS.get(parameters.get("preset", ""), {})
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
@@ -132,17 +135,13 @@ class _Built:
         return self._runs[seed]
 
 
-def _without_numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    # Mappings are copied, because their owner may change them.
-    return {
-        name: dict(value) if isinstance(value, dict) else value
-        for name, value in parameters.items()
-        if name not in NUMBERS
-    }
-
-
-def _numbers(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in parameters.items() if name in NUMBERS}
+def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the parameters that are numbers of `NUMBERS`, and the others."""
+    numbers: dict[str, Any] = {}
+    others: dict[str, Any] = {}
+    for name, value in parameters.items():
+        (numbers if name in NUMBERS else others)[name] = value
+    return numbers, others
 
 
 def _trace(world: World) -> tuple[Any, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.engine.begin import first_states, restart_groups, start_of
+from teamsight.agents.engine.begin import first_states, is_rewritable, restart_groups, start_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
@@ -119,12 +119,12 @@ class StateKeeper:
         # All that can fail comes first, before anything changes.
         start, states = start_of(data, key_of(seed)[np.newaxis]), first_states(data)
         with deferred():
-            self.begin(seed, start, 0, states)
+            self.begin(seed, start, 0, states, is_rewritable(data))
             self._recording.collector = collector
         if not isinstance(collector, HistoryCollector):
             collector.collect(self._model)
 
-    def begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+    def begin(self, seed: int, start: Starts, run: int, states: list[Any], is_kept: bool) -> None:
         """Begin a run: place all agents again and set the clock to 0, without events.
 
         Parameters
@@ -137,8 +137,10 @@ class StateKeeper:
             Which run of `start`.
         states : list
             The initial state of each group's policy; see `first_states`.
+        is_kept : bool
+            Whether the run uses the records as they are; see `is_rewritable`.
         """
-        is_kept = restart_groups(self._data, start, run, states)
+        restart_groups(self._data, start, run, states, is_kept)
         self._model.random.seed(seed)
         self._continue(seed, 0, History(), is_kept=is_kept)
 

@@ -159,12 +159,12 @@ def to_networkx(
     networkx.Graph or networkx.DiGraph
         Each edge has the attribute ``distance`` [length].
     """
-    names = range(size := len(graph.start) - 1) if identity is None else np.asarray(identity).tolist()
+    names = range(len(graph.degree)) if identity is None else np.asarray(identity).tolist()
     network = nx.DiGraph() if directed else nx.Graph()
     network.add_nodes_from(names)
     if position is not None:
         nx.set_node_attributes(network, dict(zip(names, map(tuple, position.tolist()), strict=True)), "position")
-    observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
+    observer = np.repeat(np.arange(len(graph.degree)), graph.degree)
     mutual = set(map(tuple, mutual_edges(graph).tolist()))
     for one, other, distance in zip(observer.tolist(), graph.identity.tolist(), graph.distance.tolist(), strict=True):
         if directed or (one, other) in mutual:

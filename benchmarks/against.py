@@ -1,9 +1,9 @@
 """Compare this checkout with another one, such as the commit before a change, side by side in one run.
 
-git worktree add ../before HEAD~1 && python benchmarks/against.py ../before [--rounds 9] [--reproduce]
+git worktree add ../before HEAD~1 && python benchmarks/against.py ../before [--rounds 9] [--reproduce quick|full]
 
-Each round times both checkouts, one right after the other, each in a process of its own; the ratio of a round is this
-one over the other. Shown are the medians of the ratios over the rounds, with the smallest and the largest.
+Each round measures the CPU time of both checkouts, one right after the other, each in a process of its own; the ratio
+of a round is this one over the other. The table shows the median ratio of the rounds, the smallest and the largest.
 """
 
 from __future__ import annotations
@@ -15,18 +15,35 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent.parent
 
-# Runs in each checkout; both have the same interface as far as it goes.
+# Runs in each checkout, so it uses only what both have. Checkouts from before reused worlds build each of them.
 MEASURE = """
-import json, timeit
+import json, time, timeit
 from teamsight import CMOMMT
 
 def best(deed, number, repeat=25):
-    return min(timeit.repeat(deed, number=number, repeat=repeat)) / number * 1e6
+    return min(timeit.repeat(deed, number=number, repeat=repeat, timer=time.process_time)) / number * 1e6
+
+SETTINGS = {"robots": 15, "targets": 15, "radius": 5.0}
+SEEDS = range(64)
+
+def runs(steps):
+    try:
+        from teamsight.agents.reused_worlds import ReusedWorlds
+    except ImportError:
+        for seed in SEEDS:
+            model = CMOMMT(**SETTINGS, rng=seed)
+            model.run(steps)
+            model.close()
+        return
+    worlds = ReusedWorlds()
+    worlds.expect([(SETTINGS, seed) for seed in SEEDS])
+    for seed in SEEDS:
+        worlds.begin(CMOMMT, SETTINGS, seed).run(steps)
+    worlds.close()
 
 model = CMOMMT(rng=1)
 model.run(10)
@@ -37,6 +54,9 @@ print(json.dumps({
     "run(1)": best(lambda: model.run(1), 500),
     "step()": best(model.step, 500),
     "run(100), 100 robots": best(lambda: large.run(100), 3),
+    "64 runs of 600 steps": best(lambda: runs(600), 1, 9),
+    "64 runs of 1 step": best(lambda: runs(1), 1, 9),
+    "reset() and run(1)": best(lambda: (model.reset(1), model.run(1)), 30),
     "building": best(lambda: CMOMMT(rng=1).close(), 30),
     "building 500 robots": best(lambda: CMOMMT(robots=500, targets=500, radius=20.0, rng=1).close(), 3),
 }))
@@ -48,7 +68,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("other", type=Path, help="another checkout")
     parser.add_argument("--rounds", type=int, default=9, help="how often both are measured")
-    parser.add_argument("--reproduce", action="store_true", help="also `teamsight reproduce --quick`, some minutes")
+    parser.add_argument(
+        "--reproduce", choices=("quick", "full"), help="also `teamsight reproduce` on two workers, minutes a round"
+    )
     options = parser.parse_args()
     checkouts = HERE, options.other.resolve()
     found: dict[str, list[tuple[float, float]]] = {}
@@ -65,8 +87,8 @@ def main() -> None:
         print(f"{name:24s}{this:10.1f}µs{other:10.1f}µs{statistics.median(ratios):9.3f}   {spread}")
 
 
-def measure(checkout: Path, reproduce: bool) -> dict[str, float]:
-    """Return the times of one checkout [µs], by name."""
+def measure(checkout: Path, reproduce: str | None) -> dict[str, float]:
+    """Return the CPU times of one checkout [µs], by name."""
     environment = os.environ | {"PYTHONPATH": str(checkout)}
     timed = subprocess.run(
         [sys.executable, "-c", MEASURE], cwd=checkout, env=environment, check=True, capture_output=True, text=True
@@ -74,11 +96,18 @@ def measure(checkout: Path, reproduce: bool) -> dict[str, float]:
     times: dict[str, float] = json.loads(timed.stdout)
     if reproduce:
         with tempfile.TemporaryDirectory() as folder:
-            command = [sys.executable, "-m", "teamsight", "reproduce", "--quick", "--out", folder]
-            began = time.perf_counter()
+            command = [sys.executable, "-m", "teamsight", "reproduce", "--workers", "2", "--out", folder]
+            command += ["--quick"] if reproduce == "quick" else []
+            before = children_seconds()
             subprocess.run(command, cwd=checkout, env=environment, check=True, capture_output=True)
-            times["reproduce --quick"] = 1e6 * (time.perf_counter() - began)
+            times[f"reproduce, {reproduce}"] = 1e6 * (children_seconds() - before)
     return times
+
+
+def children_seconds() -> float:
+    """Return the CPU time of all processes that this one has started and that have ended."""
+    used = os.times()
+    return used.children_user + used.children_system
 
 
 if __name__ == "__main__":

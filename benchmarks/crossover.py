@@ -6,6 +6,7 @@ python benchmarks/crossover.py
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from measure import cpu_seconds, interleave
@@ -13,23 +14,34 @@ from rich.console import Console
 from rich.table import Table
 from scaling import radius_for
 
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.world.arena import Arena, Disc, Torus
-from teamsight.world.proximity.search import MOST_PAIRS, Search, search
+from teamsight.world.proximity.search import MOST_PAIRS, Search, Searching, search
 
 SIZES = (15, 20, 30, 45, 60, 80, 120, 200, 400)
 ROUNDS = 9
 
 
+class Repeat(NamedTuple):
+    """The record of a search that is made again and again."""
+
+    times: int
+    search: Packed[Searching]
+
+
+REPEAT = Record(Repeat)
+repeat_at = REPEAT.at
+
+
 def _repeat(address: int) -> int:
-    ask = array_at(address, 2, np.int64)
-    for _ in range(ask[0]):
-        search(ask[1])
+    repeat = repeat_at(address)
+    for _ in range(repeat.times):
+        search(repeat.search)
     return 0
 
 
 # In the compiled loop of a model a search costs no call from Python; so it shall not cost one here.
-REPEAT = Entry(_repeat)
+REPEATED = Entry(_repeat)
 
 
 def search_time(arena: Arena, robots: int, *, pairs: bool) -> Callable[[], float]:
@@ -40,9 +52,8 @@ def search_time(arena: Arena, robots: int, *, pairs: bool) -> Callable[[], float
     look.x[:], look.y[:] = position.T
     look.run()
     repeats = max(2_000_000 // robots**2, 200)
-    ask = np.array([repeats, look.record.ctypes.data], np.int64)
-    # The lambda keeps `look`, whose arrays the record points to.
-    return lambda: cpu_seconds(lambda: (REPEAT(ask.ctypes.data), look)) / repeats
+    record = REPEAT.pack(Repeat(repeats, look.record))
+    return lambda: cpu_seconds(lambda: REPEATED(record)) / repeats
 
 
 def main() -> None:

@@ -15,17 +15,18 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import faiss
 import numpy as np
+import numpy.typing as npt
 from measure import Row, cpu_seconds, interleave, median, ratio
 from rich.console import Console
 from run import as_dict, machine, table_of, version_of
 from sklearn.neighbors import NearestNeighbors
 
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Record
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.nearest import k_nearest, search_table
 
@@ -65,8 +66,8 @@ def main() -> int:
     console.print(table_of(rows))
     if options.out:
         packages = {name: version_of(name) for name in ("faiss-cpu", "scikit-learn")}
-        told = {"machine": machine() | packages, "rows": [as_dict(row) for row in rows]}
-        options.out.write_text(json.dumps(told, indent=2, ensure_ascii=False) + "\n")
+        results = {"machine": machine() | packages, "rows": [as_dict(row) for row in rows]}
+        options.out.write_text(json.dumps(results, indent=2, ensure_ascii=False) + "\n")
     return 0 if all(row.is_met is not False for row in rows) else 1
 
 
@@ -124,19 +125,24 @@ def cost_of(search: Callable[[], Any], queries: int) -> Callable[[], float]:
     return lambda: cpu_seconds(search) / queries
 
 
-_ASK = np.dtype(
-    [(name, np.int64) for name in ("table", "rows", "columns", "query", "queries", "k", "place", "far")]
-    + [("margin", np.float64)]
-)
+class Ask(NamedTuple):
+    """The record of a search for each of some queries."""
+
+    table: Annotated[npt.NDArray[np.float32], "inputs + 1", "columns"]
+    margin: float
+    query: Annotated[npt.NDArray[np.float32], "queries", "inputs"]
+    place: Annotated[npt.NDArray[np.int64], "k"]
+    distance: Annotated[npt.NDArray[np.float32], "k"]
+
+
+ASK = Record(Ask)
+ask_at = ASK.at
 
 
 def _one_by_one(address: int) -> int:
-    ask = array_at(address, 1, _ASK)[0]
-    table = array_at(ask.table, (ask.rows, ask.columns), np.float32)
-    query = array_at(ask.query, (ask.queries, ask.rows - 1), np.float32)
-    index, distance = array_at(ask.place, ask.k, np.int64), array_at(ask.far, ask.k, np.float32)
-    for i in range(ask.queries):
-        k_nearest(table, ask.margin, query[i], ask.k, index, distance)
+    ask = ask_at(address)
+    for i in range(ask.query.shape[0]):
+        k_nearest(ask.table, ask.margin, ask.query[i], ask.place.shape[0], ask.place, ask.distance)
     return 0
 
 
@@ -147,16 +153,13 @@ def in_a_kernel(inputs: int, rounds: int) -> Row:
     """Return how many situations a second a policy's kernel can look up, one at a time, in a memory of 600 pairs."""
     memory, asked = explored(600)
     queries = np.ascontiguousarray(asked[:, :inputs])
-    k, record = 10, np.zeros(1, _ASK)
+    k = 10
     search = search_table(memory.table, inputs, k)
     place, far = np.zeros(k, np.int64), np.zeros(k, np.float32)
-    for name, array in (("table", search.table), ("query", queries), ("place", place), ("far", far)):
-        record[name] = array.ctypes.data
-    record["rows"], record["columns"] = search.table.shape
-    record["queries"], record["k"], record["margin"] = len(queries), k, search.margin
-    ONE_BY_ONE(record.ctypes.data)
+    record = ASK.pack(Ask(search.table, search.margin, queries, place, far))
+    ONE_BY_ONE(record)
     assert far.tolist() == memory.nearest(queries[-1:], k, inputs)[1][0].tolist()
-    taken = interleave({"": cost_of(lambda: ONE_BY_ONE(record.ctypes.data), len(queries))}, rounds)[""]
+    taken = interleave({"": cost_of(lambda: ONE_BY_ONE(record), len(queries))}, rounds)[""]
     return median(
         f"600 × {inputs} explored, k = {k}: one at a time, in a kernel", "/s", [1 / s for s in taken],
         least=400_000,

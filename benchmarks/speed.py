@@ -1,4 +1,4 @@
-"""World-steps a second at the paper's size: the two roads, plain mesa and plain C."""
+"""World-steps a second at the paper's size: the two paths, plain mesa and plain C."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from plain_c import PlainC
 from plain_mesa import PlainCMOMMT
 
 from teamsight import CMOMMT
+from teamsight.agents.reused_worlds import ReusedWorlds
 
 ROBOTS, TARGETS, RADIUS = 15, 15, 5.0
 WARM_UP = 100
 
 
 def measure_speed(c: PlainC, rounds: int) -> list[Row]:
-    """Compare worlds of 15 robots and 15 targets that are under way, and worlds of 600 steps with their building."""
+    """Compare worlds of 15 robots and 15 targets: long runs, and runs of 600 steps with their beginning."""
     settings: dict[str, Any] = {"robots": ROBOTS, "targets": TARGETS, "radius": RADIUS}
     contenders = {
         "run": lambda: _run(settings, 60_000),
         "mesa": _steps(PlainCMOMMT(ROBOTS, TARGETS, RADIUS), 300),
         "step": _steps(CMOMMT(**settings, rng=1), 2_000),
         "numpy": _steps(CMOMMT(**settings, rng=1, policy=NumpyACmommt()), 500),
-        "fresh": lambda: cpu_seconds(lambda: _fresh_world(settings)) / 600,
+        "built": lambda: cpu_seconds(lambda: _built_world(settings)) / 600,
+        "reused": _reused_worlds(settings),
     }
     if c.is_there:
         contenders["c"] = lambda: c.run(ROBOTS, TARGETS, RADIUS, 60_000)["cpu_seconds"] / 60_000
@@ -33,7 +35,9 @@ def measure_speed(c: PlainC, rounds: int) -> list[Row]:
         ratio("model.run against plain mesa", taken["mesa"], taken["run"], least=300, aim=500),
         ratio("model.step, compiled policy, against plain mesa", taken["mesa"], taken["step"], least=5),
         ratio("model.step, NumPy policy, against plain mesa", taken["mesa"], taken["numpy"], least=1),
-        ratio("a fresh world of 600 steps, building included, against mesa", taken["mesa"], taken["fresh"]),
+        ratio("a run of 600 steps in a built world, against mesa", taken["mesa"], taken["built"]),
+        ratio("a run of 600 steps in a reused world, against mesa", taken["mesa"], taken["reused"]),
+        ratio("a run of 600 steps: built over reused", taken["built"], taken["reused"], least=1.7),
     ]
     if c.is_there:
         rows.insert(1, ratio("time of model.run over that of plain C", taken["run"], taken["c"], most=2, aim=1.2))
@@ -63,7 +67,18 @@ def _steps(model: Any, count: int) -> Callable[[], float]:
     return lambda: cpu_seconds(step) / count
 
 
-def _fresh_world(settings: dict[str, Any]) -> None:
+def _reused_worlds(settings: dict[str, Any]) -> Callable[[], float]:
+    worlds, seeds = ReusedWorlds(), range(20)
+
+    def runs() -> None:
+        worlds.expect([(settings, seed) for seed in seeds])
+        for seed in seeds:
+            worlds.begin(CMOMMT, settings, seed).run(600)
+
+    return lambda: cpu_seconds(runs) / 600 / len(seeds)
+
+
+def _built_world(settings: dict[str, Any]) -> None:
     model = CMOMMT(**settings, rng=2)
     model.run(600)
     model.close()

@@ -1,6 +1,6 @@
-"""Discrete events on the clock: a process that lets fog rise, and a robot that breaks down at one moment.
+"""Discrete events on the clock: a process that makes fog, and a robot that fails at tick 200.
 
-The clock is a SimPy environment, counted in ticks. Between two events the world runs in one compiled stretch.
+The clock is a SimPy environment in ticks. Between two events all steps are made in one compiled call.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from teamsight import CMOMMT
 
 
 def fog(model: CMOMMT, seen: list[tuple[float, float]]) -> Iterator[Any]:
-    """Let fog rise every 100 ticks for 50, in which robots sense half as far; note what is observed."""
+    """Make fog for 50 of every 150 ticks, in which robots sense half as far, and record what is observed."""
     while True:
         yield model.clock.timeout(100)
         seen.append((model.clock.now, model.observed))

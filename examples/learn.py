@@ -1,8 +1,8 @@
-"""Learning: explore once, say what is wanted in a few lines, and see what the robots then do.
+"""Learning: explore once, write a reward in a few lines, and run the learned policies.
 
-The same pairs serve every learner and every reward. Not every learner makes something of them: here the paper's, LazyQ,
-observes no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world;
-docs/learning.md tells what to expect over many.
+The same transitions serve every learner and every reward. Not every learner succeeds: here the paper's LazyQ observes
+no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world; for results
+over many see docs/learning.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from teamsight.policies.memory import LazyMemory
 
 
 def keep(memory: LazyMemory) -> npt.NDArray[np.float64]:
-    """A reward of one's own: −1 for each target that only this robot sensed, and now it does not."""
+    """A reward of your own: −1 for each target that only this robot sensed, and that it has lost."""
     return -np.asarray(memory.fact("alone_lost"), float)
 
 

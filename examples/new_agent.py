@@ -1,6 +1,6 @@
-"""Compose a new kind of robot: carriers that run out of charge, in a team with scouts that see farther.
+"""Compose a new kind of robot: carriers that run out of charge, in a team with scouts that sense farther.
 
-A subclass of Robot may override `decide`; the group's own policy is there to fall back on.
+A subclass of Robot may override `decide` and call the group's policy by ``super().decide``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from teamsight.policies import ACmommt, RandomWalk
 
 
 class Carrier(Robot):
-    """A robot that spends charge as it goes, and stands still when there is none left."""
+    """A robot that spends charge as it moves, and stops when none is left."""
 
     charge = 15.0
 

@@ -31,7 +31,7 @@ def _lean(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class CompiledLean(CompiledPolicy):
-    """The fast road: the kernel decides for all robots, and a run needs no Python."""
+    """The fast path: the kernel decides for all robots, and a run needs no Python."""
 
     repulsion: float = 0.5
     kernel = _lean
@@ -46,12 +46,12 @@ class NumpyLean(Policy):
     def start(self, size: int) -> None:
         return None
 
-    def decide(self, percept: Any, memory: None, noise: Any) -> tuple[Action, None]:
+    def decide(self, percept: Any, state: None, noise: Any) -> tuple[Action, None]:
         way = percept.heading.copy()
         for seen, weight in ((percept.targets, 1.0), (percept.teammates, -0.5)):
             observer = np.repeat(np.arange(len(way)), np.diff(seen.start))
             np.add.at(way, observer, weight * seen.offset)
-        return Action(way / np.linalg.norm(way, axis=1, keepdims=True), percept.speed), memory
+        return Action(way / np.linalg.norm(way, axis=1, keepdims=True), percept.speed), state
 
 
 def lean(percept: Any, rng: np.random.Generator) -> tuple[float, float]:

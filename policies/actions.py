@@ -1,4 +1,4 @@
-"""The action grid: the few actions among which an eager learner chooses."""
+"""Actions of learners: rotation and distance, freely chosen or from a grid."""
 
 from __future__ import annotations
 
@@ -10,63 +10,85 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
+from teamsight.policies.interface import Floats, Integers
 
 _FULL_TURN = 2.0 * math.pi
+_TURNS_PER_RADIAN = 0.15915494309189535
 
 
 @dataclass(frozen=True)
 class ActionGrid:
-    """Rotations in equal steps, each with distances in equal steps.
+    """Equally spaced rotations, each combined with a few distances.
 
     Parameters
     ----------
-    turns : int, default 8
-        How many rotations; the first is none, and they go anticlockwise.
-    paces : int, default 2
-        How many distances, from 0 to the speed; with 1 there is only the speed.
+    rotations : int, default 8
+        Number of rotations. The first is 0; they go anticlockwise in steps of 2π / rotations.
+    distances : tuple of float, default (0.0, 1.0)
+        Distances as shares of the speed, in [0, 1]. Where two are equally near to a recorded distance, the one listed
+        first is used.
 
     Raises
     ------
     TypeError, ValueError
-        If a number is below 1.
+        If `rotations` is below 1, or the distances are not different numbers in [0, 1].
 
     Notes
     -----
-    *Departs:* §8 says that actions are rotation and distance, and not into how many they are divided.
+    *Departs:* §8 says that actions consist of rotation and distance, but not how they are discretised.
     """
 
-    turns: int = 8
-    paces: int = 2
+    rotations: int = 8
+    distances: tuple[float, ...] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        for name in ("turns", "paces"):
-            checks.count(name, getattr(self, name))
+        checks.count("rotations", self.rotations)
+        if not isinstance(self.distances, tuple) or len(set(self.distances)) < max(len(self.distances), 1):
+            shown = checks.shown(self.distances)
+            raise ValueError(f"distances={shown}: must be a tuple of different numbers, such as (0.0, 1.0)")
+        for distance in self.distances:
+            checks.number("distances", distance, least=0, most=1)
 
     def __len__(self) -> int:
-        return self.turns * self.paces
+        return self.rotations * len(self.distances)
 
-    def index(self, action: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
-        """Return the actions of the grid that are nearest to those taken.
+    @property
+    def actions(self) -> Floats:
+        """Rotation in (−π, π] [rad] and distance [share of the speed] of each action, shape (actions, 2)."""
+        turn = np.arange(self.rotations)
+        rotation = np.where(2 * turn > self.rotations, turn - self.rotations, turn) * (_FULL_TURN / self.rotations)
+        return np.stack([np.repeat(rotation, len(self.distances)), np.tile(self.distances, self.rotations)], axis=1)
+
+    def index(self, action: npt.NDArray[Any]) -> Integers:
+        """Return the nearest action of the grid for each recorded action.
 
         Parameters
         ----------
-        action : ndarray, shape (pairs, 2)
+        action : ndarray, shape (transitions, 2)
             Rotation [rad] and distance [share of the speed].
+
+        Returns
+        -------
+        ndarray, shape (transitions,), int64
         """
-        turn = np.rint(np.asarray(action[:, 0], float) * (self.turns / _FULL_TURN)).astype(np.int64) % self.turns
-        pace = np.rint(np.asarray(action[:, 1], float) * (self.paces - 1)).astype(np.int64)
-        return np.asarray(turn * self.paces + pace)
+        rotation, distance = np.asarray(action, float).T
+        turn = np.rint(rotation * (self.rotations / _FULL_TURN)).astype(np.int64) % self.rotations
+        place = np.abs(distance[:, None] - np.array(self.distances)).argmin(axis=1)
+        return np.asarray(turn * len(self.distances) + place)
 
 
 @inlined
-def grid_rotation(number: int, turns: int, paces: int) -> float:
-    """Return the rotation of an action of the grid, in (−π, π] [rad]."""
-    turn = number // paces
-    return (turn - turns if 2 * turn > turns else turn) * (_FULL_TURN / turns)
-
-
-@inlined
-def grid_distance(number: int, paces: int) -> float:
-    """Return the distance of an action of the grid [share of the speed]."""
-    return (number % paces) / (paces - 1) if paces > 1 else 1.0
+def act(rotation: float, share: float, i: int, percept: Any, action: Any) -> None:
+    """Write the action of robot `i`: turn by `rotation` [rad] and go a share of its speed."""
+    fraction = rotation * _TURNS_PER_RADIAN
+    cosine, sine = direction(fraction if fraction >= 0.0 else fraction + 1.0)
+    x = percept.heading[i, 0]
+    y = percept.heading[i, 1]
+    x, y = cosine * x - sine * y, sine * x + cosine * y
+    # One Newton step, so that rounding errors of many turns do not change the length of the heading.
+    length = 1.5 - 0.5 * (x * x + y * y)
+    action.heading[i, 0] = x * length
+    action.heading[i, 1] = y * length
+    action.distance[i] = share * percept.speed[i]

@@ -1,8 +1,7 @@
-"""The check that ships with the contract: does a policy keep it?"""
+"""`check_policy`: tests whether a policy keeps its contract."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -13,32 +12,33 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import compiled
+from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
-from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.interface import Percept, Policy
 from teamsight.policies.percept_of_one import Rule, percept_of_one
 
-# A kernel may go wrong only after a while, as when a counter leaves its table; more knowledge than this takes long.
+# A kernel may fail only after many decisions, as when a counter leaves its array. With larger tables this takes long.
 _MANY_STEPS = 64
-_MUCH_KNOWLEDGE = 1_000_000
+_LARGE_TABLE = 1_000_000
 
-# How many things a robot sees at most, decision after decision: some, a crowd, and none at all.
+# Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, and a large crowd.
 _MOST_SEEN = (3, 40, 0, 250)
 
 
 def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3) -> Percept:
-    """Return a percept such as `size` robots might have, with some that see nothing.
+    """Return a random percept of `size` robots, some of which see nothing.
 
     Parameters
     ----------
     size : int
-        How many robots.
+        Number of robots.
     rng : numpy.random.Generator
-        Where the numbers come from.
+        Source of the random numbers.
     inputs : int, default 0
-        The width of the situation vector.
+        Width of the situation vector.
     most : int, default 3
-        How many targets, teammates and relayed a robot sees at most.
+        Largest number of targets, of teammates and of relayed targets that a robot sees.
     """
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -48,14 +48,14 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most
         speed=np.full(size, 0.1),
         sensing_range=np.ones(size),
         awareness_range=np.ones(size),
-        targets=_sample_sightings(size, rng, most),
-        teammates=_sample_sightings(size, rng, most),
-        relayed=_sample_sightings(size, rng, most),
+        targets=_sample_neighbours(size, rng, most),
+        teammates=_sample_neighbours(size, rng, most),
+        relayed=_sample_neighbours(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
     )
 
 
-def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> NeighbourList:
+def _sample_neighbours(size: int, rng: np.random.Generator, most: int) -> NeighbourList:
     count = rng.integers(0, most + 1, size)
     total = int(count.sum())
     angle = rng.uniform(0, 2 * np.pi, total)
@@ -70,25 +70,25 @@ def _sample_sightings(size: int, rng: np.random.Generator, most: int) -> Neighbo
 
 
 def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), steps: int = 3) -> None:
-    """Try a policy on made-up percepts and refuse it where it breaks the contract.
+    """Run a policy on random percepts and raise an error if it breaks the contract.
 
     Parameters
     ----------
     policy : Policy or callable
-        An object with `draws`, `start` and `decide`; or a callable for one robot.
+        A policy, or a function for one robot ``f(percept, rng) -> (turn, distance)``.
     sizes : tuple of int
-        How many robots to try it with.
+        Numbers of robots.
     steps : int
-        How many decisions to try.
+        Number of decisions for each size.
 
     Raises
     ------
     TypeError
-        If a member is missing, or an answer is not an `Action` and a memory, or of a callable not two numbers.
+        If it is no policy, or does not return an `Action` and a state, or, for a function, two numbers.
     ValueError
-        If an answer has the wrong shape or is not finite, if headings are not unit vectors, if the policy changes what
-        it is given, or if the same question gets two answers; and if a kernel uses memory, parameters or noise that
-        it did not declare, or elements of arrays that they do not have.
+        If an action has the wrong shape, is not finite, or has headings that are not unit vectors; if the policy
+        changes its arguments, or returns different actions for equal arguments; and if a kernel reads or writes outside
+        of its arrays.
     """
     name = getattr(policy, "__name__", type(policy).__name__)
     if isinstance(policy, type):
@@ -108,7 +108,7 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
 
 @contextmanager
 def _guarded_decisions() -> Iterator[None]:
-    """Let compiled policies try each decision on guarded arrays first."""
+    """Run each decision of compiled policies on guarded arrays first."""
     compiled.before_decision = try_decision
     try:
         yield
@@ -117,39 +117,39 @@ def _guarded_decisions() -> Iterator[None]:
 
 
 def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
-    """Check some decisions of a team, and that a kernel keeps to its arrays for longer."""
+    """Check some decisions in full, and many more of a kernel for its use of arrays."""
     rng = np.random.default_rng(size)
-    memory = policy.start(size)
+    state = policy.start(size)
     for step in range(steps):
         percept = _percept_at(step, size, rng, policy)
-        memory = _check_decision(name, policy, percept, memory, rng.random((policy.draws, size)))
-    if isinstance(policy, CompiledPolicy) and np.size(policy.table) < _MUCH_KNOWLEDGE:
-        memory = policy.start(size)
+        state = _check_decision(name, policy, percept, state, rng.random((policy.draws, size)))
+    if isinstance(policy, CompiledPolicy) and np.size(policy.table) < _LARGE_TABLE:
+        state = policy.start(size)
         for step in range(_MANY_STEPS):
             percept = _percept_at(step, size, rng, policy)
-            memory = policy.decide(percept, memory, rng.random((policy.draws, size)))[1]
+            state = policy.decide(percept, state, rng.random((policy.draws, size)))[1]
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
     percept = sample_percept(size, rng, policy.inputs, most=_MOST_SEEN[step % len(_MOST_SEEN)])
     if step % 2:
-        # As degrees of awareness show teammates that hide who they are.
+        # Some degrees of awareness hide the identities of teammates.
         percept.teammates.identity[:] = -1
     return percept
 
 
-def _check_decision(name: str, policy: Policy, percept: Percept, memory: Any, noise: npt.NDArray[np.float64]) -> Any:
-    before = [array.copy() for array in _arrays((percept, memory, noise))]
-    answer = policy.decide(percept, memory, noise)
-    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays((percept, memory, noise)), strict=True)):
+def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noise: npt.NDArray[np.float64]) -> Any:
+    before = [array.copy() for array in _arrays((percept, state, noise))]
+    answer = policy.decide(percept, state, noise)
+    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays((percept, state, noise)), strict=True)):
         raise ValueError(f"{name}.decide changes its arguments; copy what you change and return the copy")
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
     action, after = answer
     check_action(name, action, len(percept.heading))
-    again = policy.decide(percept, memory, noise)[0]
+    again = policy.decide(percept, state, noise)[0]
     if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
-        raise ValueError(f"{name}.decide gave two answers to one question; take random numbers from `noise` only")
+        raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
     return after
 
 
@@ -166,54 +166,6 @@ def _check_rule(name: str, rule: Rule, percept: Percept) -> None:
     for i in range(len(percept.heading)):
         answers = [check_answer(name, rule(percept_of_one(percept, i), np.random.default_rng(i)), i) for _ in range(2)]
         if answers[0] != answers[1]:
-            raise ValueError(f"{name} gave two answers to one question; take random numbers from `rng` only")
+            raise ValueError(f"{name} returned different answers for equal arguments; use `rng` only")
     if any(not np.array_equal(a, b) for a, b in zip(before, _arrays(percept), strict=True)):
         raise ValueError(f"{name} changes its percept; copy what you change")
-
-
-def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
-    """Return the (turn, distance) that a rule for one robot answered, if that is what it is.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the rule, the robot `i` and the answer.
-    """
-    try:
-        turn, distance = answer
-        turn, distance = float(turn), float(distance)
-    except (TypeError, ValueError):
-        raise TypeError(
-            f"{name}: robot {i} got {checks.shown(answer)}; a rule for one robot returns two numbers, (turn, distance)"
-        ) from None
-    if not (math.isfinite(turn) and math.isfinite(distance)):
-        raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")
-    return turn, distance
-
-
-def check_action(name: str, action: Action, size: int) -> None:
-    """Refuse an action of the wrong shape, one that is not finite, and headings that are not unit vectors.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the policy, the value and the limit.
-    """
-    if not isinstance(action, tuple) or len(action) != 2:
-        raise TypeError(f"{name}: an action is Action(heading, distance), not {type(action).__name__}")
-    for part, array, shape in (("heading", action[0], (size, 2)), ("distance", action[1], (size,))):
-        if np.shape(array) != shape:
-            raise ValueError(f"{name}: action.{part} has the shape {np.shape(array)}; {size} robots need {shape}")
-        finite = np.isfinite(np.asarray(array, float))
-        if not finite.all():
-            row = int(np.argwhere(~finite)[0][0])
-            raise ValueError(f"{name}: action.{part} of robot {row} is {np.asarray(array)[row]}; it must be finite")
-    heading = np.asarray(action[0], float)
-    square = heading[:, 0] ** 2 + heading[:, 1] ** 2
-    wrong = (np.abs(square - 1) > 1e-6) & (square != 0)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise ValueError(
-            f"{name}: action.heading of robot {row} has the length {np.sqrt(square[row]):g}; "
-            "it must be a unit vector, or (0, 0) to keep the heading"
-        )

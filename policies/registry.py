@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +60,7 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     return _maker(name)(**options)
 
 
+@cache
 def options_of(name: str) -> tuple[str, ...]:
     """Return the options of a policy: the parameters of its class."""
     return tuple(inspect.signature(_maker(name)).parameters)

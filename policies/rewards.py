@@ -1,4 +1,4 @@
-"""Rewards: what an exploration is asked afterwards; the memory itself knows of none."""
+"""Reward functions of lazy memories; the memory itself holds no rewards."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from teamsight.core import checks
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
 
-#: Takes a memory and returns what each of its pairs was worth at once, shape (pairs,).
+#: Takes a memory and returns the immediate reward of each transition, shape (transitions,).
 Reward: TypeAlias = Callable[[LazyMemory], npt.ArrayLike]
 
-#: Whose targets count, and the facts that tell of them.
+#: By scope the facts that count targets gained and lost.
 SCOPES = {"own": ("gained", "lost"), "team": ("team_gained", "team_lost"), "alone": ("alone_gained", "alone_lost")}
-#: What a pair is worth that gained and lost targets at once.
+#: The reward for gaining and losing targets at once.
 BOTH = {"gain": 1.0, "loss": -1.0, "none": 0.0}
 
 
@@ -29,21 +29,20 @@ class GainReward:
     Parameters
     ----------
     scope : {"own", "team", "alone"}
-        Whose targets: those that the robot senses; those that at least one robot of the team senses; or those that the
-        robot senses and no teammate does.
+        Which targets count: those that the robot senses, that at least one robot of the team senses, or that the robot
+        senses and no teammate does.
     both : {"gain", "loss", "none", "net"}
-        What counts when targets were acquired and lost at once: the gain (+1), the loss (−1), neither (0), or the sign
-        of their difference.
+        The reward if targets were acquired and lost at once: +1, −1, 0, or the sign of their difference.
 
     Raises
     ------
     ValueError
-        If a rule is unknown.
+        If an option is unknown.
 
     Notes
     -----
     *Source:* §8.2, "+1 if one (or more) targets have been acquired compared to the previous situation, −1 if one (or
-    more) targets have been lost, or 0 otherwise"; read in this order, a gain comes first. *Departs:* the paper does not
+    more) targets have been lost, or 0 otherwise"; in this order, a gain takes precedence. *Departs:* the paper does not
     say whether the robot or its team acquires.
     """
 
@@ -55,7 +54,7 @@ class GainReward:
         checks.choice("both", self.both, (*BOTH, "net"))
 
     def __call__(self, memory: LazyMemory) -> Floats:
-        """Return the reward of every pair, shape (pairs,)."""
+        """Return the reward of each transition, shape (transitions,)."""
         gained, lost = (np.asarray(memory.fact(name), float) for name in SCOPES[self.scope])
         if self.both == "net":
             return np.asarray(np.sign(gained - lost), float)
@@ -70,26 +69,26 @@ alone_reward = GainReward("alone")
 
 
 def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
-    """Return what a reward function says of every pair, after checking it.
+    """Return the rewards of all transitions, checked.
 
     Parameters
     ----------
     memory : LazyMemory
-        The pairs.
+        The transitions.
     reward : callable
-        ``reward(memory)`` returns one finite number a pair.
+        ``reward(memory)`` returns one finite number per transition.
 
     Returns
     -------
-    ndarray, shape (pairs,), float64
+    ndarray, shape (transitions,), float64
 
     Raises
     ------
     TypeError, ValueError
-        If it is no such function, naming it, the pair and the value.
+        If it does not; the message names the function, the transition and the value.
     """
     if not callable(reward):
-        raise TypeError(f"reward={reward!r}: must be a callable reward(memory) -> array of shape (pairs,)")
+        raise TypeError(f"reward={reward!r}: must be a callable reward(memory) -> array of shape (transitions,)")
     name = f"reward {name_of(reward)}"
     if isinstance(reward, type):
         raise TypeError(f"{name}: is a class; give an object, {reward.__name__}()")
@@ -98,39 +97,38 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
         raise TypeError(f"{name}: returned None; is `return` missing?")
     try:
         if np.iscomplexobj(answer):
-            # Half of it would get lost.
+            # The conversion would drop the imaginary part.
             raise TypeError
         found = np.array(answer, dtype=float)
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: returned {type(answer).__name__}; it must return one number for each pair") from None
-    if found.shape != (len(memory),):
-        raise ValueError(
-            f"{name}: returned the shape {found.shape}; the memory has {len(memory)} pairs, so it must be "
-            f"({len(memory)},)"
-        )
+        kind = type(answer).__name__
+        raise TypeError(f"{name}: returned {kind}; it must return one number for each transition") from None
+    size = len(memory)
+    if found.shape != (size,):
+        raise ValueError(f"{name}: returned the shape {found.shape}; for {size} transitions it must be ({size},)")
     wrong = np.flatnonzero(~np.isfinite(found))
     if len(wrong):
         raise ValueError(
-            f"{name}: is {found[wrong[0]]} for pair {wrong[0]} and {len(wrong)} of {len(found)} in all; every reward "
-            "must be a finite number: give 0 where there is nothing to say"
+            f"{name}: is {found[wrong[0]]} for transition {wrong[0]} and not finite for {len(wrong)} of {size}; return "
+            "0 where nothing is rewarded"
         )
     return found
 
 
 def name_of(reward: Any) -> str:
-    """Return how a reward is called in messages: a function's name, an object's repr."""
+    """Return the name of a reward in messages: of a function its name, of an object its repr."""
     return str(getattr(reward, "__name__", None) or repr(reward))
 
 
 def tabulate(reward: Reward, most: int) -> Floats:
-    """Return what a reward function says of a robot that gained and lost so many targets, for learners on the way.
+    """Return the rewards by the numbers of targets gained and lost, for learners that learn while they act.
 
     Parameters
     ----------
     reward : callable
         It may read the facts `gained` and `lost` only.
     most : int
-        The largest number of either.
+        Largest number of either.
 
     Returns
     -------
@@ -140,7 +138,7 @@ def tabulate(reward: Reward, most: int) -> Floats:
     Raises
     ------
     ValueError
-        If it reads other facts, naming it.
+        If it reads other facts.
     """
     gained, lost = (np.ravel(part) for part in np.mgrid[: most + 1, : most + 1])
     nowhere = np.ones((len(gained), 1))
@@ -151,8 +149,8 @@ def tabulate(reward: Reward, most: int) -> Floats:
         found = rewards_of(memory, reward)
     except (KeyError, ValueError) as error:
         raise ValueError(
-            f"reward {name_of(reward)}: a robot that learns on the way knows only what it itself gained and lost, at "
-            f"most {most} each ({error})"
+            f"reward {name_of(reward)}: a robot that learns while it acts knows only how many targets it gained and "
+            f"lost itself, at most {most} each ({error})"
         ) from error
     table = np.empty((most + 1, most + 1))
     table[memory.fact("gained").astype(int), memory.fact("lost").astype(int)] = found

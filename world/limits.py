@@ -62,7 +62,7 @@ class Limits:
         self._extent = float(max(right - left, top - bottom))
 
     def range(self, name: str, value: float) -> float:
-        """Return a range that is a length and is larger than the rounding of positions in the arena.
+        """Return a range that is a length and exceeds the rounding of positions in the arena.
 
         Parameters
         ----------

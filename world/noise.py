@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import hashlib
 from enum import IntEnum
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, inlined, kernel
+from teamsight.core.kernel import Entry, Record, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
@@ -31,7 +31,19 @@ _WEYL_1 = np.uint64(0xBB67AE85)
 TICKS_A_BLOCK = 4
 LANES = 8
 
-_REQUEST = np.dtype([(name, np.int64) for name in ("key", "identity", "block", "size", "channels", "stream", "tick")])
+
+class Block(NamedTuple):
+    """The record of a call of `fill_block`."""
+
+    block: Annotated[npt.NDArray[np.float64], TICKS_A_BLOCK, "channels", "n"]
+    key: Annotated[npt.NDArray[np.uint64], 2]
+    stream: int
+    tick: int
+    identity: Annotated[npt.NDArray[np.int64], "n"]
+
+
+BLOCK = Record(Block)
+block_at = BLOCK.at
 
 
 class Stream(IntEnum):
@@ -114,10 +126,8 @@ def fill_block(block: Any, key: Any, stream: int, tick: int, identity: Any) -> N
 
 
 def _fill(address: int) -> int:
-    request = array_at(address, 1, _REQUEST)[0]
-    block = array_at(request.block, (4, request.channels, request.size), np.float64)
-    identity = array_at(request.identity, request.size, np.int64)
-    fill_block(block, array_at(request.key, 2, np.uint64), request.stream, request.tick, identity)
+    block = block_at(address)
+    fill_block(block.block, block.key, block.stream, block.tick, block.identity)
     return 0
 
 
@@ -146,10 +156,7 @@ def uniforms(
     """
     identity = np.ascontiguousarray(identity, np.int64)
     block = np.empty((TICKS_A_BLOCK, channels, len(identity)))
-    request = np.zeros(1, _REQUEST)
-    addresses = key.ctypes.data, identity.ctypes.data, block.ctypes.data
-    request[0] = (*addresses, len(identity), channels, stream, tick)
-    _FILL(request.ctypes.data)
+    _FILL(BLOCK.pack(Block(block, key, stream, tick, identity)))
     return np.asarray(block[tick % TICKS_A_BLOCK])
 
 

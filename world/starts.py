@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Record
 from teamsight.world.arena import Arena
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import Stream, philox, stream_number
@@ -18,7 +18,19 @@ from teamsight.world.placement import spread, uniform
 Points = npt.NDArray[np.float64]
 
 _CHANNELS = 3
-_REQUEST = np.dtype([(name, np.int64) for name in ("keys", "runs", "stream", "member", "size", "numbers")])
+
+
+class Request(NamedTuple):
+    """The record of a call of `_fill`; k runs, n agents."""
+
+    keys: Annotated[npt.NDArray[np.uint64], "k", 2]
+    stream: Annotated[npt.NDArray[np.int64], "n"]
+    member: Annotated[npt.NDArray[np.int64], "n"]
+    numbers: Annotated[Points, _CHANNELS, "k", "n"]
+
+
+REQUEST = Record(Request)
+request_at = REQUEST.at
 
 
 class Founders(NamedTuple):
@@ -101,23 +113,15 @@ def _numbers(groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Points
     member = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, np.int64)])
     keys = np.ascontiguousarray(keys, np.uint64)
     numbers = np.empty((_CHANNELS, len(keys), len(member)))
-    request = np.zeros(1, _REQUEST)
-    request[0] = (
-        keys.ctypes.data, len(keys), stream.ctypes.data, member.ctypes.data, len(member), numbers.ctypes.data,
-    )  # fmt: skip
-    _FILL(request.ctypes.data)
+    _FILL(REQUEST.pack(Request(keys, stream, member, numbers)))
     return numbers
 
 
 def _fill(address: int) -> int:
-    request = array_at(address, 1, _REQUEST)[0]
-    keys = array_at(request.keys, (request.runs, 2), np.uint64)
-    stream = array_at(request.stream, request.size, np.int64)
-    member = array_at(request.member, request.size, np.int64)
-    numbers = array_at(request.numbers, (_CHANNELS, request.runs, request.size), np.float64)
+    keys, stream, member, numbers = request_at(address)
     for channel in range(_CHANNELS):
-        for run in range(request.runs):
-            for i in range(request.size):
+        for run in range(keys.shape[0]):
+            for i in range(member.shape[0]):
                 word, _, _, _ = philox(
                     np.uint64(0), np.uint64(member[i]), np.uint64(channel), np.uint64(stream[i]),
                     keys[run, 0], keys[run, 1],

@@ -206,25 +206,25 @@ def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     scene = GuardedScene(degree, sample)
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
     situation = scene.situate(blank)
-    told = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
+    place = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
     unwritten = situation.view(np.uint32) == _UNWRITTEN
     if unwritten.any():
         i, j = np.argwhere(unwritten)[0].tolist()
         raise ValueError(
-            f"{told.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
+            f"{place.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
             f"or mend width({sample.team_size})"
         )
     wrong = ~(np.abs(situation) <= _MOST)
     if wrong.any():
         i, j = np.argwhere(wrong)[0].tolist()
         raise ValueError(
-            f"{told.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
+            f"{place.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
             "write 1 where nothing is sensed"
         )
     again = scene.situate(np.full((size, width), 0.5, np.float32))
     if not np.array_equal(situation, again):
         i, j = np.argwhere(situation != again)[0].tolist()
         raise ValueError(
-            f"{told.format(i)} writes {situation[i, j]:g} or {again[i, j]:g} to input {j}, by what stood there before; "
+            f"{place.format(i)} writes {situation[i, j]:g} or {again[i, j]:g} to input {j}, depending on what it was; "
             "write before you read"
         )

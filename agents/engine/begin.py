@@ -41,8 +41,8 @@ def first_states(data: WorldData) -> list[Any]:
     return [first_state(group.policy, len(group)) for group in data.groups]
 
 
-def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) -> bool:
-    """Put all groups back to the start of a run; return whether the records still describe them.
+def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any], keep: bool) -> None:
+    """Put all groups back to the start of a run.
 
     Parameters
     ----------
@@ -54,8 +54,9 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) 
         Which run of `start`.
     states : list
         From `first_states`.
+    keep : bool
+        Whether the arrays that the records describe are kept; see `is_rewritable`.
     """
-    keep = is_rewritable(data)
     first = 0
     for group, state in zip(data.groups, states, strict=True):
         last = first + group.founders.size
@@ -66,7 +67,6 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any]) 
                 old[:] = new
         else:
             group.begin(state)
-    return keep
 
 
 def is_rewritable(data: WorldData) -> bool:

@@ -87,6 +87,7 @@ class Binding:
             self._relation_records,
             self._log_records,
             stretch.buffer.array,
+            stretch.present,
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
             np.zeros((bodies if is_watched(data.arena) else 0, 6)),
@@ -195,8 +196,6 @@ class Binding:
         self.progress[:] = 0
         for group in self._group_records:
             group.value.block[:] = -1
-        for met in self._met.values():
-            met[:] = 0
 
 
 def _side(group: Members) -> str | int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teamsight.agents.engine import present
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.connect import connect
 from teamsight.agents.engine.failures import check_places, failure, insatiable
@@ -216,11 +215,9 @@ class Engine:
             self.is_bound = False
 
     def present(self, name: str) -> float:
-        """Return a column of the history as it would be for the present positions."""
+        """Return `observed` or `mean_neighbours` for the present positions."""
         self.prepare()
-        if self._is_recorded:
-            return float(self.stretch.columns(self.stretch.rows - 1)[name][0])
-        return {"observed": present.observed_share, "mean_neighbours": present.mean_neighbours}[name](self.relations)
+        return self.stretch.reading(name, self._is_recorded)
 
     def _make_room(self, steps: int) -> None:
         trail = self.trails[-1] if self._every else None

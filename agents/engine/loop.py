@@ -222,7 +222,18 @@ def _end_step(address: int) -> int:
 
 
 def _see(address: int) -> int:
-    return _look(address)
+    status = _look(address)
+    if status != DONE:
+        return status
+    world = world_at(address)
+    # No step has the stamp -1; but it may be that of the last look.
+    for r in range(world.relations.shape[0]):
+        met = relation_at(world.relations[r]).met
+        for body in range(met.shape[0]):
+            met[body] = 0
+    for r in range(world.relations.shape[0]):
+        _record_relation(world.relations[r], world.present[r], -1)
+    return DONE
 
 
 RUN = Entry(_run)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, readonly
 from teamsight.core.neighbour_list import NeighbourList
-from teamsight.policies.check import check_action, check_answer
+from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one
 from teamsight.world.noise import Stream, generator, stream_number, uniforms

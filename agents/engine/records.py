@@ -164,6 +164,8 @@ class WorldArrays(NamedTuple):
     history : ndarray, shape (steps, relations, 3), int64
         For each step and relation: how many neighbours there are, the most of one observer, and how many of the
         observed are seen for the first time in the step by the observers' side.
+    present : ndarray, shape (relations, 3), int64
+        The same for the present positions, before the first step that is recorded.
     every : int
         Keep positions each so many steps; 0 for never.
     trail : ndarray, shape (rows, bodies, 2), float64
@@ -179,6 +181,7 @@ class WorldArrays(NamedTuple):
     relations: list[Packed[RelationArrays]]
     logs: list[Packed[LogArrays]]
     history: Annotated[Integers, "steps", "relations", HISTORY_COLUMNS]
+    present: Annotated[Integers, "relations", HISTORY_COLUMNS]
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]

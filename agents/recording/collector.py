@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,7 +55,9 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     def emptied(self) -> HistoryCollector:
         """Return a collector that has collected nothing, without the checks of a new one."""
-        other = copy.copy(self)
+        # By hand, because `copy.copy` takes ten times as long.
+        other = object.__new__(HistoryCollector)
+        other.__dict__.update(vars(self))
         other._pending = []
         other._model_vars = {name: [] for name in REPORTERS}
         if hasattr(self, "_steps"):

@@ -1,4 +1,4 @@
-"""Exploration: let robots act, and keep what they meet as a lazy memory."""
+"""Exploration: run a world and return the robots' transitions as a lazy memory."""
 
 from __future__ import annotations
 
@@ -17,32 +17,30 @@ from teamsight.policies.memory import LazyMemory
 
 
 def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
-    """Run a world and return what the robots of a group meet: a pair for each robot and step.
+    """Run a world and return the transitions of a group: one per robot and step.
 
     Parameters
     ----------
     world : World
-        Any; its policies decide, its degrees of awareness tell the situations.
+        Any world. Its policies choose the actions, its degrees of awareness determine the situations.
     steps : int
-        How many steps to run, at least 1.
+        Number of steps, at least 1.
     group : Group, optional
-        Whose experience; by default that of the first group that is on a team.
+        The group whose transitions are recorded; by default the first group on a team.
 
     Returns
     -------
     LazyMemory
-        Its settings tell the world.
+        Its settings describe the world.
 
     Raises
     ------
     TypeError, ValueError
-        If `world` is no world, `steps` is no whole number of at least 1, there is no such group, or nobody is left in
-        it.
+        If `world` is no world, `steps` is no whole number of at least 1, or the group is unknown or empty.
 
     Notes
     -----
-    *Source:* §8.1: the exploration is made once, whatever is to be learned. §8.2: 5 robots and
-    120 steps are 600 pairs.
+    *Source:* §8.1: one exploration serves every objective. §8.2: 5 robots and 120 steps give 600 transitions.
     """
     if not isinstance(world, World):
         shown = f"{checks.shown(world)}: is no world; give one"
@@ -57,7 +55,7 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
 
 
 def meet(world: World, group: Group, steps: int) -> Transitions:
-    """Run a world from where it is and return what the robots of a group meet in these steps."""
+    """Run a world from its present state and return the transitions of a group in these steps."""
     world.recording.record_transitions(group)
     before = len(world.recording.transitions(group).situation)
     world.run(steps)
@@ -67,12 +65,12 @@ def meet(world: World, group: Group, steps: int) -> Transitions:
 
 
 def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str, Any]) -> LazyMemory:
-    """Return the lazy memory of what robots like those of a group met in several worlds.
+    """Return the lazy memory of transitions from several worlds with the degree of awareness of a group.
 
     Raises
     ------
     ValueError
-        If the situations of the parts differ in width, or there is no pair.
+        If the situations of the parts differ in width, or there is no transition.
     """
     kept = list(parts)
     widths = sorted({part.situation.shape[1] for part in kept})
@@ -92,16 +90,16 @@ def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str,
 
 
 def settings_of(world: World, group: Group) -> dict[str, Any]:
-    """Return what tells a world's exploration from others, fit for JSON."""
+    """Return the settings of a world that matter for its transitions, JSON-serialisable."""
     group.host.look()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     return {
         "awareness": repr(group.awareness),
         "degree": group.awareness.name,
-        "policy": _told(group.policy),
+        "policy": _described(group.policy),
         "robots": sum(map(len, team_of(world.groups, group) or [group])),
         "targets": sum(map(len, targets)),
-        "target_policy": ", ".join(_told(other.policy) for other in targets),
+        "target_policy": ", ".join(_described(other.policy) for other in targets),
         "arena": repr(world.arena),
         "radius": getattr(world.arena, "radius", None),
         "robot_speed": _range(group.speed),
@@ -111,14 +109,14 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
     }
 
 
-def _told(policy: Any) -> str:
-    """Return a policy's name and constants, or its name alone where its repr tells where it lies in memory."""
-    told = repr(policy)
-    return str(getattr(policy, "__name__", type(policy).__name__)) if " at 0x" in told else told
+def _described(policy: Any) -> str:
+    """Return the repr of a policy, or only its name if its repr contains an address."""
+    text = repr(policy)
+    return str(getattr(policy, "__name__", type(policy).__name__)) if " at 0x" in text else text
 
 
 def _range(values: npt.NDArray[np.float64]) -> float | list[float] | None:
-    """Return the value that all have, or the smallest and the largest."""
+    """Return the common value, or the smallest and the largest."""
     if not len(values):
         return None
     low, high = float(values.min()), float(values.max())
@@ -129,4 +127,4 @@ def _explorers(world: World) -> Group:
     for group in world.groups:
         if group.team is not None and len(group):
             return group
-    raise ValueError("explore(…): no robot is on a team in this world; name the group whose experience is to be kept")
+    raise ValueError("explore(…): no robot is on a team; name the group whose transitions are to be recorded")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from teamsight.agents.engine.records import HISTORY_COLUMNS
 from teamsight.core.buffer import Buffer
 
 _EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
-_FIRST_ROWS = 64
+_FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
 
 class Stretch:
@@ -35,14 +34,19 @@ class Stretch:
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
         self.buffer = Buffer((len(relations), HISTORY_COLUMNS), np.int64, _FIRST_ROWS)
+        # What the columns of the next row would be made of, for the positions before the first step.
+        self.present = np.zeros((len(relations), HISTORY_COLUMNS), np.int64)
         self.observed_sum = 0
         self.largest = 0
         self._summed = 0
 
     def emptied(self) -> Stretch:
         """Return a stretch of the same relations without rows; this one stays as it is."""
-        other = copy.copy(self)
-        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, _FIRST_ROWS)
+        other = object.__new__(Stretch)
+        vars(other).update(vars(self))
+        # As much room as before, because the next run is often as long.
+        room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
+        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
         other.observed_sum = other.largest = other._summed = 0
         return other
 
@@ -67,6 +71,13 @@ class Stretch:
     def edges(self) -> int:
         """The number of edges between teammates in all rows."""
         return int(self.buffer.written[:, self._teammates, _EDGES].sum())
+
+    def reading(self, name: str, is_recorded: bool) -> float:
+        """Return `observed` or `mean_neighbours` of the last row, or of the present before it is recorded."""
+        row = self.buffer.array[self.rows - 1] if is_recorded else self.present
+        if name == "observed":
+            return float(sum(row[r, _OBSERVED] for r in self._targets) / (self.targets or np.nan))
+        return float(sum(row[r, _EDGES] for r in self._teammates) / (self.robots or np.nan))
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""

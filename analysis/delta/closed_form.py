@@ -14,7 +14,7 @@ from scipy import stats
 
 from teamsight.core import checks
 
-# Midpoints over the disc's area; more of them change no prediction in its first six digits.
+# Midpoints over the area of the disc; more do not change the first six digits of a prediction.
 _RINGS = 2000
 _BLOCK = 64
 _NEVER = 1e-40
@@ -22,14 +22,14 @@ _NEVER = 1e-40
 
 @dataclass(frozen=True)
 class Prediction:
-    """What the closed form says of the largest degree.
+    """Prediction of the largest degree by the closed form.
 
     Parameters
     ----------
     at_least : ndarray of float64, shape (N,)
         P(the largest degree ≥ k), for k = 0 .. N − 1.
     snapshots : float
-        T_eff, the number of independent snapshots that the runs amount to.
+        T_eff, the effective number of independent snapshots in the runs.
     """
 
     at_least: NDArray[np.float64]
@@ -119,9 +119,9 @@ def predict(
     steps : int
         T, the length of a run.
     runs : int
-        Over how many runs the largest degree is taken; 1 for the exceedance in *a* run.
+        Number of runs over which the largest degree is taken; 1 for the exceedance in one run.
     awareness_range : float
-        r, within which two robots are neighbours [length].
+        r, distance within which two robots are neighbours [length].
     speed : float
         v, the length of a step [length per step].
 
@@ -140,9 +140,9 @@ def predict(
 
     *Source:* this package; the paper only measures (Figs. 4 and 5).
 
-    *Departs:* robots neither attract nor repel each other, and the robots of one snapshot count as independent. A
-    policy that keeps robots apart (A-CMOMMT) stays below the prediction, one that gathers them exceeds it; then only
-    the simulation counts.
+    *Departs:* robots neither attract nor repel each other, and the robots of a snapshot count as independent. Policies
+    that keep robots apart (A-CMOMMT) stay below the prediction, those that gather them exceed it; for these only a
+    simulation is valid.
     """
     team_size = checks.count("team_size", team_size)
     steps, runs = checks.count("steps", steps), checks.count("runs", runs)

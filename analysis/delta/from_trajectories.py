@@ -1,4 +1,4 @@
-"""δ from the recorded positions of real robots, without a model of them."""
+"""δ from recorded positions, without a model of the robots."""
 
 from __future__ import annotations
 
@@ -39,42 +39,41 @@ def delta_from_trajectories(
     Parameters
     ----------
     trajectories : DataFrame
-        As `read_trajectories` returns; any other is checked in the same way first.
+        From `read_trajectories`, or a table of the same columns, which is checked in the same way.
     awareness_range : float
-        Within which distance two robots are neighbours [length].
+        Distance within which two robots are neighbours [length].
     risk : float
-        Accepted probability that in a window any robot has more than δ neighbours; between 0 and 1.
+        Maximum probability that any robot has more than δ neighbours during a window; between 0 and 1.
     window : float, optional
-        Length of the stretch of time that the risk is for [time]. When not given: the whole recording where the record
-        holds at least ten alike, otherwise a twentieth of the record; see `trajectory_trials.window_frames`.
+        Duration for which the risk is stated [time]. By default the whole recording if the record has at least ten
+        similar ones, otherwise a twentieth of the record; see `trajectory_trials.window_frames`.
     arena : Disc, Box or Torus, optional
-        Distances wrap on a torus; a disc allows the closed form; without one there is no prediction.
+        Distances are periodic in a torus. Only a disc has the closed form.
     step, max_gap : float, optional
-        Time between frames, and the longest gap in a robot's samples that is bridged [time]; see `make_grid`.
+        Time between frames, and longest gap between samples of a robot that is interpolated [time]; see `make_grid`.
     confidence : float
-        Of each bound by itself.
+        Confidence of each bound by itself.
     subject : str, optional
-        One line that says what was recorded.
+        Description of the record, in one line.
     progress : callable, optional
-        Called with the frames done and the frames in all, now and then.
+        Called with the frames done and the frames in all.
 
     Returns
     -------
     DeltaReport
-        Its trials are the whole windows of the record, or its runs or pieces; its ``over_time`` the frames.
+        Its trials are the complete windows of the record, or its runs or pieces; ``over_time`` has the frames.
 
     Raises
     ------
     ValueError, TypeError
-        If the record or a number is not as it must be.
+        If the record or a number is invalid.
 
     Notes
     -----
-    Runs (a column of that name) are independent of each other. Windows of one run that follow each other resemble each
-    other, so they count as fewer independent ones: see `exceedance.effective_number`, taken of their largest and of
-    their mean degree, whichever gives less. What is left after the last whole window of a stretch counts for the
-    largest degree only; so do windows in which fewer than half as many robots are present as in the median window, as
-    while a team is being switched on.
+    Runs (a column of that name) are independent of each other. Successive windows of a run are correlated, so they
+    count as fewer independent ones: see `exceedance.effective_number`, applied to their largest and to their mean
+    degree; the smaller result counts. The frames after the last complete window of a piece count for the largest
+    degree only, and so do windows with less than half as many robots as the median window.
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)

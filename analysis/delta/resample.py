@@ -1,10 +1,9 @@
-"""Frames of a record: where all robots were at common times, although each reported at times of its own.
+"""Frames of a record: the positions of all robots at common times, from samples at different times.
 
-A record comes in pieces: its runs, divided further by gaps in which no robot at all has a sample for longer than is
-bridged. In each piece the frames lie on a regular grid of times that starts at its first sample; in gaps there are
-none. A robot's place at a grid time is interpolated linearly between its samples before and after, if these are at most
-`max_gap` apart; in a longer gap, before its first sample and after its last, it is absent, and nobody's neighbour. So
-degrees are lower bounds wherever robots are absent.
+A record is divided into pieces: into runs, and at gaps longer than `max_gap` in which no robot has a sample. The frames
+of a piece are on a regular grid of times that starts at its first sample. A robot's position is interpolated linearly
+between its samples before and after, if these are at most `max_gap` apart. In a longer gap, before its first sample and
+after its last, it is absent and not counted as a neighbour. So degrees are lower bounds wherever robots are absent.
 """
 
 from __future__ import annotations
@@ -21,34 +20,34 @@ from teamsight.core import checks
 
 Floats = NDArray[np.float64]
 
-# Robots times frames in a block: 2 million places take 32 MB.
+# Robots times frames in a block: 2 million positions take 32 MB.
 _BLOCK = 2_000_000
 _MOST_FRAMES = 10_000_000
-# A gap of several samples is bridged: of samples at random times, one gap in 32 is longer than five medians.
+# Medians of the longest gap that is interpolated: of samples at random times, one gap in 32 is longer.
 _BRIDGED = 5.0
-# A sample this close to a grid time, in steps, is at it: 0.1 + 0.2 is not 0.3.
+# Tolerance, in steps, within which a sample is at a grid time: 0.1 + 0.2 is not 0.3.
 _SAME = 1e-6
 
 
 class Grid(NamedTuple):
-    """The times of the frames, piece by piece: start + step · (0 .. length − 1).
+    """The times of the frames of each piece: start + step · (0 .. length − 1).
 
     Attributes
     ----------
     start : ndarray of float64, shape (pieces,)
-        The time of the first frame of each.
+        Time of the first frame.
     length : ndarray of int64, shape (pieces,)
-        How many frames each has.
+        Number of frames.
     run : ndarray of int64, shape (pieces,)
-        The number of the run that each is of; ascending, and the times ascend within a run.
+        Number of the run of each piece; ascending, and times ascend within a run.
     gaps : ndarray of float64, shape (pieces − runs,)
-        The time without any sample between the pieces of one run.
+        Durations without any sample between the pieces of a run.
     step : float
-        The time between frames.
+        Time between frames.
     max_gap : float
-        The longest gap between two samples of a robot that is bridged.
+        Longest gap between two samples of a robot that is interpolated.
     robots : int
-        The most robots that have samples in one piece.
+        Largest number of robots in one piece.
     """
 
     start: Floats
@@ -76,7 +75,7 @@ class Grid(NamedTuple):
 
 
 class Trajectory(NamedTuple):
-    """The samples of one robot in the order of time: arrays of one length."""
+    """The samples of one robot in the order of time: arrays of equal length."""
 
     time: Floats
     x: Floats
@@ -84,9 +83,7 @@ class Trajectory(NamedTuple):
 
 
 class Block(NamedTuple):
-    """Successive frames of one piece: the number of the first, their times (f,), and the places of the robots of its
-    run (f, robots, 2), NaN where absent.
-    """
+    """Successive frames of a piece: number of the first, times (f,), and positions (f, robots, 2), NaN if absent."""
 
     first: int
     time: Floats
@@ -94,7 +91,7 @@ class Block(NamedTuple):
 
 
 def _codes(trajectories: pd.DataFrame) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the number of the run and of the robot in each row."""
+    """Return the numbers of the run and of the robot of each row."""
     robot = np.asarray(trajectories["robot"].cat.codes, np.int64)
     run = np.asarray(trajectories["run"].cat.codes, np.int64) if "run" in trajectories else np.zeros_like(robot)
     return run, robot
@@ -113,12 +110,12 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
     Parameters
     ----------
     trajectories : DataFrame
-        As `read_trajectories` returns.
+        From `read_trajectories`.
     step : float, optional
-        Time between frames; the median interval between a robot's successive samples when not given.
+        Time between frames; by default the median interval between successive samples of a robot.
     max_gap : float, optional
-        The longest gap that is bridged; five times the median interval when not given, but at least `step`. A gap of
-        all robots that is longer divides the record.
+        Longest gap that is interpolated; by default five times the median interval, but at least `step`. A longer gap
+        of all robots divides the record.
 
     Raises
     ------
@@ -152,12 +149,12 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
 
 
 def _pieces(trajectories: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:
-    """Return start, end and run of each piece of a record, the gaps within runs, and the most robots in a piece."""
+    """Return start, end and run of each piece, the gaps within runs, and the largest number of robots in a piece."""
     run, robot = _codes(trajectories)
     order = np.lexsort((trajectories["time"], run))
     time, run, robot = trajectories["time"].to_numpy()[order], run[order], robot[order]
     wait = np.diff(time)
-    # Times in seconds since 1970 have been rounded.
+    # Times in seconds since 1970 are rounded.
     waits = wait > max_gap * (1 + 1e-9) + 16 * np.spacing(np.abs(time[1:]))
     runs = np.diff(run) != 0
     new = np.concatenate([[True], runs | waits])
@@ -170,17 +167,16 @@ def _pieces(trajectories: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats,
 
 
 def blocks(trajectories: pd.DataFrame, grid: Grid, period: tuple[float, float] = (0.0, 0.0)) -> Iterator[Block]:
-    """Yield all frames in blocks that fit in memory, none of which reaches over a gap.
+    """Yield all frames in blocks that fit in memory; no block includes a gap.
 
     Parameters
     ----------
     trajectories : DataFrame
-        As `read_trajectories` returns.
+        From `read_trajectories`.
     grid : Grid
-        When the frames are.
+        Times of the frames.
     period : (float, float)
-        Distances after which the arena repeats along x and y, 0 where it does not: the line between two samples is the
-        shortest way.
+        Periods of the arena along x and y, 0 if it is not periodic. Robots move the shortest way between two samples.
     """
     columns = [trajectories[column].to_numpy() for column in ("time", "x", "y")]
     starts = trajectory_starts(trajectories)
@@ -202,7 +198,7 @@ def blocks(trajectories: pd.DataFrame, grid: Grid, period: tuple[float, float] =
 
 
 def _places(trajectory: Trajectory, at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
-    """Return one robot's places at the times `at`, NaN where it is absent; shape (len(at), 2)."""
+    """Return the positions of a robot at the times `at`, NaN if it is absent; shape (len(at), 2)."""
     time = trajectory.time
     same = _SAME * grid.step
     before = np.searchsorted(time, at + same, side="right") - 1

@@ -1,4 +1,4 @@
-"""How many teammates a ring of δ sectors really shows: those that share a sector merge into the nearest of them."""
+"""Occupancy of the sectors of a ring: neighbours in the same sector merge into the nearest of them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Ints = NDArray[np.int64]
 
 
 class Bearings(NamedTuple):
-    """Where robots had their neighbours, gathered over many robots and times.
+    """Bearings of neighbours, sampled over many robots and times.
 
     ``degree`` (m,) int64 is the number of neighbours of each robot and time; ``turn`` (degree.sum(),) float64 their
-    bearings, robot by robot, anticlockwise from the heading, as fractions of a full turn in [0, 1).
+    bearings, in the same order, anticlockwise from the heading, as fractions of a full turn in [0, 1).
     """
 
     degree: Ints
@@ -28,7 +28,7 @@ class Bearings(NamedTuple):
 
 
 def expected_sectors(neighbours: int | Ints, sectors: int) -> Floats:
-    """Return how many of δ sectors k neighbours in independent, uniform directions occupy on average.
+    """Return the mean number of δ sectors that k neighbours in independent, uniform directions occupy.
 
     Notes
     -----
@@ -57,14 +57,14 @@ def sector_distribution(neighbours: int, sectors: int) -> Floats:
 
 
 def bearings(graph: NeighbourList, heading: Floats) -> Bearings:
-    """Return where each robot has its neighbours, relative to its heading.
+    """Return the bearings of each robot's neighbours, relative to its heading.
 
     Parameters
     ----------
     graph : NeighbourList
         Robots among themselves.
     heading : ndarray of float64, shape (n, 2)
-        Directions, of any length; a robot whose heading is zero or NaN is left out.
+        Headings, of any length; robots whose heading is zero or NaN are left out.
     """
     known = np.hypot(heading[:, 0], heading[:, 1]) > 0  # False for NaN
     degree = np.diff(graph.start)
@@ -77,17 +77,17 @@ def bearings(graph: NeighbourList, heading: Floats) -> Bearings:
 
 
 def gather(parts: Iterable[Bearings]) -> Bearings:
-    """Return all bearings in one."""
+    """Return all samples together."""
     parts = [Bearings(np.empty(0, np.int64), np.empty(0)), *parts]
     return Bearings(np.concatenate([part.degree for part in parts]), np.concatenate([part.turn for part in parts]))
 
 
 def occupied_sectors(found: Bearings, sectors: int) -> Ints:
-    """Return for each robot and time how many of δ sectors hold a neighbour, int64 of shape (m,).
+    """Return the number of δ sectors with a neighbour for each robot and time, int64 of shape (m,).
 
     Notes
     -----
-    The first sector is centred on the heading, as in `RingAwareness`.
+    As in `RingAwareness`, the first sector is centred on the heading.
     """
     sectors = checks.count("sectors", sectors)
     owner = np.repeat(np.arange(len(found.degree)), found.degree)
@@ -96,23 +96,23 @@ def occupied_sectors(found: Bearings, sectors: int) -> Ints:
 
 
 def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFrame:
-    """Return how many of their neighbours rings of several sizes show, by formula and as measured.
+    """Return the mean number of neighbours that rings of several sizes show, by formula and as measured.
 
     Parameters
     ----------
     found : Bearings
-        What was measured.
+        The samples.
     rings : iterable of int
         Numbers of sectors.
     largest : int
-        Largest number of neighbours to list.
+        Largest number of neighbours in the table.
 
     Returns
     -------
     DataFrame
         One row for each ring and number of neighbours from 1 to `largest`: sectors, neighbours, samples (int64);
         expected and shown, the mean occupied sectors by formula and as measured; hidden, the mean number of neighbours
-        that merging hides; all_shown, the share of samples in which it hides none (float64, NaN without samples).
+        that merging hides; all_shown, the share of samples in which none is hidden (float64, NaN without samples).
     """
     rows = []
     for sectors in sorted(set(rings)):
@@ -128,7 +128,7 @@ def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFr
 
 
 def merging_table(found: Bearings, sectors: int) -> pd.DataFrame:
-    """Return how the number of occupied sectors is distributed, by formula and as measured.
+    """Return the distribution of the number of occupied sectors, by formula and as measured.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The conditions that a prediction of degrees rests on: how many robots, how far they sense, how fast they move."""
+"""Conditions of a prediction of degrees: team size, awareness range, arena and speed."""
 
 from __future__ import annotations
 
@@ -42,26 +42,26 @@ def conditions(world: World) -> Conditions:
 
 
 def awareness_range(met: set[Conditions]) -> float | None:
-    """Return the one range of all robots, or None if there are several."""
+    """Return the range of all robots, or None if they differ."""
     reaches = {one.awareness_range for one in met if one.robots}
     return reaches.pop() if len(reaches) == 1 else None
 
 
 def predict(met: set[Conditions], size: int, steps: int) -> Prediction | None:
-    """Return the closed form for one run, or None where it does not apply.
+    """Return the closed form for one run, or None if it does not apply.
 
     Parameters
     ----------
     met : set of Conditions
-        Those before and after each run.
+        Conditions before and after each run.
     size : int
-        The size of the largest team.
+        Size of the largest team.
     steps : int
         T, the length of a run.
 
     Notes
     -----
-    The form is for one team in a disc that stays as it is; so the conditions must all be the same.
+    The closed form is for one constant team in a disc, so all conditions must be equal.
     """
     if len(met) > 1:
         return None
@@ -72,18 +72,19 @@ def predict(met: set[Conditions], size: int, steps: int) -> Prediction | None:
 
 
 def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
-    """Return what a reader must know of the teams to understand N.
+    """Return notes on the meaning of N.
 
     Parameters
     ----------
     met : set of Conditions
-        Those before and after each run.
+        Conditions before and after each run.
     size : int
-        The size of the largest team.
+        Size of the largest team.
     """
     said = []
     if max(one.teams for one in met) > 1:
-        said.append(f"There are several teams: δ is for a robot among its own team, and N = {size} is the largest.")
+        largest = f"N = {size} is the size of the largest team"
+        said.append(f"There are several teams: only teammates are neighbours, and {largest}.")
     if len({one.robots for one in met} | {size}) > 1:
-        said.append(f"The number of robots changes: N = {size} is the most that were counted in one team at once.")
+        said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
     return tuple(said)

@@ -1,4 +1,4 @@
-"""Recorded positions from a file or a DataFrame: read, checked to the last row, and put in order."""
+"""Recorded positions from a file or a DataFrame: read, check all rows, and sort by robot."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ import pandas as pd
 #: Called with the parts of the work done and the parts in all.
 Progress = Callable[[int, int], None]
 
-#: What a record needs.
+#: Required columns.
 COLUMNS = ("time", "robot", "x", "y")
-#: What divides a record into runs, if it is there; other columns are ignored.
+#: Optional column that divides a record into runs; other columns are ignored.
 RUN = "run"
 _NUMBERS = ("time", "x", "y")
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
-# Columns of text with more different values than this are read as plain text.
+# Text columns with more distinct values are not read as categories.
 _NAMES = 100_000
 
 
@@ -34,10 +34,10 @@ def read_trajectories(
     path : path
         A CSV file (.csv, .csv.gz; separated by commas, with a header) or a Parquet file (.parquet, .pq) with the
         columns time, robot, x, y. Time and positions are numbers; robots are named by whole numbers or text. Missing
-        samples are rows that are not there. An optional column run, of whole numbers or text, names the recording
-        (the episode) that a row belongs to; times and robots' names may be the same in several runs.
+        samples have no row. An optional column run, of whole numbers or text, names the recording (the episode) of a
+        row; times and names of robots may repeat in other runs.
     sort : bool
-        Sort the rows of each robot of a run by time instead of refusing those that go back in time.
+        Sort the rows of each robot of a run by time instead of raising an error if times decrease.
     progress : callable, optional
         Called with the parts of the work done and the parts in all.
 
@@ -54,27 +54,27 @@ def read_trajectories(
 
     Notes
     -----
-    Runs and robots may be interleaved in any way, but the times of each robot must increase from row to row within a
-    run. A robot that goes back in time usually means a clock that was set, two robots under one name, or a new
-    recording; sorting would silently weave two trajectories into one, so it happens on request only.
+    The rows of runs and robots may be in any order, but the times of each robot must increase within a run. Decreasing
+    times usually mean that a clock was set, two robots have one name, or a new recording begins. Sorting would combine
+    two trajectories without notice, so it must be requested.
     """
     place = Path(path)
     name = place.name.lower()
     if not name.endswith(_EXTENSIONS):
         raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
-    _tell(progress, 0)
+    _report(progress, 0)
     try:
         table = _read_csv(place) if name.endswith((".csv", ".csv.gz")) else _read_parquet(place)
     except OSError as error:
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
-    _tell(progress, 1)
+    _report(progress, 1)
     checked = check_trajectories(table, sort=sort, name=str(place))
-    _tell(progress, 2)
+    _report(progress, 2)
     return checked
 
 
-def _tell(progress: Progress | None, done: int) -> None:
+def _report(progress: Progress | None, done: int) -> None:
     if progress is not None:
         progress(done, 2)
 
@@ -118,7 +118,7 @@ def _present(found: list[str]) -> list[str]:
 
 
 def _frame(table: Any) -> pd.DataFrame:
-    """Return a table of pyarrow as one of pandas; dates that name recordings are text."""
+    """Return a table of pyarrow as a DataFrame; dates that name runs become text."""
     import pyarrow as pa
 
     columns = {name: table.column(name) for name in table.column_names}
@@ -138,7 +138,7 @@ def _first_line(error: Exception) -> str:
 
 
 def _check_columns(found: list[Any], name: str) -> None:
-    """Refuse a table that lacks a column, or has one twice."""
+    """Raise an error for a missing or repeated column."""
     names = [str(column) for column in found]
     twice = sorted({column for column in (*COLUMNS, RUN) if names.count(column) > 1})
     if twice:
@@ -165,16 +165,16 @@ def _near(column: str, spare: list[str]) -> str | None:
 
 
 def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: str = "trajectories") -> pd.DataFrame:
-    """Return recorded positions in the form of `read_trajectories`, after the same checks.
+    """Return recorded positions in the form of `read_trajectories`, with the same checks.
 
     Parameters
     ----------
     trajectories : DataFrame
         Columns time, robot, x, y, and run if there are several.
     sort : bool
-        Sort the rows of each robot of a run by time instead of refusing those that go back in time.
+        Sort the rows of each robot of a run by time instead of raising an error if times decrease.
     name : str
-        What errors call the record.
+        Name of the record in errors.
     """
     _check_columns(list(trajectories.columns), name)
     if not len(trajectories):
@@ -199,7 +199,7 @@ def _one_run(size: int) -> pd.Categorical:
 
 
 def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
-    """Return the names of robots or of runs as categories, none unused."""
+    """Return the names of robots or of runs as categories that are all used."""
     what = column.name
     missing = column.isna().to_numpy()
     if missing.any():
@@ -219,7 +219,7 @@ def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
 
 
 def _numbers(column: pd.Series[Any], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return a column as float64, all of it finite."""
+    """Return a column as float64, after checking that all values are finite."""
     if (
         isinstance(column.dtype, pd.CategoricalDtype)
         or column.dtype == object
@@ -254,7 +254,7 @@ def _shown(value: Any) -> str:
 
 
 def _order(run: Any, code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dtype[np.int64]] | None:
-    """Return the rows run by run and robot by robot, or None when they are so already."""
+    """Return the order of the rows by run and robot, or None if they are in order."""
     if sort:
         return np.lexsort((time, code, run))
     place = np.asarray(run, np.int64) * (int(code.max()) + 1) + code
@@ -264,7 +264,7 @@ def _order(run: Any, code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dty
 
 
 def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, order: Any, name: str) -> None:
-    """Refuse a robot that is twice at one time, or that goes back in time."""
+    """Raise an error if a robot has two rows at one time, or if its times decrease."""
     code = robot.codes
     wrong = (time[1:] <= time[:-1]) & (code[1:] == code[:-1]) & (run.codes[1:] == run.codes[:-1])
     if not wrong.any():
@@ -277,11 +277,11 @@ def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, order: A
     if time[later] == time[later - 1]:
         raise ValueError(
             f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them, or "
-            "tell recordings apart by a column run"
+            "distinguish recordings by a column run"
         )
     back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
     cure = (
-        "look for a clock that was set, two robots under one name or a new recording (give it a number in a column "
-        "run), or else sort: --sort, read_trajectories(…, sort=True)"
+        "check for a clock that was set, two robots with one name or a new recording (number it in a column run), or "
+        "sort: --sort, read_trajectories(…, sort=True)"
     )
     raise ValueError(f"{name}: {who} {back}; {cure}")

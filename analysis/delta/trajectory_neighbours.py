@@ -26,11 +26,11 @@ _SAMPLES = 200_000
 
 
 class Neighbours(NamedTuple):
-    """What a record shows of neighbours.
+    """The neighbours in a record.
 
-    ``over_time`` has one row a frame: run (its name; without a column of runs, the number of the piece between two
-    gaps), time, robots (present), mean_degree, max_degree. ``robots`` is the most that were seen in one piece.
-    ``move`` is the root of the mean squared distance that a robot covers between frames [length].
+    ``over_time`` has one row a frame: run (its name, or without a column of runs the number of the piece between two
+    gaps), time, robots (present), mean_degree, max_degree. ``robots`` is the largest number of robots in one piece,
+    ``move`` the root mean square of the distance that a robot moves between frames [length].
     """
 
     over_time: pd.DataFrame
@@ -55,15 +55,15 @@ def neighbours_over_time(
     Parameters
     ----------
     trajectories : DataFrame
-        As `read_trajectories` returns.
+        From `read_trajectories`.
     awareness_range : float
-        Within which distance two robots are neighbours [length].
+        Distance within which two robots are neighbours [length].
     arena : Disc, Box or Torus, optional
-        Distances wrap on a torus; other arenas change no distance.
+        Changes distances only if it is periodic, as a torus is.
     step, max_gap : float, optional
         See `make_grid`.
     progress : callable, optional
-        Called with the frames done and the frames in all, now and then.
+        Called with the frames done and the frames in all.
 
     Raises
     ------
@@ -72,10 +72,10 @@ def neighbours_over_time(
 
     Notes
     -----
-    There are no frames in gaps in which no robot has a sample for longer than `max_gap`, nor between runs.
+    There are no frames between runs, or in gaps longer than `max_gap` in which no robot has a sample.
 
-    A robot's heading is the direction in which it moves around the frame; one that stands still or is absent just
-    before or after has none and is left out of the bearings, as an observer only.
+    The heading of a robot is the direction of its motion from the frame before to the frame after. A robot that does
+    not move, or is absent in one of them, has no heading, and its bearings are not sampled.
     """
     awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
     if arena is not None:
@@ -109,7 +109,7 @@ def neighbours_over_time(
 
 
 def _wrapping(arena: Arena | None) -> Arena | None:
-    """Return the arena if its distances are not those of the plane."""
+    """Return the arena if it is periodic."""
     return arena if arena is not None and max(arena.period) > 0 else None
 
 
@@ -124,6 +124,6 @@ def _steps(start: Any, end: Any, arena: Arena | None) -> NDArray[np.float64]:
 
 
 def _headings(block: Block, frame: int, arena: Arena | None) -> NDArray[np.float64]:
-    """Return the way from the frame before to the frame after, as far as they are in the block; shape (robots, 2)."""
+    """Return the motion from the frame before to the frame after, within the block; shape (robots, 2)."""
     before, after = max(frame - 1, 0), min(frame + 1, len(block.time) - 1)
     return _steps(block.position[before], block.position[after], arena)

@@ -1,4 +1,4 @@
-"""The trials of a record: windows of one length, or whole recordings; none reaches over a gap."""
+"""The trials of a record: windows of one length, or whole recordings; no trial includes a gap."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from teamsight.core import checks
 
 Ints = NDArray[np.int64]
 
-# A twentieth of the record is the window that nobody asked for.
+# Default number of windows in a record.
 _WINDOWS = 20
-# From so many recordings on, a twentieth of the record is half a recording or more: then each is one trial.
+# With so many recordings each is one trial: a window would be half a recording or more.
 _RECORDINGS = 10
-# A window with fewer robots than this share of the usual number tells little of the team, and so does a piece that is
-# shorter than this share of the usual length.
+# Windows with a smaller share of the median number of robots are left out, and so are pieces with a smaller share of
+# the median length.
 _USUAL = 0.5
-# Trials with gaps between them may well be independent: less than this many standard errors is chance.
+# Standard errors of an autocorrelation that may be chance, for trials with gaps between them.
 _ERRORS = 1.645
-# Where so many more windows than needed are too few, shorter ones only resemble each other more.
+# With so many times the windows needed, shorter ones would only be more correlated.
 _MOST_WINDOWS = 20
 
 
@@ -33,15 +33,15 @@ class Trials(NamedTuple):
     Attributes
     ----------
     kind : {"window", "run", "piece"}
-        What a trial is: a window, a whole run, or a whole piece between two gaps.
+        A trial is a window, a whole run, or a whole piece between two gaps.
     maxima : DataFrame
         One row a trial: window, run, start, end, robots (mean), max_neighbours, mean_neighbours.
     frames : int
-        The length of a trial; the median of whole recordings.
+        Length of a trial; of whole recordings the median.
     left_out : int
-        How many more there would be, if not too few robots were present, or the piece were not so short.
+        Number of trials left out because too few robots were present or the piece was too short.
     independent : float
-        How many independent trials they amount to.
+        Effective number of independent trials.
     """
 
     kind: str
@@ -52,38 +52,38 @@ class Trials(NamedTuple):
 
 
 def recordings(grid: Grid) -> tuple[str, Ints]:
-    """Return what the recordings of a record are, its runs if there are several or else its pieces; and their lengths.
+    """Return the recordings of a record: its runs if there are several, otherwise its pieces.
 
     Returns
     -------
     kind : {"run", "piece"}
     frames : ndarray of int64
-        The length of each.
+        Length of each.
     """
     kind = "run" if grid.run[0] != grid.run[-1] else "piece"
     return kind, np.diff(grid.split(kind == "run"), append=grid.frames)
 
 
 def window_frames(grid: Grid, window: float | None) -> int | None:
-    """Return the number of frames in a window, or None where each recording is one trial.
+    """Return the number of frames in a window, or None if each recording is one trial.
 
     Parameters
     ----------
     grid : Grid
         The frames.
     window : float, optional
-        The length that a user gives [time].
+        Length given by the user [time].
 
     Raises
     ------
     ValueError
-        If no piece of the record is as long, or a frame is longer.
+        If it is longer than every piece, or shorter than the time between frames.
 
     Notes
     -----
-    Without a window, each recording is a trial where there are at least ten; pieces between gaps only if they are alike
-    in length, as recordings are: half of them at least half as long as the longest. Otherwise the window is a twentieth
-    of the record, or shorter, so that half of the record is in pieces at least as long.
+    Without a window, each recording is a trial if there are at least ten; pieces between gaps only if they are similar
+    in length, half of them at least half as long as the longest. Otherwise the window is a twentieth of the record, or
+    shorter, so that half of the record is in pieces at least as long.
     """
     longest = int(grid.length.max())
     if window is None:
@@ -106,22 +106,22 @@ def window_frames(grid: Grid, window: float | None) -> int | None:
 
 
 def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
-    """Return the trials of a record with the largest degree of each.
+    """Return the trials of a record, with the largest degree of each.
 
     Parameters
     ----------
     over_time : DataFrame
         All frames: run, time, robots, mean_degree, max_degree.
     grid : Grid
-        Where the pieces are.
+        Times of the frames.
     window : int, optional
-        The length of a window [frames]; each recording is one trial when not given.
+        Length of a window [frames]; by default each recording is one trial.
 
     Notes
     -----
-    Runs are independent of each other because whoever numbered them says so. Pieces are of one team and one clock, and
-    robots do not forget in a gap: so windows of several pieces count as if one piece followed the other. Where no piece
-    holds two, all have gaps between them, and an autocorrelation counts only if it is more than chance.
+    Runs are independent of each other: the user who numbers them says so. Pieces are of one team, whose state persists
+    through gaps, so windows of several pieces count as if the pieces followed each other without gaps. If no piece
+    contains two windows, all have gaps between them, and an autocorrelation counts only if it is not due to chance.
     """
     kind, size = recordings(grid)
     several = kind == "run"
@@ -143,18 +143,18 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
 
 
 def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) -> int | None:
-    """Return the longest window of which the record holds enough independent ones [frames], or None.
+    """Return the longest window of which the record contains enough independent ones [frames], or None.
 
     Parameters
     ----------
     over_time : DataFrame
-        As for `trials`.
+        See `trials`.
     grid : Grid
-        As for `trials`.
+        See `trials`.
     most : int
-        The window must be shorter than this [frames].
+        Upper limit, exclusive [frames].
     needed : int
-        How many independent windows are enough.
+        Number of independent windows that is enough.
     """
     window = min(most - 1, grid.frames // needed)
     while window >= 1:
@@ -168,7 +168,7 @@ def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) 
 
 
 def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
-    """Return the whole windows of each piece."""
+    """Return the complete windows of each piece."""
     count = grid.length // window
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     first = np.repeat(grid.split(False), count) + window * within

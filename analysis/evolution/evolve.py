@@ -141,10 +141,8 @@ def evaluate(
         [
             screened.assign(part="screen"),
             compare.by_cell(found).assign(part="cell"),
-            pd.DataFrame([compare.overall(found)._asdict()]).assign(part="overall"),
-            pd.DataFrame(
-                [{"name": name, **compare.overall(rows)._asdict()} for name, rows in ablations.items()]
-            ).assign(part="ablation"),
+            _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
+            _gains(ablations).assign(part="ablation"),
             pd.DataFrame(points).assign(part="training"),
         ],
         ignore_index=True,
@@ -166,6 +164,10 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
         "version": __version__,
     }
     files.write_json(file, {"software": "teamsight", **to_json(generation.mean, about)}, force=force)
+
+
+def _gains(found: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    return pd.DataFrame([{"name": name, **compare.overall(rows)._asdict()} for name, rows in found.items()])
 
 
 def _best_options(screened: pd.DataFrame) -> Mapping[str, Any]:

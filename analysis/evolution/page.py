@@ -13,7 +13,7 @@ from teamsight.analysis.evolution.compare import OPTIONS, Gain
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import canvas, head, signed, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import grid_of
+from teamsight.analysis.stats.paired import grid_of, includes_zero
 
 # Resolution of the picture, which stands in a page.
 _DPI = 90
@@ -75,8 +75,7 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     )
     limit = 10.0 * np.ceil(cells["mean"].abs().max() / 10.0)
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
-    unsure = grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")
-    draw_row(figure, grid_of(cells), look, open_cells=unsure)
+    draw_row(figure, grid_of(cells), look, open_cells=includes_zero(cells))
     return to_png(figure, title, _DPI)
 
 

@@ -1,4 +1,4 @@
-"""Learners by name: how each makes a policy from a memory and an objective."""
+"""Learners by name, rewards by name, and making a policy from a memory and an objective."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES, check_constants, next_matches
 from teamsight.policies.lazy.lazy_q import LazyQ
+from teamsight.policies.lazy.learner import LazyLearner
 from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
 from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+from teamsight.policies.learner import Learner
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_reward
 
@@ -60,42 +62,20 @@ def _silent(done: float, total: float) -> None:
     pass
 
 
-def _lazy(kind: type[Any]) -> Callable[[LazyMemory, int, Objective, Progress], Any]:
-    def learn(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
-        k = kind.k if objective.k is None else objective.k
-        check_constants(memory, k, objective.discount, kind.sweeps)
-        if objective.discount > 0:
-            # The learner would make this search too, but without reporting progress.
-            next_matches(memory, k, inputs, progress)
-        return kind(memory, objective.reward, inputs=inputs, discount=objective.discount, k=k)
-
-    return learn
-
-
-def _eager(kind: type[Any]) -> Callable[[LazyMemory, int, Objective, Progress], Any]:
-    def learn(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
-        return kind(memory, objective.reward, inputs=inputs, discount=objective.discount)
-
-    return learn
-
-
-def _sheppard(memory: LazyMemory, inputs: int, objective: Objective, progress: Progress) -> Any:
-    capacity = max(len(memory), 600)
-    return SheppardLazyQ(inputs, objective.reward, discount=objective.discount, capacity=capacity, memory=memory)
-
-
 #: Every learner by name.
-LEARNERS: Mapping[str, Callable[[LazyMemory, int, Objective, Progress], Any]] = MappingProxyType(
+LEARNERS: Mapping[str, type[Learner]] = MappingProxyType(
     {
-        "lazy": _lazy(LazyQ),
-        "pessimistic": _lazy(PessimisticLazyQ),
-        "sheppard": _sheppard,
-        "tabular": _eager(TabularQ),
-        "linear": _eager(LinearQ),
+        "lazy": LazyQ,
+        "pessimistic": PessimisticLazyQ,
+        "sheppard": SheppardLazyQ,
+        "tabular": TabularQ,
+        "linear": LinearQ,
     }
 )
 #: Learners that match situations, with their default number of matching transitions.
-MATCHING: Mapping[str, int] = MappingProxyType({"lazy": LazyQ.k, "pessimistic": PessimisticLazyQ.k})
+MATCHING: Mapping[str, int] = MappingProxyType(
+    {name: kind.k for name, kind in LEARNERS.items() if issubclass(kind, LazyLearner)}
+)
 
 # Transitions² × inputs that are compared in a second.
 _COMPARED_A_SECOND = 30_000.0**2 * 32
@@ -176,8 +156,16 @@ def learn(
     TypeError, ValueError
         If the name is unknown, or the learner cannot use its arguments.
     """
-    chosen = LEARNERS[checks.choice("learner", name, LEARNERS)]
-    return chosen(memory, memory.inputs if inputs is None else inputs, objective or Objective(), progress)
+    kind, chosen = LEARNERS[checks.choice("learner", name, LEARNERS)], objective or Objective()
+    width = memory.inputs if inputs is None else inputs
+    if not issubclass(kind, LazyLearner):
+        return kind(memory, chosen.reward, width, chosen.discount)
+    k = kind.k if chosen.k is None else chosen.k
+    check_constants(memory, k, chosen.discount, kind.sweeps)
+    if chosen.discount > 0:
+        # The learner would make this search too, but without reporting progress.
+        next_matches(memory, k, width, progress)
+    return kind(memory, chosen.reward, width, chosen.discount, k=k)
 
 
 def awareness_for(memory: LazyMemory, inputs: int | None = None) -> Awareness:

@@ -92,7 +92,7 @@ class Run:
 
     @property
     def kind(self) -> tuple[str, ...]:
-        """Texts that tell which kernels the run needs: its key without the numbers."""
+        """Texts that determine which kernels the run needs: its key without the numbers."""
         named = (
             f"{name}={value!r}"
             for name, value in sorted(self.parameters.items())
@@ -136,7 +136,7 @@ class Run:
 
 
 def _name(function: object) -> str:
-    """Return the full name of a class or function; whatever has no name is told by its repr."""
+    """Return the full name of a class or function; or the repr of what has no name."""
     if function is None:
         return "CMOMMT"
     name = getattr(function, "__qualname__", None)

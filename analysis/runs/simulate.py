@@ -47,7 +47,7 @@ class Job(Protocol):
 
     @property
     def kind(self) -> tuple[str, ...]:
-        """Texts that tell which kernels the job needs."""
+        """Texts that determine which kernels the job needs."""
 
     def shortest(self) -> Job | None:
         """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""

@@ -1,4 +1,4 @@
-"""How likely a run is to exceed δ: the curve P(max > δ), its confidence bounds, and the δ for a stated risk."""
+"""Exceedance of δ: the curve P(max > δ), its confidence bounds, and the δ for a stated risk."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ def bounds(
     Parameters
     ----------
     exceeding : array_like of float
-        In how many trials it happened; a fraction when the trials are an effective number.
+        Number of trials in which it happened; not a whole number if the number of trials is an effective one.
     trials : float
         Number of independent trials, above 0.
     confidence : float
-        Of each bound by itself; the interval between them holds with 2 · confidence − 1.
+        Confidence of each bound by itself; that of the interval is 2 · confidence − 1.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def bounds(
 
     Notes
     -----
-    *Source:* C. J. Clopper and E. S. Pearson (1934), the exact interval; never shorter than it claims. With an
+    *Source:* C. J. Clopper and E. S. Pearson (1934), the exact interval, which is never too short. With an
     effective number of trials: E. L. Korn and B. I. Graubard (1998).
     """
     checks.number("trials", trials, above=0.0)
@@ -46,7 +46,7 @@ def bounds(
 
 
 def trials_needed(risk: float, confidence: float = 0.95) -> int:
-    """Return the fewest independent trials that can support a risk: all of them within δ.
+    """Return the smallest number of independent trials that can support a risk, if none exceeds δ.
 
     Notes
     -----
@@ -61,14 +61,14 @@ def trials_needed(risk: float, confidence: float = 0.95) -> int:
 
 
 def supported_risk(trials: float, confidence: float = 0.95) -> float:
-    """Return the smallest risk that this many independent trials can support: all of them within δ.
+    """Return the smallest risk that this number of independent trials can support, if none exceeds δ.
 
     Parameters
     ----------
     trials : float
         Number of independent trials, above 0.
     confidence : float
-        Of the bound.
+        Confidence of the bound.
     """
     trials = checks.number("trials", trials, above=0.0)
     confidence = checks.number("confidence", confidence, above=0.0, most=1.0)
@@ -76,16 +76,16 @@ def supported_risk(trials: float, confidence: float = 0.95) -> float:
 
 
 def supports(trials: float, risk: float, confidence: float = 0.95) -> bool:
-    """Return whether so many independent trials, all of them within δ, would show that the risk is not exceeded.
+    """Return whether this number of independent trials can support a risk, if none exceeds δ.
 
     Parameters
     ----------
     trials : float
         Number of independent trials, above 0.
     risk : float
-        The accepted probability.
+        Maximum probability of exceeding δ.
     confidence : float
-        Of the bound.
+        Confidence of the bound.
     """
     return supported_risk(trials, confidence) <= risk * (1 + 1e-9)
 
@@ -102,15 +102,15 @@ def curve(
     team_size : int
         N; no robot can have more than N − 1 neighbours.
     independent : float, optional
-        How many independent trials they amount to; all of them when not given.
+        Effective number of independent trials; by default all.
     confidence : float
-        Of each bound by itself.
+        Confidence of each bound by itself.
 
     Returns
     -------
     DataFrame
         One row for each δ from 0 to N − 1: delta, exceeding (int64, trials whose largest degree is above δ);
-        probability, low, high (float64). At δ = N − 1 all are 0, which needs no trial.
+        probability, low, high (float64). At δ = N − 1 all are 0, which is certain.
     """
     largest = np.asarray(maxima, dtype=np.int64)
     if not largest.size:
@@ -131,35 +131,34 @@ def smallest_delta(exceedance: pd.DataFrame, column: str, risk: float) -> int:
 
     Notes
     -----
-    With "high" the answer keeps the confidence of a single bound although it looks at many δ: the bounds fall with δ,
-    so the answer is too small only if the bound at the largest δ that is in truth above the risk fails.
+    With "high" the result has the confidence of a single bound, although many δ are compared: the bounds decrease with
+    δ, so the result is too small only if the bound fails at the largest δ whose true probability is above the risk.
     """
     within: Any = exceedance.loc[exceedance[column] <= risk, "delta"]
     return int(within.iloc[0])
 
 
 def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: float = 0.0) -> float:
-    """Return how many independent values successive windows amount to: the least over the series given.
+    """Return the effective number of independent values in successive windows, the smallest over several series.
 
     Parameters
     ----------
     *series : array_like of float, shape (n,)
-        One value a window.
+        One value for each window.
     run : array_like, shape (n,), optional
-        The run that each window is of, when there are several, one after the other: the values of different runs are
-        independent.
+        Run of each window, if there are several, one after the other. Values of different runs are independent.
     errors : float
-        How many standard errors, 1/√n each, an autocorrelation must be above 0 to count.
+        Number of standard errors, 1/√n each, by which an autocorrelation must exceed 0 to count.
 
     Returns
     -------
     float
-        Between 1 and n. Series that are all constant count as one value a run: nothing shows that anything was renewed.
+        Between 1 and n. If all series are constant, each run counts as one value.
 
     Notes
     -----
-    n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t up to the first that is not positive, which leaves out the noise
-    of the rest (after C. J. Geyer, 1992, for a positive sequence).
+    n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t before the first that is not positive; the others are noise (after
+    C. J. Geyer, 1992, for a positive sequence).
 
     The variance of a mean is the sum of the covariances of all pairs of values. So ρ_t sums the products of the pairs
     that are t windows apart *in the same run*, and leaves out pairs of different runs, whose covariance is 0. All

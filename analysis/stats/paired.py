@@ -14,7 +14,7 @@ _PAIR = ["robots", "targets", "radius", "replicate", "seed"]
 
 
 def half_width(se: NDArray[np.float64], count: NDArray[np.int64], level: float = 0.95) -> NDArray[np.float64]:
-    """Return half the width of Student's confidence interval; infinite where one run leaves the spread unknown."""
+    """Return half the width of Student's confidence interval, which is infinite for a single run."""
     with np.errstate(invalid="ignore"):
         wide = stdtrit(np.maximum(count - 1, 1), 0.5 + level / 2) * se
     return np.where(count > 1, wide, np.inf)
@@ -26,13 +26,13 @@ def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level:
     Parameters
     ----------
     table : DataFrame
-        One row a run.
+        One row for each run.
     value : str
         Column to average.
     by : sequence of str
-        Columns that tell cells apart.
+        Columns that identify a cell.
     level : float
-        Probability that the interval covers.
+        Confidence of the interval.
 
     Returns
     -------
@@ -48,13 +48,13 @@ def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level:
 def cell_maxima(table: pd.DataFrame, value: str) -> pd.DataFrame:
     """Return the largest `value` over the replicates of each cell: columns robots, radius, mean.
 
-    The column is named as in `cell_means`, so that `grid_of` takes either.
+    The column is named as in `cell_means`, so that `grid_of` accepts both.
     """
     return table.groupby(list(CELL), sort=True).agg(mean=(value, "max")).reset_index()
 
 
 def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fraction") -> pd.DataFrame:
-    """Return, run by run, how much more of `value` there is in `table` than in `base` on the same stage and noise.
+    """Return the paired differences of `value` in `table` and `base`, with the same scenario and noise in each pair.
 
     Returns
     -------
@@ -64,12 +64,12 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
     Raises
     ------
     ValueError
-        If a run of one table has no partner in the other: the difference would not be paired.
+        If a run of one table has no counterpart in the other.
     """
     both = table[[*_PAIR, value]].merge(base[[*_PAIR, value]], on=_PAIR, suffixes=("_with", "_without"), validate="1:1")
     if len(both) != len(table) or len(both) != len(base):
         raise ValueError(
-            f"{len(table)} and {len(base)} runs, of which {len(both)} pair up: both tables need the same stages, "
+            f"{len(table)} and {len(base)} runs, of which {len(both)} match: both tables need the same scenarios, "
             "replicates and root seed"
         )
     both = both.rename(columns={f"{value}_with": "with", f"{value}_without": "without"})
@@ -77,5 +77,10 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
 
 
 def grid_of(cells: pd.DataFrame, value: str = "mean") -> pd.DataFrame:
-    """Return `value` as a table with one row a team size and one column a radius."""
+    """Return `value` as a table with a row for each team size and a column for each radius."""
     return cells.pivot(index="robots", columns="radius", values=value).sort_index(axis=0).sort_index(axis=1)
+
+
+def includes_zero(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return whether the confidence interval of each cell includes 0: rows are team sizes, columns radii."""
+    return grid_of(cells.assign(open=(cells["low"] <= 0) & (cells["high"] >= 0)), "open")

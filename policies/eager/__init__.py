@@ -1,6 +1,6 @@
-"""Eager learners: what they learn is worked out beforehand, for one reward, and the pairs are no longer needed.
+"""Eager learners, the paper's counterpart to lazy ones: values are computed beforehand, for one reward.
 
-They are the other side of the paper's comparison: a table of all situations, and a function that is fitted to them.
+`TabularQ` uses a table of all situations, `LinearQ` a linear approximation.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Features: what a linear approximator sees of a situation, a few overlapping ranges of each reading."""
+"""Hat features of a linear approximator: each reading activates the two nearest of a few equidistant points."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from teamsight.core.kernel import inlined
 
 
 @inlined
-def place_of(reading: float, features: int) -> tuple[int, float]:
-    """Return which two features a reading below 1 lies under: the first of them, and the share of the second.
+def hat_of(reading: float, features: int) -> tuple[int, float]:
+    """Return the first of the two hat features that a reading below 1 activates, and the activation of the second.
 
-    Tents stand at equal distances from 0 to 1; a single one covers all. The shares of a reading add up to 1; so what is
-    learned of one distance is partly learned of those near to it. Below 0, which only a degree of awareness of the
-    user's own reads, there is no tent: such a reading is taken for 0.
+    The hats have equidistant centres from 0 to 1; a single one covers everything. The two activations add up to 1, so
+    that learning at one distance generalises to nearby ones. Negative readings, which only user-defined degrees of
+    awareness give, count as 0.
     """
     if features == 1:
         return 0, 0.0
@@ -24,24 +24,24 @@ def place_of(reading: float, features: int) -> tuple[int, float]:
 
 @inlined
 def weigh(weights: Any, row: int, situation: Any, inputs: int, features: int) -> float:
-    """Return the weights' sum over the features of a situation.
+    """Return the value of an action: the sum of its weights over the active features of a situation.
 
     Parameters
     ----------
     weights : ndarray, shape (actions, 1 + inputs × features)
-        A constant, then the weights of each component's features.
+        For each action a constant, then the weights of each component's features.
     row : int
-        Of which action.
+        The action.
     situation : ndarray, shape (inputs,), float32
-        Readings over their range; a component that reads 1 has no feature: nothing is there.
+        Readings as shares of their range; a reading of 1 (nothing sensed) activates no feature.
     inputs, features : int
-        How many components, and features of each.
+        Number of components, and of features per component.
     """
     total = float(weights[row, 0])
     for component in range(inputs):
         reading = situation[component]
         if reading < 1.0:
-            first, share = place_of(float(reading), features)
+            first, share = hat_of(float(reading), features)
             at = 1 + component * features + first
             total += (1.0 - share) * weights[row, at]
             if share > 0.0:
@@ -51,19 +51,19 @@ def weigh(weights: Any, row: int, situation: Any, inputs: int, features: int) ->
 
 @inlined
 def correct(weights: Any, row: int, situation: Any, inputs: int, features: int, error: float) -> None:
-    """Move an action's weights so that their sum over the features of a situation grows by `error`."""
+    """Change an action's weights so that its value in a situation grows by `error`."""
     square = 1.0
     for component in range(inputs):
         reading = situation[component]
         if reading < 1.0:
-            _, share = place_of(float(reading), features)
+            _, share = hat_of(float(reading), features)
             square += (1.0 - share) * (1.0 - share) + share * share
     part = error / square
     weights[row, 0] += part
     for component in range(inputs):
         reading = situation[component]
         if reading < 1.0:
-            first, share = place_of(float(reading), features)
+            first, share = hat_of(float(reading), features)
             at = 1 + component * features + first
             weights[row, at] += (1.0 - share) * part
             if share > 0.0:

@@ -10,63 +10,62 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
-from teamsight.policies.actions import grid_distance, grid_rotation
+from teamsight.policies.actions import act
 from teamsight.policies.eager.descent import descend
 from teamsight.policies.eager.features import weigh
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy.learner import act, is_situation, refuse
+from teamsight.policies.learner import is_situation, refuse
 
-_INPUTS, _FEATURES, _TURNS, _PACES = range(4)
+# The parameters end with rotation and distance of each action.
+_INPUTS, _FEATURES, _ACTIONS = range(3)
 
 
 @inlined
-def _weigh_all(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+def _highest_sum(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     weights = arrays.table
     parameters = arrays.parameters
     inputs = int(parameters[_INPUTS])
     features = int(parameters[_FEATURES])
-    turns = int(parameters[_TURNS])
-    paces = int(parameters[_PACES])
     for i in range(percept.heading.shape[0]):
         if not is_situation(percept.situation[i], inputs):
             refuse(i, percept, action)
             continue
         best = 0
         most = weigh(weights, 0, percept.situation[i], inputs, features)
-        for number in range(1, turns * paces):
+        for number in range(1, weights.shape[0]):
             value = weigh(weights, number, percept.situation[i], inputs, features)
             if value > most:
                 best = number
                 most = value
-        act(grid_rotation(best, turns, paces), grid_distance(best, paces), i, percept, action)
+        act(parameters[_ACTIONS + 2 * best], parameters[_ACTIONS + 2 * best + 1], i, percept, action)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LinearQ(EagerLearner):
-    """Q-learning with linear function approximation: it grows with the inputs, not with p to their power.
+    """Q-learning with linear function approximation: its size grows linearly with the inputs.
 
     Each component of a situation has a few hat features (`features`); each action has a weight for each of them and a
-    constant. The pairs are gone through `sweeps` times in random orders; each time the weights are
-    moved along the gradient of Q(s, a) towards r + γ max Q(s′, ·), at a learning rate that falls to 0.
+    constant. The transitions are visited `sweeps` times in random orders. Each visit moves the weights along the
+    gradient of Q(s, a) towards r + γ max Q(s′, ·), at a learning rate that falls linearly to 0.
 
     Parameters
     ----------
     memory, reward, inputs, discount, actions
         As for `EagerLearner`.
     features : int, default 3
-        How many ranges of each reading are told apart.
+        Hat features per component.
     learning_rate : float, default 0.05
-        By which share of its error a Q is corrected at first; above 0, at most 1.
+        Learning rate α of the first step, in (0, 1].
     sweeps : int, default 40
-        How often the pairs are gone through.
+        How often each transition is visited.
     seed : int, default 0
-        Of their orders.
+        Seed of the random orders.
 
     Attributes
     ----------
     weights : ndarray, shape (actions, 1 + inputs × features), float32
-        What was learned.
+        The learned weights.
 
     Raises
     ------
@@ -75,9 +74,9 @@ class LinearQ(EagerLearner):
 
     Notes
     -----
-    *Source:* §3, where the search space is what an eager learner has to visit; the paper names no approximator. Steps
-    are normalised by the features' length, as in the normalised least-mean-squares rule, so that `learning_rate` means
-    the same under every degree of awareness.
+    *Source:* §3, where an eager learner has to visit the whole search space; the paper names no approximator. Steps are
+    normalised by the length of the feature vector, as in the normalised least-mean-squares rule, so that
+    `learning_rate` means the same under every degree of awareness.
     """
 
     features: int = 3
@@ -86,7 +85,7 @@ class LinearQ(EagerLearner):
     seed: int = 0
     weights: npt.NDArray[np.float32] = field(init=False)
 
-    kernel = _weigh_all
+    kernel = _highest_sum
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -97,7 +96,7 @@ class LinearQ(EagerLearner):
         object.__setattr__(self, "weights", self._learn())
 
     def _learn(self) -> npt.NDArray[np.float32]:
-        memory, width = self.memory, self.width
+        memory, width = self.memory, self.inputs
         weights = np.zeros((len(self.actions), 1 + width * self.features))
         descend(
             (memory.situation[:, :width], self.actions.index(memory.action)),
@@ -106,7 +105,7 @@ class LinearQ(EagerLearner):
             features=self.features, discount=self.discount, learning_rate=self.learning_rate, sweeps=self.sweeps,
             seed=self.seed,
         )  # fmt: skip
-        # Beyond what float32 holds counts too: the weights would be infinite where robots read them.
+        # They are used as float32, where larger numbers would be infinite.
         if not (np.abs(weights) < np.finfo(np.float32).max).all():
             given = f"learning_rate={self.learning_rate}, discount={self.discount}"
             raise ValueError(f"{given}: learning diverges; lower one of them")
@@ -114,7 +113,7 @@ class LinearQ(EagerLearner):
 
     @property
     def parameters(self) -> Floats:
-        return np.array([self.width, self.features, self.actions.turns, self.actions.paces], float)
+        return np.concatenate([[self.inputs, self.features], self.actions.actions.ravel()])
 
     @property
     def table(self) -> npt.NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The state grid: situations as a table needs them, in few states."""
+"""The state grid: discretises situations for a table."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 
-#: The most states for which a table is made: with 16 actions, 64 MiB.
+#: Largest number of states of a table: with 16 actions, 64 MiB.
 MOST_STATES = 1_000_000
 
-#: How many sectors a ring has by default, for targets and, under o(N), for those of each teammate.
+# Sectors of a ring by default: of targets and, under o(N), of the targets of each teammate.
 _RING = 16
 
 
 class TooManyStatesError(ValueError):
-    """Raised when a degree of awareness leaves more states than a table can hold."""
+    """Raised when a table would need more than `MOST_STATES` states."""
 
 
 @dataclass(frozen=True)
 class StateGrid:
-    """Situations with neighbouring sectors merged and readings in levels.
+    """A discretisation of situations: neighbouring sectors are merged, and readings become levels.
 
     Parameters
     ----------
     own, added : int
-        How many components of a situation show targets, and how many the degree of awareness adds.
+        Number of components that show targets, and of those that the degree of awareness adds.
     degree : str, optional
-        The degree's name: the sectors of "ring" and "shared" are merged; the distance and the bearing of each teammate
-        under "pairwise", and what other degrees add, stay apart.
+        Name of the degree. The sectors of "ring" and "shared" are merged; the distance and bearing of each teammate
+        under "pairwise", and the components of other degrees, are kept as they are.
     sectors : int, default 4
-        How many sectors a ring keeps; each reads the nearest of those that it is made of.
+        Sectors per ring after merging. A merged sector has the smallest reading of its parts.
     levels : int, default 3
-        p, the readings of one sensor: the last is "nothing there", the others divide the range.
+        p, the levels of one sensor: the last is "nothing sensed", the others divide the range.
 
     Raises
     ------
     TypeError, ValueError
         If a number is too small, or sectors cannot be merged evenly.
     TooManyStatesError
-        If more than `MOST_STATES` states result.
+        If there are more than `MOST_STATES` states.
 
     Notes
     -----
@@ -59,7 +59,7 @@ class StateGrid:
 
     def __post_init__(self) -> None:
         checks.count("sectors", self.sectors)
-        checks.count("levels", self.levels, least=2, cure="something there, or nothing")
+        checks.count("levels", self.levels, least=2, cure="something sensed, or nothing")
         for name, ring in self._rings():
             if ring % self.sectors:
                 even = math.gcd(*(sectors for _, sectors in self._rings()))
@@ -73,7 +73,7 @@ class StateGrid:
             )
 
     def _rings(self) -> list[tuple[str, int]]:
-        """Return the rings of sectors that stand one after the other, and whose they are."""
+        """Return what each ring of sectors shows and its number of sectors, in the order of the components."""
         rings = [("of targets", self.own)]
         if self.degree == "ring" and self.added:
             rings.append(("of teammates", self.added))
@@ -83,15 +83,15 @@ class StateGrid:
 
     @property
     def dimensions(self) -> int:
-        """d, how many sensors are told apart."""
+        """d, the number of sensors."""
         return int(self.dimension.max()) + 1
 
     @property
     def dimension(self) -> npt.NDArray[np.int64]:
-        """Which sensor each component of a situation belongs to, shape (own + added,)."""
+        """The sensor that each component of a situation belongs to, shape (own + added,)."""
         rings = self._rings()
         found = [
-            # Half of those that are merged to either side of straight ahead.
+            # The first merged sector is centred on straight ahead.
             (np.arange(ring) + ring // self.sectors // 2) % ring * self.sectors // ring + number * self.sectors
             for number, (_, ring) in enumerate(rings)
         ]
@@ -103,12 +103,12 @@ class StateGrid:
         return int(self.levels**self.dimensions)
 
     def index(self, situation: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
-        """Return the states of situations, shape (pairs,).
+        """Return the state of each situation, shape (transitions,).
 
         Parameters
         ----------
-        situation : ndarray, shape (pairs, own + added), float32
-            Readings over their range, 1 for nothing; what lies beyond counts as 0 or 1.
+        situation : ndarray, shape (transitions, own + added), float32
+            Readings as shares of their range, 1 where nothing is sensed; clipped to [0, 1].
         """
         dimension, state = self.dimension, np.zeros(len(situation), np.int64)
         for number in range(self.dimensions):
@@ -120,7 +120,7 @@ class StateGrid:
 
 @inlined
 def state_of(situation: Any, levels: int, dimensions: int, dimension: Any, first: int) -> int:
-    """Return the state of one situation; ``dimension[first:]`` tells which sensor each component belongs to."""
+    """Return the state of one situation; ``dimension[first:]`` is the sensor of each component."""
     state = 0
     for number in range(dimensions):
         nearest = np.float32(1.0)

@@ -10,14 +10,15 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
-from teamsight.policies.actions import ActionGrid, grid_distance, grid_rotation
+from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.eager.state_grid import StateGrid, state_of
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy.learner import act, is_situation, refuse
+from teamsight.policies.learner import is_situation, refuse
 from teamsight.policies.memory import LazyMemory
 
-_LEVELS, _DIMENSIONS, _TURNS, _PACES, _DIMENSION = range(5)
+# Rotation and distance of each action follow, then the sensor that each component belongs to.
+_LEVELS, _DIMENSIONS, _ACTIONS = range(3)
 _FULL_TURN = 6.283185307179586
 
 
@@ -27,49 +28,47 @@ def _look_up(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
     levels = int(parameters[_LEVELS])
     dimensions = int(parameters[_DIMENSIONS])
-    turns = int(parameters[_TURNS])
-    paces = int(parameters[_PACES])
     for i in range(percept.heading.shape[0]):
         if not is_situation(percept.situation[i], percept.situation.shape[1]):
             refuse(i, percept, action)
             continue
-        state = state_of(percept.situation[i], levels, dimensions, parameters, _DIMENSION)
+        state = state_of(percept.situation[i], levels, dimensions, parameters, _ACTIONS + 2 * table.shape[1])
         best = -1
-        for number in range(turns * paces):
+        for number in range(table.shape[1]):
             value = table[state, number]
             if value > -np.inf and (best < 0 or value > table[state, best]):
                 best = number
         if best < 0:
             act((noise[0, i] - 0.5) * _FULL_TURN, noise[1, i], i, percept, action)
         else:
-            act(grid_rotation(best, turns, paces), grid_distance(best, paces), i, percept, action)
+            act(parameters[_ACTIONS + 2 * best], parameters[_ACTIONS + 2 * best + 1], i, percept, action)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TabularQ(EagerLearner):
-    """Q-learning with a table: do what is worth most in this state; in a state that was never met, anything.
+    """Q-learning with a table: do the action of the highest value; a random one in a state that was never visited.
 
-    The pairs are gone through `sweeps` times. Each time every Q is moved to the mean, over the pairs of its state and
-    action, of what followed: Q(s, a) ← mean of r + γ max Q(s′, ·). Actions that were never tried in a state do not
-    count there, and a state that was never met is worth 0.
+    In each of `sweeps` sweeps every Q becomes the mean, over all transitions of its state and action, of the reward and
+    the discounted best value that follows: Q(s, a) ← mean of r + γ max Q(s′, ·). Actions that were never tried in a
+    state do not count there, and a state that was never visited has the value 0.
 
     Parameters
     ----------
     memory, reward, inputs, discount, actions
         As for `EagerLearner`.
     sectors, levels : int
-        How a situation becomes a state; see `StateGrid`.
+        How situations become states; see `StateGrid`.
     sweeps : int, default 50
-        How often.
+        Number of sweeps.
 
     Attributes
     ----------
     states : StateGrid
         The states.
-    table : ndarray, shape (states, actions), float32
-        The Q of each; −∞ for what was never tried.
+    values : ndarray, shape (states, actions), float32
+        The action values; −∞ for actions that were never tried.
     met : float
-        The share of the states that the pairs set out from.
+        Share of the states in which a transition begins.
 
     Raises
     ------
@@ -78,8 +77,8 @@ class TabularQ(EagerLearner):
 
     Notes
     -----
-    *Source:* §3, the search space of p^d situations that an eager learner has to visit. *Departs:* all pairs of a state
-    and action at once, instead of one after the other at a learning rate; so the order of the pairs does not matter.
+    *Source:* §3, the search space of p^d situations that an eager learner has to visit. *Departs:* all transitions of a
+    state and action are used at once, instead of one by one at a learning rate, so that their order does not matter.
     """
 
     sectors: int = 4
@@ -94,7 +93,7 @@ class TabularQ(EagerLearner):
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.count("sweeps", self.sweeps)
-        added = self.width - self.memory.own
+        added = self.inputs - self.memory.own
         states = StateGrid(self.memory.own, added, self.degree, self.sectors, self.levels)
         object.__setattr__(self, "states", states)
         table = learn_table(self.memory, self.rewards(), states, self.actions, self.discount, self.sweeps)
@@ -102,14 +101,13 @@ class TabularQ(EagerLearner):
 
     @property
     def met(self) -> float:
-        """The share of the states that the pairs set out from."""
+        """Share of the states in which a transition begins."""
         return float((self.values > -np.inf).any(axis=1).mean())
 
     @property
     def parameters(self) -> Floats:
-        states, actions = self.states, self.actions
-        head = [states.levels, states.dimensions, actions.turns, actions.paces]
-        return np.concatenate([head, states.dimension]).astype(float)
+        states, actions = self.states, self.actions.actions.ravel()
+        return np.concatenate([[states.levels, states.dimensions], actions, states.dimension])
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
@@ -119,17 +117,17 @@ class TabularQ(EagerLearner):
 def learn_table(
     memory: LazyMemory, rewards: Floats, states: StateGrid, actions: ActionGrid, discount: float, sweeps: int
 ) -> npt.NDArray[np.float32]:
-    """Return the Q of every state and action, −∞ for what was never tried; see `TabularQ`.
+    """Return the value of each state and action, −∞ for actions that were never tried; see `TabularQ`.
 
     Raises
     ------
     ValueError
-        If one is beyond float32.
+        If a value is beyond the range of float32.
     """
     width = states.own + states.added
     before = states.index(memory.situation[:, :width]) * len(actions) + actions.index(memory.action)
     after = states.index(memory.next_situation[:, :width])
-    # Only what was met is gone through, however large the table is.
+    # Only cells with a transition are computed, however large the table is.
     tried, cell = np.unique(before, return_inverse=True)
     met, first = np.unique(tried // len(actions), return_index=True)
     place = np.minimum(np.searchsorted(met, after), len(met) - 1)
@@ -138,11 +136,11 @@ def learn_table(
     values = np.zeros(len(tried))
     for _ in range(sweeps):
         best = np.maximum.reduceat(values, first)
-        worth = rewards + discount * np.where(known, best[place], 0.0)
-        values = np.bincount(cell, worth) / count
-    # −∞ is what was never tried, so that nothing else may be.
+        goal = rewards + discount * np.where(known, best[place], 0.0)
+        values = np.bincount(cell, goal) / count
+    # −∞ marks actions that were never tried.
     if not (np.abs(values) < np.finfo(np.float32).max).all():
-        raise ValueError(f"discount={discount}: what is learned is beyond float32; give smaller rewards")
+        raise ValueError(f"discount={discount}: the values exceed float32; give smaller rewards")
     table = np.full(len(states) * len(actions), -np.inf, np.float32)
     table[tried] = values
     return table.reshape(len(states), len(actions))

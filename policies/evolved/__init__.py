@@ -1,4 +1,4 @@
-"""The learned rule: observe targets by forces whose laws evolution found."""
+"""The evolved policy: observe targets by forces whose laws were found by evolution."""
 
 from __future__ import annotations
 

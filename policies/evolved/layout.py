@@ -1,4 +1,4 @@
-"""Where each constant of the learned rule stands in its vector, and the rule that evolution begins with."""
+"""The layout of the evolved policy's vector of constants, and the constants with which evolution starts."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-#: What a robot feels as a whole; see `teamsight.policies.evolved.senses`.
+#: Features of a robot's whole situation; see `teamsight.policies.evolved.senses`.
 CONTEXT = 7
-#: What it feels of a target, or of a teammate, besides.
+#: Further features of a target, and of a teammate.
 TARGET_FEATURES, MATE_FEATURES = 8, 2
 TARGET_NEURONS, MATE_NEURONS = 8, 5
-#: Knots of the force laws: one each fifth of the range.
+#: Knots of the force laws, a fifth of the range apart.
 TARGET_KNOTS, MATE_KNOTS = 8, 6
-#: Forces from memory: onward, off the fresh trail, off the old trail, off teammates met, to the middle.
+#: Forces from memory: forward, away from the recent and the old trail, away from teammates met, to the middle.
 DRIVES = 5
 
 TARGET_INPUTS = CONTEXT + TARGET_FEATURES
 MATE_INPUTS = CONTEXT + MATE_FEATURES
 
-# One block after the other; a neuron is its bias and its weights.
+# The blocks are contiguous; a neuron is its bias followed by its weights.
 TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
 TARGET_LAW = 6
 MATE_LAW = TARGET_LAW + TARGET_KNOTS
@@ -33,13 +33,13 @@ SIZE = MATE_OUT + 1 + MATE_NEURONS
 
 
 class Block(NamedTuple):
-    """A part of the vector."""
+    """A part of the vector: its first index and its shape."""
 
     first: int
     shape: tuple[int, ...]
 
 
-#: The parts of the vector by name, in their order.
+#: The parts of the vector by name, in order.
 BLOCKS = {
     "scalars": Block(TURN, (6,)),
     "target_law": Block(TARGET_LAW, (TARGET_KNOTS,)),
@@ -55,36 +55,36 @@ _HIDDEN_SPREAD = 0.7
 
 
 def spreads() -> npt.NDArray[np.float64]:
-    """Return how far evolution shall look in each constant, relative to the others."""
+    """Return the relative initial standard deviation of each constant in the evolution."""
     wide = np.ones(SIZE)
     wide[TARGET_HIDDEN:TARGET_OUT] = wide[MATE_HIDDEN:MATE_OUT] = 2.0
     return wide
 
 
-#: Parts of the rule that can be silenced, to see what they are worth.
+#: Parts of the policy that can be silenced to measure their effect.
 SILENCED = ("target network", "mate network", "both networks", "memory of ground and trail")
 
 
 def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.float64]:
-    """Return the rule without a part: its outputs are 0."""
+    """Return the constants with the outputs of a part set to 0."""
     changed = constants.copy()
     if part in ("target network", "both networks"):
         changed[TARGET_OUT:MATE_HIDDEN] = 0.0
     if part in ("mate network", "both networks"):
         changed[MATE_OUT:SIZE] = 0.0
     if part == "memory of ground and trail":
-        # All drives but the one onward.
+        # All drives except the first, forward.
         changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
     return changed
 
 
 def beginning(seed: int) -> npt.NDArray[np.float64]:
-    """Return the rule that evolution begins with: about A-CMOMMT's forces, straight search, and silent networks.
+    """Return the initial constants: A-CMOMMT's forces, moving straight when idle, and networks without effect.
 
     Parameters
     ----------
     seed : int
-        Of the hidden neurons, whose outputs are all 0 to begin with.
+        Seed of the hidden neurons, whose output weights are all 0.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def beginning(seed: int) -> npt.NDArray[np.float64]:
     constants[[TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY]] = 0.22, 1.0, 0.0, 20.0, 0.0, 0.3
     constants[TARGET_LAW : TARGET_LAW + TARGET_KNOTS] = -0.8, 0.2, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0
     constants[MATE_LAW : MATE_LAW + MATE_KNOTS] = -1.0, -1.0, -1.0, -0.5, 0.0, 0.0
-    # Onward, unless there are targets of its own.
+    # Forward, unless the robot has targets of its own.
     constants[DRIVE], constants[DRIVE + 2] = 1.0, -1.5
     rng = np.random.default_rng(seed)
     for first, last in ((TARGET_HIDDEN, TARGET_OUT), (MATE_HIDDEN, MATE_OUT)):

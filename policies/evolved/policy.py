@@ -1,4 +1,4 @@
-"""The policy with the learned rule, and the file that its constants are kept in."""
+"""The evolved policy, and the file format of its constants."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ _SHIPPED = Path(__file__).with_name("constants.json")
 
 @dataclass(frozen=True, repr=False)
 class Evolved(CompiledPolicy):
-    """Observe targets by forces that evolution shaped, with a memory of targets, teammates, trail and ground.
+    """Observe targets by evolved forces, with memories of targets, teammates, the own trail and the ground.
 
-    Each target and each teammate pulls or pushes; a piecewise linear law and a small network give the strength, from
-    how near it is, how near teammates are to it, whether it goes away, how many others could be held with it, how
-    crowded the place was lately and how large the known ground is. Five more forces come from memory. It was shaped
-    under `RingAwareness(16)` and runs under every degree that shows teammates; without any it would observe less than a
-    random walk, and is refused.
+    Each target and each teammate exerts a force. A piecewise linear law and a small network compute its strength from
+    its distance, the distance of teammates from it, whether it moves away, how many other targets are near it, how
+    crowded the place was recently, and the size of the known ground. Five further forces come from the memories. The
+    policy was evolved under `RingAwareness(16)` and runs under every degree that shows teammates. Without teammates it
+    would observe less than a random walk, and is refused.
 
     Parameters
     ----------
     constants : sequence of float, optional
-        The `SIZE` constants of the rule, see `teamsight.policies.evolved.layout`; those shipped.
+        The `SIZE` constants of the policy, see `teamsight.policies.evolved.layout`; by default those shipped.
 
     Raises
     ------
@@ -48,8 +48,8 @@ class Evolved(CompiledPolicy):
 
     Notes
     -----
-    *Source:* none; the forces begin as Parker's. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot remembers up to 16 targets, and sees no more than these.
+    *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
+    docs/evolved.md. A robot handles at most 16 targets, seen or remembered.
     """
 
     constants: tuple[float, ...] = ()
@@ -61,7 +61,7 @@ class Evolved(CompiledPolicy):
     def __post_init__(self) -> None:
         given = np.array(self.constants if len(self.constants) else shipped(), float)
         if given.shape != (SIZE,):
-            raise ValueError(f"constants: has the shape {given.shape}; the learned rule has ({SIZE},)")
+            raise ValueError(f"constants: has the shape {given.shape}; it must be ({SIZE},)")
         if not np.isfinite(given).all():
             raise ValueError(f"constants: number {int(np.argmin(np.isfinite(given)))} is not finite")
         object.__setattr__(self, "constants", tuple(given.tolist()))
@@ -76,37 +76,37 @@ class Evolved(CompiledPolicy):
         return self.constants
 
     def start(self, size: int) -> PolicyState:
-        whole = np.zeros((size, TRACKS, 3), np.int64)
-        whole[:, :, IDENTITY] = -1
-        return PolicyState(np.zeros((size, ROWS, FIELDS)), whole)
+        ints = np.zeros((size, TRACKS, 3), np.int64)
+        ints[:, :, IDENTITY] = -1
+        return PolicyState(np.zeros((size, ROWS, FIELDS)), ints)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Evolved:
-        """Return the policy with the constants of a file.
+        """Return the policy with the constants in a file.
 
         Raises
         ------
         FileNotFoundError
-            If there is none.
+            If the file does not exist.
         ValueError
-            If it is not such a file.
+            If it holds no constants.
         """
         return cls(_read(Path(path)))
 
 
 @cache
 def shipped() -> tuple[float, ...]:
-    """Return the constants that come with the package."""
+    """Return the constants that ship with the package."""
     return _read(_SHIPPED)
 
 
 def made(path: str | os.PathLike[str] = _SHIPPED) -> dict[str, Any]:
-    """Return what made the constants of a file."""
+    """Return how the constants in a file were made."""
     return dict(json.loads(Path(path).read_text(encoding="utf-8"))["made"])
 
 
 def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a file of constants; `made` says what made them."""
+    """Return the content of a file of constants; `made` describes how they were made."""
     vector = np.asarray(constants, float)
     blocks = {
         name: vector[block.first : block.first + int(np.prod(block.shape))].reshape(block.shape).tolist()
@@ -121,7 +121,7 @@ def _read(path: Path) -> tuple[float, ...]:
         content = json.loads(path.read_text(encoding="utf-8"))
         schema, blocks = content["schema"], [content["constants"][name] for name in BLOCKS]
     except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: holds no constants of the learned rule ({error}); {cure}") from error
+        raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {cure}") from error
     if schema != SCHEMA:
         raise ValueError(f"{path}: has the schema {schema}, and this version reads {SCHEMA}; {cure}")
     parts = []

@@ -1,4 +1,4 @@
-"""The learned rule: forces from targets, teammates and memory, whose strengths laws and small networks give."""
+"""The decision of the evolved policy: a sum of forces whose strengths come from laws and small networks."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from teamsight.policies.evolved.senses import (
     RIGHT,
     STATE,
     TOP,
-    feel_targets,
     few,
     load,
     put_context,
     put_target,
-    remember,
+    update_self,
+    write_targets,
 )
-from teamsight.policies.handmade.target_tracks import AGE, STEP_X, STEP_Y, X, Y, update_tracks
+from teamsight.policies.handmade.target_tracks import AGE, STEP_X, STEP_Y, X, Y, update_target_tracks
 
 _FARTHEST = 1.6
 _OLDEST = 30.0
@@ -39,7 +39,7 @@ _OLDEST = 30.0
 
 @inlined
 def _law(constants: Any, first: int, knots: int, distance: float) -> float:
-    """Return a force that is linear between knots, one each fifth of the range, and constant beyond the last."""
+    """Return a force that is linear between knots a fifth of the range apart, and constant beyond the last."""
     place = min(max(5.0 * distance, 0.0), knots - 1.0)
     knot = min(int(place), knots - 2)
     share = place - knot
@@ -63,28 +63,28 @@ def _neuron(constants: Any, first: int, features: Any, count: int) -> float:
 
 @inlined
 def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
-    """Return the force of all tracks."""
+    """Return the sum of the forces of all target tracks."""
     constants = arrays.parameters
-    real = arrays.state.floats[i]
-    whole = arrays.state.ints[i]
+    floats = arrays.state.floats[i]
+    ints = arrays.state.ints[i]
     per_reach = 1.0 / percept.sensing_range[i]
     force_x = 0.0
     force_y = 0.0
     for slot in range(count):
-        put_target(slot, real, whole, per_reach)
+        put_target(slot, floats, ints, per_reach)
         pull = constants[at.TARGET_OUT]
         along = constants[at.TARGET_OUT + 1 + at.TARGET_NEURONS]
         for j in range(at.TARGET_NEURONS):
             first = at.TARGET_HIDDEN + j * (1 + at.TARGET_INPUTS)
-            neuron = _neuron(constants, first, real[FEATURES], at.TARGET_INPUTS)
+            neuron = _neuron(constants, first, floats[FEATURES], at.TARGET_INPUTS)
             pull += neuron * constants[at.TARGET_OUT + 1 + j]
             along += neuron * constants[at.TARGET_OUT + 2 + at.TARGET_NEURONS + j]
-        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, real[slot, DISTANCE]) * real[slot, OWN]
-        exists = math.exp(-whole[slot, AGE] * constants[at.DECAY] * constants[at.DECAY])
-        step_x = real[slot, STEP_X] * per_reach
-        step_y = real[slot, STEP_Y] * per_reach
-        way_x = real[slot, X] * per_reach + constants[at.LEAD] * step_x
-        way_y = real[slot, Y] * per_reach + constants[at.LEAD] * step_y
+        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
+        exists = math.exp(-ints[slot, AGE] * constants[at.DECAY] * constants[at.DECAY])
+        step_x = floats[slot, STEP_X] * per_reach
+        step_y = floats[slot, STEP_Y] * per_reach
+        way_x = floats[slot, X] * per_reach + constants[at.LEAD] * step_x
+        way_y = floats[slot, Y] * per_reach + constants[at.LEAD] * step_y
         pull /= max(math.sqrt(way_x * way_x + way_y * way_y), 1e-9)
         force_x += exists * (pull * way_x + 10.0 * along * step_x)
         force_y += exists * (pull * way_y + 10.0 * along * step_y)
@@ -93,18 +93,18 @@ def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
 
 @inlined
 def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
-    """Return the force of all perceived teammates."""
+    """Return the sum of the forces of all perceived teammates."""
     constants = arrays.parameters
     teammates = percept.teammates
-    real = arrays.state.floats[i]
-    features = real[FEATURES]
+    floats = arrays.state.floats[i]
+    features = floats[FEATURES]
     per_reach = 1.0 / percept.sensing_range[i]
     force_x = 0.0
     force_y = 0.0
     for k in range(teammates.start[i], teammates.start[i + 1]):
         distance = teammates.distance[k] / percept.awareness_range[i]
         features[at.CONTEXT] = 2.0 * distance - 1.0
-        features[at.CONTEXT + 1] = few(load(k, percept, real, arrays.state.ints[i], count, per_reach))
+        features[at.CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
         force = constants[at.MATE_OUT] + _law(constants, at.MATE_LAW, at.MATE_KNOTS, distance)
         for j in range(at.MATE_NEURONS):
             first = at.MATE_HIDDEN + j * (1 + at.MATE_INPUTS)
@@ -117,12 +117,12 @@ def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
 
 @inlined
 def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
-    """Return the forces from memory: onward, off its trail, off whom it met, to the middle of the ground known."""
+    """Return the forces from memory: forward, off the trail, off teammates met, to the middle of the ground."""
     constants = arrays.parameters
-    real = arrays.state.floats[i]
-    state = real[STATE]
-    context = real[FEATURES]
-    onward = _sum(constants, at.DRIVE, context, at.CONTEXT)
+    floats = arrays.state.floats[i]
+    state = floats[STATE]
+    context = floats[FEATURES]
+    forward = _sum(constants, at.DRIVE, context, at.CONTEXT)
     fresh = _sum(constants, at.DRIVE + 1 + at.CONTEXT, context, at.CONTEXT)
     old = 0.2 * _sum(constants, at.DRIVE + 2 * (1 + at.CONTEXT), context, at.CONTEXT)
     met = 3.0 * _sum(constants, at.DRIVE + 3 * (1 + at.CONTEXT), context, at.CONTEXT)
@@ -130,8 +130,8 @@ def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
     middle_x = 0.5 * (state[LEFT] + state[RIGHT])
     middle_y = 0.5 * (state[BOTTOM] + state[TOP])
     middle /= 1.0 + math.sqrt(middle_x * middle_x + middle_y * middle_y)
-    force_x = onward * percept.heading[i, 0] + fresh * state[FRESH_X] + old * state[OLD_X]
-    force_y = onward * percept.heading[i, 1] + fresh * state[FRESH_Y] + old * state[OLD_Y]
+    force_x = forward * percept.heading[i, 0] + fresh * state[FRESH_X] + old * state[OLD_X]
+    force_y = forward * percept.heading[i, 1] + fresh * state[FRESH_Y] + old * state[OLD_Y]
     return (
         force_x + met * state[MET_X] + middle * middle_x,
         force_y + met * state[MET_Y] + middle * middle_y,
@@ -140,21 +140,21 @@ def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
 
 @inlined
 def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
-    """Write the action of every robot: along the sum of its forces, as fast as they are strong."""
+    """Write the action of each robot: along the sum of its forces, with a speed proportional to its strength."""
     constants = arrays.parameters
     teammates = percept.teammates.start
     for i in range(percept.heading.shape[0]):
-        real = arrays.state.floats[i]
-        count = update_tracks(i, percept, arrays.state, _FARTHEST * percept.sensing_range[i], _OLDEST)
-        seen, mine = feel_targets(i, count, percept, arrays.state, constants)
-        remember(i, seen, percept, real)
-        put_context(seen, mine, teammates[i + 1] - teammates[i], real)
+        floats = arrays.state.floats[i]
+        count = update_target_tracks(i, percept, arrays.state, _FARTHEST * percept.sensing_range[i], _OLDEST)
+        seen, mine = write_targets(i, count, percept, arrays.state, constants)
+        update_self(i, seen, percept, floats)
+        put_context(seen, mine, teammates[i + 1] - teammates[i], floats)
         x, y = _pull(i, count, percept, arrays)
         push_x, push_y = _push(i, count, percept, arrays)
         drive_x, drive_y = _drive(i, percept, arrays)
         x += push_x + drive_x
         y += push_y + drive_y
-        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - real[FEATURES, MINE]):
+        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - floats[FEATURES, MINE]):
             turn_x, turn_y = direction(noise[0, i])
             x += turn_x
             y += turn_y

@@ -1,8 +1,7 @@
-"""Senses: what a robot with the learned rule makes of its percept and its memory, in sensing ranges.
+"""The features of the evolved policy: what a robot derives from its percept and state, in units of the sensing range.
 
-A robot's memory is one table, `ROWS` rows of `FIELDS` numbers: a row for each target it tracks (its track, then what
-it feels of the target), a row for the state of the robot itself, and a row in which the features of one thing are put
-together for a network.
+A robot's state is one table of `ROWS` rows with `FIELDS` numbers: a row for each target track (the track, then features
+of the target), a row for the robot itself, and a row in which the inputs of a network are assembled.
 """
 
 from __future__ import annotations
@@ -12,20 +11,20 @@ from typing import Any
 
 from teamsight.core.kernel import inlined
 from teamsight.policies.evolved.layout import CONTEXT, OWN_OFFSET, OWN_SLOPE
-from teamsight.policies.handmade.target_tracks import AGE, REPORTED, STEP_X, STEP_Y, X, Y
+from teamsight.policies.handmade.target_tracks import AGE, RELAYED, STEP_X, STEP_Y, X, Y
 
 TRACKS = 16
 STATE, FEATURES = TRACKS, TRACKS + 1
 ROWS, FIELDS = TRACKS + 2, 16
 
-# A track's own fields come first.
+# They follow the fields of the target track.
 DISTANCE, RIVAL_DISTANCE, RIVAL_LOAD, RIVALS, COMPANY, OWN = range(4, 10)
-# The state.
+# Fields of the row for the robot itself.
 FRESH_X, FRESH_Y, OLD_X, OLD_Y, MET_X, MET_Y, LEFT, RIGHT, BOTTOM, TOP, SEEN_LATELY, MATES_LATELY, IDLE = range(13)
-# The context, the first of the features.
+# The context: the first inputs of each network.
 SEEN, MINE, MATES, OFTEN_SEEN, OFTEN_MATES, IDLENESS, EXTENT = range(7)
 
-#: A teammate farther from a target than this is none.
+#: Distance from a target beyond which a teammate is no rival.
 NO_RIVAL = 1.5
 
 _FRESH, _OLD, _MET, _LATELY = 0.9, 0.985, 0.95, 0.03
@@ -33,44 +32,44 @@ _FRESH, _OLD, _MET, _LATELY = 0.9, 0.985, 0.95, 0.03
 
 @inlined
 def few(count: float) -> float:
-    """Return 0 for none, 1/2 for two, and up to 1 for many."""
+    """Return a count mapped to [0, 1): 0 for none, 1/2 for two."""
     return count / (count + 2.0)
 
 
 @inlined
-def is_seen(whole: Any, slot: int) -> bool:
-    """Return whether a track is that of a target which the robot sees now itself."""
-    return bool(whole[slot, AGE] == 0) & bool(whole[slot, REPORTED] == 0)
+def is_seen(ints: Any, slot: int) -> bool:
+    """Return whether the robot itself sees the target of a track now."""
+    return bool(ints[slot, AGE] == 0) & bool(ints[slot, RELAYED] == 0)
 
 
 @inlined
-def feel_targets(i: int, count: int, percept: Any, memory: Any, constants: Any) -> tuple[int, float]:
-    """Write what the robot feels of each track; return how many targets it sees, and how many of them are its own."""
-    real = memory.floats[i]
+def write_targets(i: int, count: int, percept: Any, state: Any, constants: Any) -> tuple[int, float]:
+    """Write the features of each track; return how many targets are seen, and how many of them are its own."""
+    floats = state.floats[i]
     per_reach = 1.0 / percept.sensing_range[i]
     seen = 0
     mine = 0.0
     for slot in range(count):
-        x = real[slot, X] * per_reach
-        y = real[slot, Y] * per_reach
+        x = floats[slot, X] * per_reach
+        y = floats[slot, Y] * per_reach
         distance = math.sqrt(x * x + y * y)
-        real[slot, DISTANCE] = distance
-        _feel_rivals(i, slot, x, y, percept, real, memory.ints[i], count)
-        lead = real[slot, RIVAL_DISTANCE] - distance
+        floats[slot, DISTANCE] = distance
+        _write_rivals(i, slot, x, y, percept, floats, state.ints[i], count)
+        lead = floats[slot, RIVAL_DISTANCE] - distance
         edge = lead * constants[OWN_SLOPE] + constants[OWN_OFFSET]
         own = 0.5 + 0.5 * edge / (1.0 + abs(edge))
-        real[slot, OWN] = own
-        if is_seen(memory.ints[i], slot):
+        floats[slot, OWN] = own
+        if is_seen(state.ints[i], slot):
             seen += 1
             mine += own
     for slot in range(count):
-        real[slot, COMPANY] = _company(slot, count, real, per_reach)
+        floats[slot, COMPANY] = _company(slot, count, floats, per_reach)
     return seen, mine
 
 
 @inlined
-def _feel_rivals(i: int, slot: int, x: float, y: float, percept: Any, real: Any, whole: Any, count: int) -> None:
-    """Write how far the nearest teammate is from a target, how many targets it has, and how many teammates have it."""
+def _write_rivals(i: int, slot: int, x: float, y: float, percept: Any, floats: Any, ints: Any, count: int) -> None:
+    """Write the distance and load of the teammate nearest to a target, and the number of teammates in range."""
     teammates = percept.teammates
     per_reach = 1.0 / percept.sensing_range[i]
     nearest = NO_RIVAL
@@ -84,40 +83,40 @@ def _feel_rivals(i: int, slot: int, x: float, y: float, percept: Any, real: Any,
         if distance < nearest:
             nearest = distance
             rival = k
-    real[slot, RIVAL_DISTANCE] = nearest
-    real[slot, RIVALS] = rivals
-    real[slot, RIVAL_LOAD] = load(rival, percept, real, whole, count, per_reach) if rival >= 0 else 0.0
+    floats[slot, RIVAL_DISTANCE] = nearest
+    floats[slot, RIVALS] = rivals
+    floats[slot, RIVAL_LOAD] = load(rival, percept, floats, ints, count, per_reach) if rival >= 0 else 0.0
 
 
 @inlined
-def load(mate: int, percept: Any, real: Any, whole: Any, count: int, per_reach: float) -> float:
-    """Return how many of the targets that the robot sees a teammate has in range."""
+def load(mate: int, percept: Any, floats: Any, ints: Any, count: int, per_reach: float) -> float:
+    """Return how many of the targets in the robot's sight are in range of a teammate."""
     x = percept.teammates.offset[mate, 0]
     y = percept.teammates.offset[mate, 1]
     found = 0
     for slot in range(count):
-        way_x = (real[slot, X] - x) * per_reach
-        way_y = (real[slot, Y] - y) * per_reach
-        found += is_seen(whole, slot) & (way_x * way_x + way_y * way_y < 1.0)
+        way_x = (floats[slot, X] - x) * per_reach
+        way_y = (floats[slot, Y] - y) * per_reach
+        found += is_seen(ints, slot) & (way_x * way_x + way_y * way_y < 1.0)
     return float(found)
 
 
 @inlined
-def _company(slot: int, count: int, real: Any, per_reach: float) -> float:
-    """Return how many other targets of its own the robot could hold together with this one."""
+def _company(slot: int, count: int, floats: Any, per_reach: float) -> float:
+    """Return how many of its other targets the robot could keep in range together with this one."""
     company = 0.0
     for other in range(count):
         if other != slot:
-            way_x = (real[slot, X] - real[other, X]) * per_reach
-            way_y = (real[slot, Y] - real[other, Y]) * per_reach
-            company += real[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
+            way_x = (floats[slot, X] - floats[other, X]) * per_reach
+            way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
+            company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
     return company
 
 
 @inlined
-def remember(i: int, seen: int, percept: Any, real: Any) -> None:
-    """Bring the state of the robot up to date: its trail, the teammates met, the ground known, what it saw lately."""
-    state = real[STATE]
+def update_self(i: int, seen: int, percept: Any, floats: Any) -> None:
+    """Update the row for the robot: its trail, teammates met, the known ground, and what it saw recently."""
+    state = floats[STATE]
     per_reach = 1.0 / percept.sensing_range[i]
     moved_x = percept.moved[i, 0] * per_reach
     moved_y = percept.moved[i, 1] * per_reach
@@ -133,14 +132,14 @@ def remember(i: int, seen: int, percept: Any, real: Any) -> None:
     state[RIGHT] = max(state[RIGHT] - moved_x, 0.0)
     state[BOTTOM] = min(state[BOTTOM] - moved_y, 0.0)
     state[TOP] = max(state[TOP] - moved_y, 0.0)
-    _see_ground(state, percept.targets, percept.targets.start[i], percept.targets.start[i + 1], per_reach)
-    _see_ground(state, percept.teammates, percept.teammates.start[i], percept.teammates.start[i + 1], per_reach)
-    _meet(i, percept, state)
+    _extend_ground(state, percept.targets, percept.targets.start[i], percept.targets.start[i + 1], per_reach)
+    _extend_ground(state, percept.teammates, percept.teammates.start[i], percept.teammates.start[i + 1], per_reach)
+    _update_met(i, percept, state)
 
 
 @inlined
-def _see_ground(state: Any, seen: Any, first: int, last: int, per_reach: float) -> None:
-    """Widen the ground known: where there is a body, there is ground."""
+def _extend_ground(state: Any, seen: Any, first: int, last: int, per_reach: float) -> None:
+    """Extend the known ground to all visible bodies."""
     for k in range(first, last):
         x = seen.offset[k, 0] * per_reach
         y = seen.offset[k, 1] * per_reach
@@ -151,8 +150,8 @@ def _see_ground(state: Any, seen: Any, first: int, last: int, per_reach: float) 
 
 
 @inlined
-def _meet(i: int, percept: Any, state: Any) -> None:
-    """Remember the way off the teammates met."""
+def _update_met(i: int, percept: Any, state: Any) -> None:
+    """Update the average direction away from teammates."""
     teammates = percept.teammates
     x = 0.0
     y = 0.0
@@ -165,10 +164,10 @@ def _meet(i: int, percept: Any, state: Any) -> None:
 
 
 @inlined
-def put_context(seen: int, mine: float, teammates: int, real: Any) -> None:
-    """Write what the robot feels as a whole, each between 0 and about 1."""
-    state = real[STATE]
-    context = real[FEATURES]
+def put_context(seen: int, mine: float, teammates: int, floats: Any) -> None:
+    """Write the features of the whole situation, each between 0 and about 1."""
+    state = floats[STATE]
+    context = floats[FEATURES]
     extent = 0.5 * max(state[RIGHT] - state[LEFT], state[TOP] - state[BOTTOM])
     context[SEEN] = few(seen)
     context[MINE] = few(mine)
@@ -180,18 +179,18 @@ def put_context(seen: int, mine: float, teammates: int, real: Any) -> None:
 
 
 @inlined
-def put_target(slot: int, real: Any, whole: Any, per_reach: float) -> None:
-    """Write what the robot feels of a track."""
-    features = real[FEATURES]
-    distance = real[slot, DISTANCE]
-    lead = real[slot, RIVAL_DISTANCE] - distance
-    away = (real[slot, X] * real[slot, STEP_X] + real[slot, Y] * real[slot, STEP_Y]) * per_reach * per_reach
-    age = float(whole[slot, AGE])
+def put_target(slot: int, floats: Any, ints: Any, per_reach: float) -> None:
+    """Write the features of a target track."""
+    features = floats[FEATURES]
+    distance = floats[slot, DISTANCE]
+    lead = floats[slot, RIVAL_DISTANCE] - distance
+    away = (floats[slot, X] * floats[slot, STEP_X] + floats[slot, Y] * floats[slot, STEP_Y]) * per_reach * per_reach
+    age = float(ints[slot, AGE])
     features[CONTEXT] = 2.0 * distance - 1.0
-    features[CONTEXT + 1] = real[slot, RIVAL_DISTANCE] / 0.75 - 1.0
+    features[CONTEXT + 1] = floats[slot, RIVAL_DISTANCE] / 0.75 - 1.0
     features[CONTEXT + 2] = min(max(3.0 * lead, -1.5), 1.5)
-    features[CONTEXT + 3] = few(real[slot, RIVALS])
-    features[CONTEXT + 4] = few(real[slot, COMPANY])
+    features[CONTEXT + 3] = few(floats[slot, RIVALS])
+    features[CONTEXT + 4] = few(floats[slot, COMPANY])
     features[CONTEXT + 5] = 10.0 * away / max(distance, 1e-9)
     features[CONTEXT + 6] = age / (age + 5.0)
-    features[CONTEXT + 7] = few(real[slot, RIVAL_LOAD])
+    features[CONTEXT + 7] = few(floats[slot, RIVAL_LOAD])

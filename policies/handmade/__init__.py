@@ -1,1 +1,1 @@
-"""Policies designed by hand: the paper's three, and targets that avoid robots."""
+"""Policies designed by hand: those of the paper, and targets that avoid robots."""

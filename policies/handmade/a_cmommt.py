@@ -13,14 +13,22 @@ from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
 from teamsight.policies.handmade.idle import idle_draws, idle_number, idle_step
-from teamsight.policies.handmade.target_tracks import AGE, IDENTITY, REPORTED, X, Y, no_tracks, update_tracks
+from teamsight.policies.handmade.target_tracks import (
+    AGE,
+    IDENTITY,
+    RELAYED,
+    X,
+    Y,
+    no_target_tracks,
+    update_target_tracks,
+)
 from teamsight.policies.interface import PolicyState
 
 WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
 SCALES = {"sensing": 0.0, "awareness": 1.0}
 OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
 
-_IDLE, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _REPORTED = range(8)
+_IDLE, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _RELAYED = range(8)
 _REPULSION = 8
 _ATTRACTION = 11
 _PREDICTIVE = _ATTRACTION + 3
@@ -28,7 +36,7 @@ _PREDICTIVE = _ATTRACTION + 3
 
 @inlined
 def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
-    """Return the probability that no other robot monitors the target at (x, y), as robot `i` judges it."""
+    """Return the weight of the target at (x, y): the assumed probability that no other robot monitors it."""
     teammates = percept.teammates
     first = teammates.start[i]
     last = teammates.start[i + 1]
@@ -38,7 +46,7 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     reach = percept.sensing_range[i]
     limit = x * x + y * y if rule == 0.0 else reach * reach
     rivals = 0
-    # Unsigned here and below, because numba looks at every signed index whether it counts from the end.
+    # Unsigned here and below: for each signed index numba would check whether it counts from the end.
     for k in range(np.uint64(first), np.uint64(last)):
         way_x = x - teammates.offset[k, 0]
         way_y = y - teammates.offset[k, 1]
@@ -58,14 +66,14 @@ def _pull(
 ) -> tuple[float, float]:
     """Return the weighted force of a target at (x, y)."""
     force = attract(distance * per_reach, parameters[_ATTRACTION:])
-    # Limits and selections instead of branches, here and below; a target or teammate in the same place pulls nowhere.
+    # Limits instead of branches, here and below. A target or teammate at the same place exerts no force.
     force *= _weight(x, y, percept, i, parameters) / max(distance, 1e-300)
     return force * x, force * y
 
 
 @inlined
 def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
-    """Return the force of all perceived teammates."""
+    """Return the sum of the forces of all perceived teammates."""
     teammates = percept.teammates
     scale = per_reach if parameters[_SCALE] == 0.0 else 1.0 / percept.awareness_range[i]
     x = 0.0
@@ -81,28 +89,28 @@ def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[floa
 
 @inlined
 def _expectations(i: int, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float, int]:
-    """Return the force of targets that are remembered but not sensed, and how many there are."""
+    """Return the force of targets that are remembered but not sensed, and their number."""
     parameters = arrays.parameters
-    memory = arrays.state
-    oldest = 5.0 * max(parameters[_OWN], parameters[_REPORTED])
-    # A report may lie as far as a teammate's range beyond the own awareness.
+    state = arrays.state
+    oldest = 5.0 * max(parameters[_OWN], parameters[_RELAYED])
+    # A relayed target can be as far away as a teammate at the limit of awareness can sense.
     farthest = percept.awareness_range[i] + percept.sensing_range[i]
     if percept.relayed.start[i + 1] == percept.relayed.start[i]:
         farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
-    count = update_tracks(i, percept, memory, farthest, oldest)
+    count = update_target_tracks(i, percept, state, farthest, oldest)
     x = 0.0
     y = 0.0
     lost = 0
     for slot in range(count):
-        age = memory.ints[i, slot, AGE]
-        reported = memory.ints[i, slot, REPORTED]
-        if age == 0 and reported == 0:
+        age = state.ints[i, slot, AGE]
+        relayed = state.ints[i, slot, RELAYED]
+        if age == 0 and relayed == 0:
             continue
         lost += 1
-        track_x = memory.floats[i, slot, X]
-        track_y = memory.floats[i, slot, Y]
+        track_x = state.floats[i, slot, X]
+        track_y = state.floats[i, slot, Y]
         distance = math.sqrt(track_x * track_x + track_y * track_y)
-        exists = math.exp(-age / (parameters[_REPORTED] if reported else parameters[_OWN]))
+        exists = math.exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
         pull_x, pull_y = _pull(track_x, track_y, distance, per_reach, percept, i, parameters)
         x += exists * pull_x
         y += exists * pull_y
@@ -126,8 +134,8 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
             x += pull_x
             y += pull_y
         lost = 0
-        told = percept.relayed.start[i + 1] > percept.relayed.start[i]
-        if slots > 0 and (last > first or told or arrays.state.ints[i, 0, IDENTITY] >= 0):
+        has_relayed = percept.relayed.start[i + 1] > percept.relayed.start[i]
+        if slots > 0 and (last > first or has_relayed or arrays.state.ints[i, 0, IDENTITY] >= 0):
             pull_x, pull_y, lost = _expectations(i, per_reach, percept, arrays)
             x += pull_x
             y += pull_y
@@ -150,46 +158,46 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class ACmommt(CompiledPolicy):
-    """Follow targets that no teammate is nearer to, and keep away from teammates.
+    """Follow targets to which no teammate is nearer, and keep away from teammates.
 
-    A robot heads along the sum of its forces F and goes min(\\|F\\|, 1) times its speed. Distances are given in units
-    of the sensing range.
+    A robot moves along the sum F of its forces, by min(\\|F\\|, 1) times its speed. Distances are in units of the
+    sensing range.
 
     Parameters
     ----------
     idle : {"redraw", "wander", "stay"}
-        What a robot does that has nothing to follow.
+        Behaviour of an idle robot: turn to a new direction each step, wander, or stay.
     idle_when : {"no-force", "nothing-sensed"}
-        When that is: no force acts on it, or it senses nothing at all (and stays while forces cancel).
+        When a robot is idle: if no force acts on it, or if it senses nothing at all (it stays while forces cancel).
     weights : {"nearest", "shared", "per-teammate", "none"}
-        The probability that no other robot monitors a target: 0 when a perceived teammate is strictly nearer to it;
-        `shared_weight` when one has it in range; less `teammate_loss` for each that has; or always 1 (Parker's
-        "Local").
+        Weight of a target. "nearest": 0 if a perceived teammate is strictly nearer to it. "shared": `shared_weight` if
+        a teammate has it in range. "per-teammate": 1 minus `teammate_loss` for each teammate that has it in range.
+        "none": always 1 (Parker's "Local").
     shared_weight, teammate_loss : float
-        Constants of these rules, 0..1.
+        Constants of these weights, in [0, 1].
     do1, do2, do3, predictive : float
-        The target force: −1 at 0, 0 at do1, 1 from do2 to do3, 0 from the predictive range on.
+        Force of a target: −1 at distance 0, 0 at do1, 1 from do2 to do3, 0 beyond predictive; linear in between.
     dr1, dr2 : float
-        The teammate force (Fig. 9): −1 below dr1, 0 from dr2 on.
+        Force of a teammate (Fig. 9): −1 up to dr1, 0 beyond dr2; linear in between.
     repulsion_scale : {"sensing", "awareness"}
-        The range that dr1 and dr2 are multiples of.
-    decay, reported_decay : float
-        τ of the probability exp(−age/τ) that a target still exists which was lost from sight, or which a teammate
-        reported [steps].
-    tracks : int
-        How many targets a robot remembers; 0 for none.
+        The range whose multiples dr1 and dr2 are.
+    decay, relayed_decay : float
+        τ in exp(−age/τ), the assumed probability that a target still exists: one that was lost from sight, and one
+        that a teammate relayed [steps].
+    target_tracks : int
+        Number of targets that a robot remembers; 0 for none.
 
     Raises
     ------
     ValueError, TypeError
-        If a rule is unknown, or a constant outside its limits.
+        If an option is unknown, or a constant is outside its limits.
 
     Notes
     -----
     *Source:* §5 and §7, after L. E. Parker, "Cooperative motion control for multi-target observation" (IROS 1997).
-    *Departs:* the paper prints no constant; these are the ones in common use (400, 800, 2600, 3000; 1250, 2000, over
-    2600). A target remembered is forgotten when it is expected in sight and not seen. Without teammates in the percept
-    every weight is 1.
+    *Departs:* the paper gives no constants; these are the usual ones (400, 800, 2600, 3000; 1250, 2000; each over
+    2600). A remembered target is dropped when it is expected in sight but not seen. Without teammates in the percept
+    all weights are 1.
     """
 
     idle: str = "redraw"
@@ -205,8 +213,8 @@ class ACmommt(CompiledPolicy):
     dr2: float = 0.769
     repulsion_scale: str = "sensing"
     decay: float = 10.0
-    reported_decay: float = 5.0
-    tracks: int = 16
+    relayed_decay: float = 5.0
+    target_tracks: int = 16
 
     kernel = _decide
 
@@ -220,8 +228,8 @@ class ACmommt(CompiledPolicy):
         check_ascending(do1=self.do1, do2=self.do2, do3=self.do3, predictive=self.predictive)
         check_ascending(dr1=self.dr1, dr2=self.dr2)
         checks.number("decay", self.decay, above=0)
-        checks.number("reported_decay", self.reported_decay, above=0)
-        checks.count("tracks", self.tracks, least=0)
+        checks.number("relayed_decay", self.relayed_decay, above=0)
+        checks.count("target_tracks", self.target_tracks, least=0)
 
     @property
     def draws(self) -> int:  # type: ignore[override]
@@ -231,10 +239,10 @@ class ACmommt(CompiledPolicy):
     def parameters(self) -> tuple[float, ...]:
         return (
             idle_number(self.idle), OCCASIONS[self.idle_when], WEIGHTS[self.weights], self.shared_weight,
-            self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.reported_decay,
+            self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.relayed_decay,
             *repulsion_corners(self.dr1, self.dr2),
             *attraction_corners(self.do1, self.do2, self.do3, self.predictive),
         )  # fmt: skip
 
     def start(self, size: int) -> PolicyState:
-        return no_tracks(size, self.tracks)
+        return no_target_tracks(size, self.target_tracks)

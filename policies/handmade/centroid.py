@@ -1,4 +1,4 @@
-"""The centroid policy: the paper's collective behaviour, which knows nothing of teammates."""
+"""The centroid policy: the paper's collective behaviour, which does not use teammates."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ def _to_centroid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class Centroid(CompiledPolicy):
-    """Go to the geographical centre of the sensed targets, as far as the speed allows.
+    """Move to the geographical centre of the sensed targets, as far as the speed allows.
 
     Parameters
     ----------
     idle : {"redraw", "wander", "stay"}
-        What a robot does that senses no target.
+        Behaviour of a robot that senses no target: turn to a new direction each step, wander, or stay.
 
     Raises
     ------
     ValueError
-        If there is no such search rule.
+        If there is no such idle behaviour.
 
     Notes
     -----
     *Source:* §6, "a behavior that places it at the geographical center of the sensed targets; it does not take into
-    account the other robot positions". *Departs:* the paper does not say how a robot searches.
+    account the other robot positions". *Departs:* the paper does not say what a robot without targets does.
     """
 
     idle: str = "redraw"

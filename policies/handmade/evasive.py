@@ -1,4 +1,4 @@
-"""The evasive policy: targets that avoid robots (§5's last remark)."""
+"""The evasive policy: targets that avoid robots (last remark of §5)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _evade(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         x = 0.0
         y = 0.0
         for k in range(seen.start[i], seen.start[i + 1]):
-            # The nearer, the stronger: the unit vector away, over the distance.
+            # The unit vector away from the robot, divided by its distance.
             square = max(seen.distance[k] * seen.distance[k], 1e-12)
             x -= seen.offset[k, 0] / square
             y -= seen.offset[k, 1] / square
@@ -34,17 +34,17 @@ def _evade(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class Evasive(CompiledPolicy):
-    """Flee from the robots in sensing range, the nearer the more; walk at random when there are none.
+    """Flee from the robots in sensing range, nearer ones weighing more; otherwise walk at random.
 
     Parameters
     ----------
     turn_probability : float, default 0.05
-        The probability of a turn, a step, while no robot is sensed.
+        Probability of a turn per step while no robot is sensed.
 
     Raises
     ------
     ValueError, TypeError
-        If the probability is not within 0..1.
+        If the probability is not in [0, 1].
 
     Notes
     -----

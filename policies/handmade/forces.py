@@ -1,4 +1,4 @@
-"""Forces between robots and targets as functions of distance: magnitudes, positive for attraction.
+"""Forces of teammates and targets as functions of distance; positive values attract.
 
 Notes
 -----
@@ -15,14 +15,14 @@ from teamsight.core.kernel import inlined, plain
 
 
 def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.float64]:
-    """Return the force along the way to a teammate: −1 below `d1`, linear to 0 at `d2`, 0 beyond.
+    """Return the force of a teammate: −1 up to `d1`, rising linearly to 0 at `d2`, 0 beyond.
 
     Parameters
     ----------
     distance : array_like
         [length].
     d1, d2 : float
-        Where the force begins to fall and where it ends [length]; 0 ≤ d1 ≤ d2.
+        Distances where the force begins to fall and where it ends [length]; 0 ≤ d1 ≤ d2.
 
     Returns
     -------
@@ -41,14 +41,14 @@ def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.f
 def attraction(
     distance: npt.ArrayLike, do1: float, do2: float, do3: float, predictive: float
 ) -> npt.NDArray[np.float64]:
-    """Return the force along the way to a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 from `predictive` on.
+    """Return the force of a target: −1 at 0, 0 at `do1`, 1 from `do2` to `do3`, 0 beyond `predictive`.
 
     Parameters
     ----------
     distance : array_like
         [length].
     do1, do2, do3, predictive : float
-        Where the force changes its slope [length]; ascending.
+        Distances where the slope of the force changes [length]; ascending.
 
     Returns
     -------
@@ -61,12 +61,12 @@ def attraction(
 
 
 def check_ascending(**limits: float) -> None:
-    """Refuse distances that are not finite, at least 0 and in ascending order.
+    """Raise an error unless the distances are finite, at least 0 and in ascending order.
 
     Raises
     ------
     ValueError
-        Naming the first that is wrong.
+        Naming the first wrong one.
     """
     before, least = "", 0.0
     for name, value in limits.items():
@@ -77,24 +77,24 @@ def check_ascending(**limits: float) -> None:
 
 
 def repulsion_corners(d1: float, d2: float) -> tuple[float, ...]:
-    """Return what `repel` takes: where the force changes, and its slope."""
+    """Return the parameters of `repel`: where the slope changes, and the slope."""
     return d1, d2, _slope(d1, d2)
 
 
 def attraction_corners(do1: float, do2: float, do3: float, predictive: float) -> tuple[float, ...]:
-    """Return what `attract` takes: where the force changes, and its slopes."""
+    """Return the parameters of `attract`: where the slope changes, and the slopes."""
     return do1, do2, do3, predictive, _slope(0.0, do1), _slope(do1, do2), _slope(do3, predictive)
 
 
 def _slope(begin: float, end: float) -> float:
-    # Over an interval of no length the force jumps.
+    # Over an interval of length 0 the force jumps.
     return 1.0 / max(end - begin, 1e-300)
 
 
 @inlined
 def repel(distance: float, corners: tuple[float, ...]) -> float:
     """Return the force of one teammate; see `repulsion`."""
-    # Limits instead of branches: which side a distance falls on is a coin toss to the processor.
+    # Limits instead of branches, which the processor could not predict.
     return max(min((distance - corners[1]) * corners[2], 0.0), -1.0)
 
 

@@ -1,4 +1,4 @@
-"""The random walk: the policy of targets, and of robots that explore."""
+"""The random walk: the policy of targets, and of exploring robots."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TURN_PROBABILITY, _TURN_RANGE, _RANDOM_DISTANCE = range(3)
 
 @inlined
 def walk_step(i: int, percept: Any, parameters: Any, noise: Any, action: Any) -> None:
-    """Write the action of agent `i` that walks at random."""
+    """Write the action of agent `i`."""
     x = percept.heading[i, 0]
     y = percept.heading[i, 1]
     probability = parameters[_TURN_PROBABILITY]
@@ -25,7 +25,7 @@ def walk_step(i: int, percept: Any, parameters: Any, noise: Any, action: Any) ->
         if share >= 1.0:
             x, y = direction(noise[0, i])
         else:
-            # A full turn is 1, so a range of half a turn to either side is a share of 1.
+            # Angles are in turns: half a turn to either side is a share of 1.
             angle = share * (noise[0, i] - 0.5)
             cosine, sine = direction(angle if angle >= 0.0 else angle + 1.0)
             x, y = cosine * x - sine * y, sine * x + cosine * y
@@ -47,21 +47,21 @@ def _walk(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class RandomWalk(CompiledPolicy):
-    """Go straight on and now and then turn to a new direction.
+    """Go straight on, and turn to a random direction with a probability per step.
 
     Parameters
     ----------
     turn_probability : float, default 1
-        The probability of a turn, a step; 1 for exploring robots (§8.2), 0.05 for targets (§5).
+        Probability of a turn per step; 1 for exploring robots (§8.2), 0.05 for targets (§5).
     turn_range : float, default π
-        How far a turn can go to either side [rad]; the new direction is uniform within it. Parker: π/2.
+        Largest turn to either side [rad]; turns are uniformly distributed. Parker: π/2.
     random_distance : bool, default False
-        Whether the distance of each step is uniform between 0 and the speed, as in the exploration of §8.2.
+        Draw the distance of each step uniformly between 0 and the speed, as in the exploration of §8.2.
 
     Raises
     ------
     ValueError, TypeError
-        If a probability is not within 0..1 or a range not within 0..π.
+        If the probability is not in [0, 1] or the range not in [0, π].
     """
 
     turn_probability: float = 1.0

@@ -1,4 +1,4 @@
-"""The stationary policy: stay where you are. Spread well, it is the paper's yardstick for mobile robots (§6)."""
+"""The stationary policy; with well-spread robots it is the paper's reference for mobile ones (§6)."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ def _stay(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class Stationary(CompiledPolicy):
-    """Stay where you are.
+    """Do not move.
 
     Notes
     -----
-    *Source:* §6, "stationary ones (even well placed)". A model that is given this policy spreads its robots instead of
-    placing them at random.
+    *Source:* §6, "stationary ones (even well placed)". `CMOMMT` spreads robots with this policy over the
+    arena.
     """
 
     kernel = _stay

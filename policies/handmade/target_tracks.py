@@ -1,8 +1,8 @@
-"""Tracks: what a robot remembers of targets that it saw or was told of, and where it expects them now.
+"""Target tracks: what a robot remembers of targets that it saw or that teammates relayed, and where it expects them.
 
-A track is one slot of a robot's memory: real fields x, y (the target's offset from the robot) and its displacement a
-step; whole fields identity, age (steps since it was last seen) and whether a teammate reported it. Tracks fill the
-slots from the front; identity −1 ends them.
+A target track is one slot of a robot's state. Float fields: x, y (offset of the target from the robot) and its
+displacement per step. Integer fields: identity, age (steps since it was last seen), and whether a teammate relayed it.
+Used slots come first; identity −1 marks the end.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.interface import PolicyState
 
 X, Y, STEP_X, STEP_Y = range(4)
-IDENTITY, AGE, REPORTED = range(3)
+IDENTITY, AGE, RELAYED = range(3)
 
 
-def no_tracks(size: int, slots: int) -> PolicyState:
-    """Return the memory of `size` robots that have seen nothing yet, with room for `slots` targets each."""
-    whole = np.zeros((size, slots, 3), np.int64)
-    whole[:, :, IDENTITY] = -1
-    return PolicyState(np.zeros((size, slots, 4)), whole)
+def no_target_tracks(size: int, slots: int) -> PolicyState:
+    """Return the state of `size` robots without target tracks, with room for `slots` targets each."""
+    ints = np.zeros((size, slots, 3), np.int64)
+    ints[:, :, IDENTITY] = -1
+    return PolicyState(np.zeros((size, slots, 4)), ints)
 
 
 @inlined
 def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
-    """Return where `wanted` stands between `first` and `last`, or −1; look at `guess` first."""
+    """Return the index of `wanted` between `first` and `last`, or −1; try `guess` first."""
     if first <= guess < last and identity[guess] == wanted:
         return guess
     for k in range(first, last):
@@ -38,65 +38,65 @@ def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
 
 @kernel
 def _per_step(x: float, y: float, steps: int) -> tuple[float, float]:
-    # On its own, so that the usual case of a target seen a step ago does not wait for two divisions.
+    # A function of its own, so that the usual case (seen one step ago) does not execute two divisions.
     return x / steps, y / steps
 
 
 @inlined
-def _see(real: Any, whole: Any, slot: int, seen: Any, k: int, moved: Any) -> None:
-    """Bring a track up to what is seen of its target now, and its step by what was wrong with the expectation."""
-    wrong_x = seen.offset[k, 0] - (real[slot, X] + real[slot, STEP_X] - moved[0])
-    wrong_y = seen.offset[k, 1] - (real[slot, Y] + real[slot, STEP_Y] - moved[1])
-    if whole[slot, AGE] > 0:
-        wrong_x, wrong_y = _per_step(wrong_x, wrong_y, whole[slot, AGE] + 1)
-    real[slot, STEP_X] += wrong_x
-    real[slot, STEP_Y] += wrong_y
-    real[slot, X] = seen.offset[k, 0]
-    real[slot, Y] = seen.offset[k, 1]
-    whole[slot, AGE] = 0
+def _see(floats: Any, ints: Any, slot: int, seen: Any, k: int, moved: Any) -> None:
+    """Set a track to the seen position of its target, and correct its displacement by the error of the prediction."""
+    error_x = seen.offset[k, 0] - (floats[slot, X] + floats[slot, STEP_X] - moved[0])
+    error_y = seen.offset[k, 1] - (floats[slot, Y] + floats[slot, STEP_Y] - moved[1])
+    if ints[slot, AGE] > 0:
+        error_x, error_y = _per_step(error_x, error_y, ints[slot, AGE] + 1)
+    floats[slot, STEP_X] += error_x
+    floats[slot, STEP_Y] += error_y
+    floats[slot, X] = seen.offset[k, 0]
+    floats[slot, Y] = seen.offset[k, 1]
+    ints[slot, AGE] = 0
 
 
 @inlined
-def _expect(real: Any, whole: Any, slot: int, moved: Any) -> None:
-    """Move a track of a target that is not seen to where it is expected now."""
-    real[slot, X] += real[slot, STEP_X] - moved[0]
-    real[slot, Y] += real[slot, STEP_Y] - moved[1]
-    whole[slot, AGE] += 1
+def _expect(floats: Any, ints: Any, slot: int, moved: Any) -> None:
+    """Move the track of an unseen target to its expected position."""
+    floats[slot, X] += floats[slot, STEP_X] - moved[0]
+    floats[slot, Y] += floats[slot, STEP_Y] - moved[1]
+    ints[slot, AGE] += 1
 
 
 @inlined
-def _append(real: Any, whole: Any, slot: int, seen: Any, k: int, reported: int) -> int:
-    """Begin a track in `slot`, if there is one; return the number of tracks."""
-    if slot >= whole.shape[0]:
+def _append(floats: Any, ints: Any, slot: int, seen: Any, k: int, relayed: int) -> int:
+    """Begin a track in `slot` if that exists; return the number of target tracks."""
+    if slot >= ints.shape[0]:
         return slot
-    real[slot, X] = seen.offset[k, 0]
-    real[slot, Y] = seen.offset[k, 1]
-    real[slot, STEP_X] = 0.0
-    real[slot, STEP_Y] = 0.0
-    whole[slot, IDENTITY] = seen.identity[k]
-    whole[slot, AGE] = 0
-    whole[slot, REPORTED] = reported
+    floats[slot, X] = seen.offset[k, 0]
+    floats[slot, Y] = seen.offset[k, 1]
+    floats[slot, STEP_X] = 0.0
+    floats[slot, STEP_Y] = 0.0
+    ints[slot, IDENTITY] = seen.identity[k]
+    ints[slot, AGE] = 0
+    ints[slot, RELAYED] = relayed
     return slot + 1
 
 
 @inlined
-def _keep(real: Any, whole: Any, slot: int, new: int) -> None:
+def _keep(floats: Any, ints: Any, slot: int, new: int) -> None:
     if slot != new:
         for field in range(4):
-            real[new, field] = real[slot, field]
+            floats[new, field] = floats[slot, field]
         for field in range(3):
-            whole[new, field] = whole[slot, field]
+            ints[new, field] = ints[slot, field]
 
 
 @inlined
-def update_tracks(i: int, percept: Any, memory: Any, farthest: float, oldest: float) -> int:
-    """Bring the tracks of robot `i` up to date; return how many there are.
+def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, oldest: float) -> int:
+    """Update the target tracks of robot `i`; return their number.
 
-    Seen targets are matched by identity; those lost are moved to where they are expected, and forgotten once they are
-    older than `oldest` [steps], farther than `farthest` [length], or expected where the robot would see them.
+    Seen targets are matched by identity. Those of unseen ones are moved to their expected position, and dropped once
+    they are older than `oldest` [steps], farther than `farthest` [length], or expected within the sensing range.
     """
-    real = memory.floats[i]
-    whole = memory.ints[i]
+    floats = state.floats[i]
+    ints = state.ints[i]
     moved = percept.moved[i]
     targets = percept.targets
     first = targets.start[i]
@@ -104,55 +104,55 @@ def update_tracks(i: int, percept: Any, memory: Any, farthest: float, oldest: fl
     sensed = percept.sensing_range[i] * percept.sensing_range[i]
     count = 0
     matched = 0
-    for slot in range(whole.shape[0]):
-        if whole[slot, IDENTITY] < 0:
+    for slot in range(ints.shape[0]):
+        if ints[slot, IDENTITY] < 0:
             break
-        k = find(targets.identity, whole[slot, IDENTITY], first, last, first + matched)
+        k = find(targets.identity, ints[slot, IDENTITY], first, last, first + matched)
         if k >= 0:
-            _see(real, whole, slot, targets, k, moved)
-            whole[slot, REPORTED] = 0
+            _see(floats, ints, slot, targets, k, moved)
+            ints[slot, RELAYED] = 0
             matched += 1
         else:
-            _expect(real, whole, slot, moved)
-            square = real[slot, X] * real[slot, X] + real[slot, Y] * real[slot, Y]
-            if square <= sensed or square >= farthest * farthest or whole[slot, AGE] > oldest:
+            _expect(floats, ints, slot, moved)
+            square = floats[slot, X] * floats[slot, X] + floats[slot, Y] * floats[slot, Y]
+            if square <= sensed or square >= farthest * farthest or ints[slot, AGE] > oldest:
                 continue
-        _keep(real, whole, slot, count)
+        _keep(floats, ints, slot, count)
         count += 1
     if matched < last - first:
         for k in range(first, last):
-            if _slot_of(whole, targets.identity[k], count) < 0:
-                count = _append(real, whole, count, targets, k, 0)
+            if _slot_of(ints, targets.identity[k], count) < 0:
+                count = _append(floats, ints, count, targets, k, 0)
     if percept.relayed.start[i + 1] > percept.relayed.start[i]:
-        count = _hear(i, percept, real, whole, count)
-    if count < whole.shape[0]:
-        whole[count, IDENTITY] = -1
+        count = _add_relayed(i, percept, floats, ints, count)
+    if count < ints.shape[0]:
+        ints[count, IDENTITY] = -1
     return count
 
 
 @inlined
-def _slot_of(whole: Any, identity: int, count: int) -> int:
+def _slot_of(ints: Any, identity: int, count: int) -> int:
     for slot in range(count):
-        if whole[slot, IDENTITY] == identity:
+        if ints[slot, IDENTITY] == identity:
             return slot
     return -1
 
 
 @inlined
-def _hear(i: int, percept: Any, real: Any, whole: Any, count: int) -> int:
-    """Take over reported targets that the robot does not see itself."""
+def _add_relayed(i: int, percept: Any, floats: Any, ints: Any, count: int) -> int:
+    """Add or update target tracks of relayed targets that the robot does not see itself."""
     relayed = percept.relayed
     for k in range(relayed.start[i], relayed.start[i + 1]):
-        slot = _slot_of(whole, relayed.identity[k], count)
+        slot = _slot_of(ints, relayed.identity[k], count)
         if slot < 0:
-            count = _append(real, whole, count, relayed, k, 1)
-        elif whole[slot, AGE] > 0:
-            # `_expect` has already moved it by the own step, so only the target's remains.
-            steps = whole[slot, AGE]
-            real[slot, STEP_X] += (relayed.offset[k, 0] - real[slot, X]) / steps
-            real[slot, STEP_Y] += (relayed.offset[k, 1] - real[slot, Y]) / steps
-            real[slot, X] = relayed.offset[k, 0]
-            real[slot, Y] = relayed.offset[k, 1]
-            whole[slot, AGE] = 0
-            whole[slot, REPORTED] = 1
+            count = _append(floats, ints, count, relayed, k, 1)
+        elif ints[slot, AGE] > 0:
+            # `_expect` has moved it by the robot's own step already; the rest is the target's displacement.
+            steps = ints[slot, AGE]
+            floats[slot, STEP_X] += (relayed.offset[k, 0] - floats[slot, X]) / steps
+            floats[slot, STEP_Y] += (relayed.offset[k, 1] - floats[slot, Y]) / steps
+            floats[slot, X] = relayed.offset[k, 0]
+            floats[slot, Y] = relayed.offset[k, 1]
+            ints[slot, AGE] = 0
+            ints[slot, RELAYED] = 1
     return count

@@ -1,4 +1,4 @@
-"""The utility of the pairs of a lazy memory: what each is worth in the long run, for one reward function."""
+"""Action values of the transitions of a lazy memory, for one reward function."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.policies.interface import Floats, Integers
+from teamsight.policies.learner import components
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, rewards_of
 
@@ -16,11 +17,11 @@ from teamsight.policies.rewards import Reward, rewards_of
 MOST_MATCHES = 128
 
 _BLOCK = 4096
-# By memory and number of components; rewards and constants differ, but the places that pairs lead to do not.
+# By memory and number of components. They do not depend on reward, discount or sweeps.
 _MATCHES: WeakKeyDictionary[LazyMemory, dict[int, Integers]] = WeakKeyDictionary()
 
 
-def utility(
+def action_values(
     memory: LazyMemory,
     reward: Reward,
     *,
@@ -29,50 +30,50 @@ def utility(
     discount: float = 0.7,
     sweeps: int = 10,
 ) -> Floats:
-    """Return Q of every pair: its reward, and what the best of the pairs is worth that match where it leads.
+    """Return the action value of each transition: its reward plus the discounted best value that can follow.
 
-    ``Q_i ← r_i + γ · max Q_j`` over the `k` pairs j whose situations are nearest to the next situation of i; all pairs
-    at once, `sweeps` times, from Q = r. With γ = 0 or no sweeps nothing has to be searched.
+    Value iteration: starting with Q = r, ``Q_i ← r_i + γ · max Q_j`` is repeated `sweeps` times for all transitions i
+    at once, where j runs over the `k` transitions whose situations are nearest to the next situation of i.
 
     Parameters
     ----------
     memory : LazyMemory
-        The pairs; nothing is stored in it.
+        The transitions.
     reward : callable
         See `teamsight.policies.rewards`.
     inputs : int, optional
-        How many components of the situations are compared: all, or the robot's own alone.
+        Number of components that are compared; all by default.
     k : int
-        How many pairs match a situation: 1 to 128, and no more than there are.
+        Number of transitions that match a situation: 1 to 128, and at most the size of the memory.
     discount : float
         Discount factor γ, in [0, 1].
     sweeps : int
-        How many steps ahead are looked.
+        Number of sweeps: how many steps the values look ahead.
 
     Returns
     -------
-    ndarray, shape (pairs,), float64
+    ndarray, shape (transitions,), float64
 
     Raises
     ------
     TypeError, ValueError
-        If a constant is outside its limits, the memory has fewer than `k` pairs, or the reward function returns
-        something else than a finite number for each pair.
+        If a constant is outside its limits, the memory has fewer than `k` transitions, or the reward does not return a
+        finite number for each transition.
 
     Notes
     -----
-    *Source:* §8.1. *Departs:* the paper computes a Q when somebody asks for it; all of them at once, when the reward is
-    known, are the same numbers. The search is the cost: pairs² × inputs subtractions; see `next_matches`.
+    *Source:* §8.1. *Departs:* the paper computes a Q on demand; computing all at once gives the same numbers. The
+    search of the matches dominates the cost; see `next_matches`. With γ = 0 or no sweeps it is skipped.
     """
     width = components(memory, inputs)
     check_constants(memory, k, discount, sweeps)
-    own = rewards_of(memory, reward)
+    rewards = rewards_of(memory, reward)
     if discount == 0 or sweeps == 0:
-        return own
+        return rewards
     follow = next_matches(memory, k, width)
-    values = own.copy()
+    values = rewards.copy()
     for _ in range(sweeps):
-        values = own + discount * values[follow].max(axis=1)
+        values = rewards + discount * values[follow].max(axis=1)
     return values
 
 
@@ -82,77 +83,42 @@ def next_matches(
     inputs: int | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Integers:
-    """Return which pairs match the situation that each pair leads to; they are kept as long as the memory is.
+    """Return the `k` transitions that match the next situation of each transition; cached as long as the memory lives.
 
-    Learners call this when they are made. For a large memory call it yourself before, with a progress bar: it takes
-    pairs² × inputs subtractions, which is a second for some 30 000 pairs of 32 inputs and twenty minutes for a
-    million. Less is `LazyMemory.sample`, or γ = 0.
+    The search takes transitions² × inputs subtractions: about a second for 30,000 transitions of 32 inputs, twenty
+    minutes for a million. Call it before making a learner to show its progress. `LazyMemory.sample` or a discount of 0
+    reduce the work.
 
     Parameters
     ----------
     memory : LazyMemory
-        The pairs.
+        The transitions.
     k : int
-        How many match.
+        Number of matches.
     inputs : int, optional
-        How many components are compared.
+        Number of components that are compared; all by default.
     progress : callable
-        Called with the pairs done and the pairs in all.
+        Called with the numbers of transitions done and in all.
 
     Returns
     -------
-    ndarray, shape (pairs, k), int64
-        In the order of nearness.
+    ndarray, shape (transitions, k), int64
+        The nearest first.
     """
     width = components(memory, inputs)
     kept = _MATCHES.setdefault(memory, {})
     if width not in kept or kept[width].shape[1] < k:
         found = np.empty((len(memory), k), np.int64)
         for first in range(0, len(memory), _BLOCK):
-            asked = np.ascontiguousarray(memory.next_situation[first : first + _BLOCK, :width])
-            found[first : first + _BLOCK] = memory.nearest(asked, k, width)[0]
+            queries = np.ascontiguousarray(memory.next_situation[first : first + _BLOCK, :width])
+            found[first : first + _BLOCK] = memory.nearest(queries, k, width)[0]
             progress(min(first + _BLOCK, len(memory)), len(memory))
         kept[width] = found
     return kept[width][:, :k]
 
 
-def components(memory: LazyMemory, inputs: int | None) -> int:
-    """Return how many components of the memory's situations are compared.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `inputs` is neither all of them nor the robot's own.
-    """
-    if not isinstance(memory, LazyMemory):
-        raise TypeError(f"memory={memory!r}: must be a LazyMemory; load one with LazyMemory.load(path)")
-    if inputs is None:
-        return memory.inputs
-    width = checks.count("inputs", inputs)
-    if width not in (memory.own, memory.inputs):
-        raise ValueError(
-            f"inputs={width}: the memory has {memory.own} components for targets and {memory.added} for teammates; "
-            f"compare {memory.own} (collective) or all {memory.inputs} (cooperative)"
-        )
-    return width
-
-
-def degree_of(memory: LazyMemory, inputs: int | None) -> str | None:
-    """Return the name of the degree of awareness that shows a memory's situations; None if the memory does not tell."""
-    if inputs == memory.own:
-        return "none"
-    found: str | None = memory.settings.get("degree")
-    return found
-
-
-def remedy(memory: LazyMemory, inputs: int, degree: str, width: int) -> str:
-    """Return how a learner of this memory fits situations of a degree and width: by all inputs, or not at all."""
-    fits = memory.inputs == width != inputs and memory.settings.get("degree", degree) == degree
-    return f", or leave out inputs={inputs}" if fits else ""
-
-
 def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) -> None:
-    """Refuse constants outside their limits, and a memory that is smaller than `k`.
+    """Raise an error for constants outside their limits, and for a memory that has fewer than `k` transitions.
 
     Raises
     ------
@@ -162,11 +128,11 @@ def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) ->
     checks.count("k", k)
     if k > MOST_MATCHES:
         raise ValueError(
-            f"k={k}: must be at most {MOST_MATCHES}, for which a robot that decides has room, and at most the "
-            f"{len(memory)} pairs of the memory; use a smaller k"
+            f"k={k}: must be at most {MOST_MATCHES}, and at most the {len(memory)} transitions of the memory; use a "
+            "smaller k"
         )
     checks.number("discount", discount, least=0, most=1)
     checks.count("sweeps", sweeps, least=0)
     if len(memory) < k:
         cure = "explore first" if len(memory) == 0 else "use a smaller k, or explore longer"
-        raise ValueError(f"k={k}: the memory has only {len(memory)} pairs; {cure}")
+        raise ValueError(f"k={k}: the memory has only {len(memory)} transitions; {cure}")

@@ -1,4 +1,4 @@
-"""Lazy Q-learning as the paper has it: the best action among those of the nearest situations."""
+"""Lazy Q-learning as in the paper: the best action among those of the nearest situations."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 
 from teamsight.core.kernel import inlined, scratch
+from teamsight.policies.actions import act
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import K, LazyLearner, act, find_matches, first_own, refuse
+from teamsight.policies.lazy.learner import K, LazyLearner, find_matches, first_own
+from teamsight.policies.learner import refuse
 from teamsight.policies.memory import LazyMemory
 
-#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets, and the seed that the search chose
-#: (docs/lazy-search.md). Made by ``teamsight learn explore --seed 38``.
+#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets. docs/lazy-search.md describes how its
+#: seed was chosen. Made by ``teamsight learn explore --seed 38``.
 SHIPPED = Path(__file__).parent.parent / "data" / "lazy-600.safetensors"
 
 
@@ -34,7 +36,7 @@ def _best_of_nearest(percept: Any, arrays: Any, noise: Any, action: Any) -> None
             continue
         best = index[0]
         for match in range(1, k):
-            # Only a higher utility counts, so that of equals the nearest stays.
+            # Strictly greater, so that the nearest of equal values is kept.
             if parameters[values + index[match]] > parameters[values + best]:
                 best = index[match]
         rotation = values + columns + best
@@ -43,17 +45,15 @@ def _best_of_nearest(percept: Any, arrays: Any, noise: Any, action: Any) -> None
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LazyQ(LazyLearner):
-    """Do what was done in the best of the `k` nearest situations.
+    """Repeat the action of the highest value among the `k` nearest situations.
 
-    There is no maximum distance and no random action. Of equal utilities the nearer pair decides; of equally near
-    pairs the one whose content comes first.
-
-    Parameters are those of `LazyLearner`.
+    There is no maximum distance and no random action. Of equal values the nearer transition is used; of equally near
+    transitions the one that comes first in the canonical order of the memory. Parameters are those of `LazyLearner`.
 
     Notes
     -----
-    *Source:* §8.1 and §8.2. *Departs:* the paper leaves open k, γ, the sweeps, and whose reward it is; what
-    each is worth is told in docs/lazy-search.md.
+    *Source:* §8.1 and §8.2. *Departs:* the paper does not give k, γ, the number of sweeps, and whose reward it is;
+    docs/lazy-search.md describes their effect.
     """
 
     kernel = _best_of_nearest
@@ -71,10 +71,10 @@ def shipped() -> LazyMemory:
 
 
 def lazy_collective() -> LazyQ:
-    """Return `LazyQ` on the shipped exploration, comparing the robot's own 16 inputs; for `NoAwareness`."""
+    """Return `LazyQ` on the shipped exploration with the robot's own 16 inputs, for `NoAwareness`."""
     return LazyQ(shipped(), inputs=shipped().own)
 
 
 def lazy_cooperative() -> LazyQ:
-    """Return `LazyQ` on the shipped exploration, comparing all 32 inputs; for ``RingAwareness(16)``."""
+    """Return `LazyQ` on the shipped exploration with all 32 inputs, for ``RingAwareness(16)``."""
     return LazyQ(shipped())

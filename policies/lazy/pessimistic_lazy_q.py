@@ -1,21 +1,20 @@
-"""Pessimistic lazy Q-learning: the action of which the worst that is known is best."""
+"""Pessimistic lazy Q-learning: the action whose lowest known value is highest."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from teamsight.core import checks
 from teamsight.core.kernel import inlined, scratch
+from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import K, LazyLearner, act, find_matches, first_own, refuse
+from teamsight.policies.lazy.learner import K, LazyLearner, find_matches, first_own
+from teamsight.policies.learner import refuse
 
 _MOST_ACTIONS = 256
-_FULL_TURN = 2.0 * math.pi
 
 
 @inlined
@@ -23,9 +22,8 @@ def _best_worst(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
     k = int(parameters[K])
     grid = first_own(parameters)
-    rotations = parameters[grid]
-    distances = int(parameters[grid + 1])
-    values = grid + 2
+    actions = int(parameters[grid])
+    values = grid + 1 + 2 * actions
     nearest_action = values + arrays.table.shape[1]
     index = scratch(MOST_MATCHES, np.int64)
     distance = scratch(MOST_MATCHES, np.float32)
@@ -34,7 +32,7 @@ def _best_worst(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         if not find_matches(percept.situation[i], arrays, k, index, distance):
             refuse(i, percept, action)
             continue
-        for one in range(int(rotations) * distances):
+        for one in range(actions):
             worst[one] = np.inf
         for match in range(k):
             one = int(parameters[nearest_action + index[match]])
@@ -44,58 +42,47 @@ def _best_worst(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
             one = int(parameters[nearest_action + index[match]])
             if worst[one] > worst[best]:
                 best = one
-        rotation = _FULL_TURN * (best // distances) / rotations
-        act(rotation, (best % distances + 1) / distances, i, percept, action)
+        chosen = grid + 1 + 2 * best
+        act(parameters[chosen], parameters[chosen + 1], i, percept, action)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PessimisticLazyQ(LazyLearner):
-    """Do the action of a grid whose worst utility among the matching pairs is best.
+    """Do the action of a grid whose lowest value among the matching transitions is highest.
 
-    Each pair speaks for the action of the grid that is nearest to its own; actions for which none of the `k` matches
-    speaks are left out. Of equals the action of the nearer pair is taken.
+    Each transition counts for the action of the grid that is nearest to its own. Actions without a match are not
+    considered. Of equal actions the one of the nearer transition is used.
 
     Parameters
     ----------
-    rotations, distances : int
-        The grid: so many directions, the first straight ahead; and so many equal parts of the speed, the last all of
-        it. At most 256 actions. The other parameters are those of `LazyLearner`.
+    memory, reward, inputs, discount, k, sweeps
+        As for `LazyLearner`; `k` is 30 by default.
+    actions : ActionGrid
+        The actions to choose from, at most 256. By default 8 rotations, each with the whole or half the speed.
 
     Notes
     -----
-    *Source:* C. F. Touzet, "Distributed lazy Q-learning for cooperative mobile robots" (2004), as recalled: for each
-    action the minimum utility over the matching situations, and the action whose minimum is largest. *Departs:* its
-    grid and its number of matches are not known to us. The utilities themselves are those of `LazyQ`.
+    *Source:* C. F. Touzet, "Distributed lazy Q-learning for cooperative mobile robots" (2004), quoted from memory: for
+    each action the minimum value over the matching situations, and the action with the largest minimum. *Departs:* its
+    grid and number of matches are unknown to us. Values are those of `LazyQ`.
     """
 
     k: int = 30
-    rotations: int = 8
-    distances: int = 2
+    # A recorded distance halfway between both counts for the whole speed, which is listed first.
+    actions: ActionGrid = ActionGrid(8, (1.0, 0.5))  # noqa: RUF009 (frozen)
 
     kernel = _best_worst
 
     def __post_init__(self) -> None:
-        checks.count("rotations", self.rotations)
-        checks.count("distances", self.distances)
-        if self.rotations * self.distances > _MOST_ACTIONS:
-            raise ValueError(
-                f"rotations={self.rotations}, distances={self.distances}: more than {_MOST_ACTIONS} actions; use fewer"
-            )
+        if not isinstance(self.actions, ActionGrid):
+            raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
+        if len(self.actions) > _MOST_ACTIONS:
+            raise ValueError(f"actions={self.actions}: has {len(self.actions)} actions; at most {_MOST_ACTIONS} fit")
         super().__post_init__()
-
-    def _constants(self) -> dict[str, Any]:
-        return super()._constants() | {"rotations": self.rotations, "distances": self.distances}
 
     @property
     def parameters(self) -> Floats:
-        kept = self.search_table.kept
-        grid = [self.rotations, self.distances]
-        return np.concatenate([super().parameters, grid, self.values[kept], self._nearest_action()[kept]])
-
-    def _nearest_action(self) -> Floats:
-        """Return for each pair the number of the action that it speaks for."""
-        rotation, share = np.asarray(self.memory.action, float).T
-        turn = np.floor(rotation / _FULL_TURN * self.rotations + 0.5) % self.rotations
-        # Halfway between two distances, the longer.
-        part = np.clip(np.floor(share * self.distances + 0.5) - 1, 0, self.distances - 1)
-        return np.asarray(turn * self.distances + part)
+        kept, grid = self.search_table.kept, self.actions
+        nearest_action = grid.index(self.memory.action[kept])
+        actions = [[len(grid)], grid.actions.ravel()]
+        return np.concatenate([super().parameters, *actions, self.values[kept], nearest_action])

@@ -1,4 +1,4 @@
-"""Lazy Q-learning as Sheppard and others have it: each robot goes on exploring, and stores what its pairs are worth."""
+"""Lazy Q-learning after Sheppard and others: robots go on exploring, and each stores and updates its own utilities."""
 
 from __future__ import annotations
 
@@ -10,28 +10,32 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
-from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Floats, Percept, PolicyState
-from teamsight.policies.lazy.action_values import components, degree_of, remedy, utility
-from teamsight.policies.lazy.learner import LazyLearner, act, check_situation, digest_of, is_situation, refuse
+from teamsight.policies.actions import act
+from teamsight.policies.interface import Floats, PolicyState
+from teamsight.policies.lazy.action_values import action_values
+from teamsight.policies.lazy.learner import LazyLearner
+from teamsight.policies.learner import Learner, is_situation, refuse
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.rewards import Reward, name_of, own_reward, tabulate
+from teamsight.policies.rewards import tabulate
 
-#: Rewards are tabulated for up to so many targets gained and lost at once.
+#: Rewards are tabulated for up to this many targets gained and lost at once.
 MOST_CHANGE = 8
-#: Of so many targets in sight a robot keeps the identities.
+#: A robot keeps the identities of at most this many targets in sight.
 MOST_SEEN = 64
 
-_INPUTS, _THRESHOLD, _SIMILAR, _EXPLORE, _LEARNING_RATE, _DISCOUNT = range(6)
-_REWARDS = 6
-# In the first row of `ints`: how many pairs were stored, which awaits its outcome, how many targets were in sight.
+_OWN_INPUTS = 32
+_CAPACITY = 600
+
+# The table of rewards follows.
+_INPUTS, _THRESHOLD, _SIMILAR, _EXPLORE, _LEARNING_RATE, _DISCOUNT, _REWARDS = range(7)
+# In the first row of `ints`: transitions stored, the one whose outcome is not known yet, targets that were in sight.
 _STORED, _PENDING, _SEEN = range(3)
 _FULL_TURN = 2.0 * math.pi
 
 
 @inlined
 def _apart(store: Any, j: int, situation: Any, inputs: int, limit: float) -> float:
-    """Return the distance of a stored situation by eq. 1, or something beyond `limit`."""
+    """Return the distance of a stored situation by eq. 1, or a number above `limit`."""
     total = 0.0
     for c in range(inputs):
         total += abs(store[j, c] - situation[c])
@@ -42,7 +46,7 @@ def _apart(store: Any, j: int, situation: Any, inputs: int, limit: float) -> flo
 
 @inlined
 def _best_match(store: Any, count: int, situation: Any, parameters: Any) -> int:
-    """Return the pair of highest Q among the similar situations, of equals the nearest; −1 if none is similar."""
+    """Return the transition of highest utility among the similar situations; −1 if none is similar."""
     inputs = int(parameters[_INPUTS])
     best = -1
     nearness = 0.0
@@ -51,6 +55,7 @@ def _best_match(store: Any, count: int, situation: Any, parameters: Any) -> int:
         if distance <= parameters[_THRESHOLD]:
             value = store[j, inputs + 2]
             known = store[best, inputs + 2] if best >= 0 else -np.inf
+            # Of equal utilities the nearest.
             if value > known or (value == known and distance < nearness):
                 best = j
                 nearness = distance
@@ -59,7 +64,7 @@ def _best_match(store: Any, count: int, situation: Any, parameters: Any) -> int:
 
 @inlined
 def _learn(store: Any, count: int, pending: int, goal: float, parameters: Any) -> None:
-    """Move the Q of the pair just tried, and of those similar to it, toward what came of it."""
+    """Move the utility of the last transition, and of those similar to it, towards the goal."""
     inputs = int(parameters[_INPUTS])
     for j in range(count):
         turn = abs(store[j, inputs] - store[pending, inputs]) / math.pi
@@ -71,22 +76,22 @@ def _learn(store: Any, count: int, pending: int, goal: float, parameters: Any) -
 
 
 @inlined
-def _reward(percept: Any, i: int, notes: Any, parameters: Any) -> Any:
-    """Return what the change of the targets in sight is worth, and note those that are in sight now."""
+def _reward(percept: Any, i: int, ints: Any, parameters: Any) -> Any:
+    """Return the reward for the change of the targets in sight, and store those that are in sight now."""
     targets = percept.targets
     first = targets.start[i]
     now = min(targets.start[i + 1] - first, MOST_SEEN)
-    before = notes[0, _SEEN]
+    before = ints[0, _SEEN]
     kept = 0
     at = 0
     for t in range(now):
         # Both lists ascend.
-        while at < before and notes[1 + at, 0] < targets.identity[first + t]:
+        while at < before and ints[1 + at, 0] < targets.identity[first + t]:
             at += 1
-        kept += at < before and notes[1 + at, 0] == targets.identity[first + t]
+        kept += at < before and ints[1 + at, 0] == targets.identity[first + t]
     for t in range(now):
-        notes[1 + t, 0] = targets.identity[first + t]
-    notes[0, _SEEN] = now
+        ints[1 + t, 0] = targets.identity[first + t]
+    ints[0, _SEEN] = now
     gained = min(now - kept, MOST_CHANGE)
     lost = min(before - kept, MOST_CHANGE)
     return parameters[_REWARDS + gained * (MOST_CHANGE + 1) + lost]
@@ -99,14 +104,14 @@ def _learn_and_act(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     capacity = arrays.state.floats.shape[1]
     for i in range(percept.heading.shape[0]):
         store = arrays.state.floats[i]
-        notes = arrays.state.ints[i]
+        ints = arrays.state.ints[i]
         situation = percept.situation[i]
         if not is_situation(situation, inputs):
             refuse(i, percept, action)
             continue
-        count = min(notes[0, _STORED], capacity)
-        pending = notes[0, _PENDING]
-        reward = _reward(percept, i, notes, parameters)
+        count = min(ints[0, _STORED], capacity)
+        pending = ints[0, _PENDING]
+        reward = _reward(percept, i, ints, parameters)
         if pending >= 0:
             best = _best_match(store, count, situation, parameters)
             ahead = store[best, inputs + 2] if best >= 0 else 0.0
@@ -117,72 +122,72 @@ def _learn_and_act(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         rotation = _FULL_TURN * (noise[1, i] - 0.5) if best < 0 else store[best, inputs]
         share = noise[2, i] if best < 0 else store[best, inputs + 1]
         act(rotation, share, i, percept, action)
-        slot = notes[0, _STORED] % capacity
+        slot = ints[0, _STORED] % capacity
         for c in range(inputs):
             store[slot, c] = situation[c]
         store[slot, inputs] = rotation
         store[slot, inputs + 1] = share
         store[slot, inputs + 2] = 0.0
-        notes[0, _STORED] += 1
-        notes[0, _PENDING] = slot
+        ints[0, _STORED] += 1
+        ints[0, _PENDING] = slot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SheppardLazyQ(CompiledPolicy):
-    """Do the best that was done in similar situations, now and then something else, and store what it was worth.
+class SheppardLazyQ(Learner):
+    """Repeat the action of highest utility among similar situations, explore now and then, and update utilities.
 
-    Every robot has a store of its own. When the store is full, a new pair takes the place of the oldest.
+    Every robot has a store of its own. In a full store a new transition replaces the oldest.
 
     Parameters
     ----------
-    inputs : int, default 32
-        How many components a situation has: 16 under `NoAwareness`, 16 + δ under `RingAwareness`.
-    reward : callable
-        What is wanted, of the targets that the robot itself gained and lost; see `teamsight.policies.rewards`.
-    threshold : float
-        Situations at most so far apart by eq. 1 are similar.
-    similar_action : float
-        Pairs of similar situations are similar when their rotations, as shares of half a turn, and their distances, as
-        shares of the speed, differ in all by at most this.
-    explore : float
-        The probability of a random action whatever is known; without a similar situation it is certain.
-    learning_rate, discount : float
-        Q ← Q + α [r + γ max Q′ − Q], 0..1 both; Q′ of a situation like which none is stored is 0.
-    capacity : int
-        How many pairs a robot stores.
     memory : LazyMemory, optional
-        An exploration with which every robot's store begins, at the utilities that `LazyQ` would give its pairs.
+        Transitions with which every robot's store begins, at their action values.
+    reward : callable
+        What is to be learned, from the targets that the robot itself gained and lost; see `teamsight.policies.rewards`.
+    inputs : int, optional
+        Number of components of a situation. By default all of the memory; without a memory 32, those of
+        ``RingAwareness(16)``.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1]. The value of a situation without a similar one in the store is 0.
+    learning_rate : float, default 0.5
+        Learning rate α in Q ← Q + α [r + γ max Q′ − Q], in [0, 1].
+    threshold : float, default 1
+        Largest distance, by eq. 1, of similar situations.
+    similar_action : float, default 0.25
+        Largest difference of similar actions: the sum of the difference in rotation, in half turns, and in distance, in
+        shares of the speed.
+    explore : float, default 0.3
+        Probability of a random action. Without a similar situation the action is always random.
+    capacity : int, optional
+        Transitions that a robot stores: by default 600, or as many as the memory has if these are more.
 
     Attributes
     ----------
     rewards : ndarray, shape (81,), float64
         By the number of targets gained, then lost.
-    values : ndarray, shape (pairs,), float64, or None
-        The utilities at which the pairs of `memory` begin.
+    values : ndarray, shape (transitions,), float64, or None
+        Action values of the transitions of `memory`.
 
     Raises
     ------
     TypeError, ValueError
-        If a constant is outside its limits, the memory does not fit `inputs` or `capacity`, or the reward cannot be
-        told from what a robot itself gained and lost.
+        If a constant is outside its limits, the memory does not fit `inputs` or `capacity`, or the reward needs more
+        than the numbers of targets gained and lost.
 
     Notes
     -----
-    *Source:* §8.1 after J. W. Sheppard and S. L. Salzberg (1997): a fixed distance, a random action where nothing is
-    found and otherwise with probability 0.3, Q stored with new pairs and updated among similar ones. *Departs:* what
-    is similar, α and the start are not given there. At most 8 targets gained or lost at once are told apart, and of
-    more than 64 in sight the first 64 are followed.
+    *Source:* §8.1, after J. W. Sheppard and S. L. Salzberg (1997): a fixed distance, a random action where nothing is
+    found and otherwise with probability 0.3, Q stored with new transitions and updated among similar ones. *Departs:*
+    similarity, α and the beginning are not given there. At most 8 targets gained or lost at once are distinguished,
+    and of more than 64 in sight the first 64 are followed.
     """
 
-    inputs: int = 32
-    reward: Reward = own_reward
+    memory: LazyMemory | None = None  # type: ignore[assignment]
+    learning_rate: float = 0.5
     threshold: float = 1.0
     similar_action: float = 0.25
     explore: float = 0.3
-    learning_rate: float = 0.5
-    discount: float = 0.7
-    capacity: int = 600
-    memory: LazyMemory | None = None
+    capacity: int = None  # type: ignore[assignment]  # replaced by a number in __post_init__
     rewards: Floats = field(init=False)
     values: Floats | None = field(init=False, default=None)
 
@@ -190,36 +195,42 @@ class SheppardLazyQ(CompiledPolicy):
     draws = 3
 
     def __post_init__(self) -> None:
-        if isinstance(self.inputs, LazyMemory):
-            raise TypeError(f"inputs={self.inputs!r}: is a memory; give it as memory=, SheppardLazyQ(memory=...)")
+        if self.memory is not None:
+            super().__post_init__()
+        elif self.inputs is None:
+            object.__setattr__(self, "inputs", _OWN_INPUTS)
         checks.count("inputs", self.inputs)
         for name in ("explore", "learning_rate", "discount"):
             checks.number(name, getattr(self, name), least=0, most=1)
         for name in ("threshold", "similar_action"):
             checks.number(name, getattr(self, name), least=0)
+        size = 0 if self.memory is None else len(self.memory)
+        if self.capacity is None:
+            object.__setattr__(self, "capacity", max(size, _CAPACITY))
         checks.count("capacity", self.capacity)
+        if size > self.capacity:
+            raise ValueError(
+                f"capacity={self.capacity}: the memory has {size} transitions; give a larger capacity, or a smaller "
+                "memory.sample()"
+            )
         if self.memory is not None:
-            components(self.memory, self.inputs)
-            if len(self.memory) > self.capacity:
-                raise ValueError(
-                    f"capacity={self.capacity}: the memory has {len(self.memory)} pairs; give more room, or a "
-                    "memory.sample() of fewer"
-                )
-            # Once, and not for every world that a robot begins in.
-            k = min(LazyLearner.k, len(self.memory))
-            values = utility(self.memory, self.reward, inputs=self.inputs, k=k, discount=self.discount)
+            # Computed here, and not for each world that uses the policy.
+            k = min(LazyLearner.k, size)
+            values = action_values(self.memory, self.reward, inputs=self.inputs, k=k, discount=self.discount)
             object.__setattr__(self, "values", values)
         object.__setattr__(self, "rewards", tabulate(self.reward, MOST_CHANGE).ravel())
 
-    def __repr__(self) -> str:
-        names = ("inputs", "threshold", "similar_action", "explore", "learning_rate", "discount", "capacity", "memory")
-        told = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
-        return f"SheppardLazyQ({name_of(self.reward)}, {told}, rewards={digest_of(self.rewards)})"
+    @property
+    def learned(self) -> Floats:
+        return self.rewards
 
     @property
     def degree(self) -> str | None:  # type: ignore[override]
-        """The name of the degree of awareness whose situations its memory holds; None without a memory."""
-        return None if self.memory is None else degree_of(self.memory, self.inputs)
+        """Name of the degree of awareness of the memory's situations; None without a memory."""
+        return None if self.memory is None else super().degree
+
+    def remedy(self, degree: str, width: int) -> str:
+        return "" if self.memory is None else super().remedy(degree, width)
 
     @property
     def parameters(self) -> Floats:
@@ -231,15 +242,9 @@ class SheppardLazyQ(CompiledPolicy):
         ints = np.zeros((size, 1 + MOST_SEEN, 3), np.int64)
         ints[:, 0, _PENDING] = -1
         if self.memory is not None:
-            pairs = len(self.memory)
-            floats[:, :pairs, : self.inputs] = self.memory.situation[:, : self.inputs]
-            floats[:, :pairs, self.inputs : self.inputs + 2] = self.memory.action
-            floats[:, :pairs, self.inputs + 2] = self.values
-            ints[:, 0, _STORED] = pairs
+            stored = len(self.memory)
+            floats[:, :stored, : self.inputs] = self.memory.situation[:, : self.inputs]
+            floats[:, :stored, self.inputs : self.inputs + 2] = self.memory.action
+            floats[:, :stored, self.inputs + 2] = self.values
+            ints[:, 0, _STORED] = stored
         return PolicyState(floats, ints)
-
-    def remedy(self, degree: str, width: int) -> str:
-        return "" if self.memory is None else remedy(self.memory, self.inputs, degree, width)
-
-    def check_percept(self, percept: Percept) -> None:
-        check_situation(type(self).__name__, percept, self.inputs)

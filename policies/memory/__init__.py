@@ -1,4 +1,4 @@
-"""Lazy memory: explore once, keep the pairs, and compute what they are worth when somebody asks."""
+"""The lazy memory: explored transitions, from which learners compute values for any reward."""
 
 from __future__ import annotations
 

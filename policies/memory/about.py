@@ -1,4 +1,4 @@
-"""What the numbers of a memory mean: how many inputs there are, the names of the facts, the settings behind them."""
+"""The description of a memory's table: numbers of inputs, names of facts, settings of the exploration."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from teamsight.core import checks
 
 
 def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
-    """Refuse what no memory is about.
+    """Raise an error if the description of a memory is invalid.
 
     Parameters
     ----------
     own, added : int
-        Components of a situation.
+        Components of a situation that show targets, and that the degree of awareness adds.
     facts : tuple of str
         Names in alphabetical order.
     settings : mapping
-        What made the pairs.
+        Settings of the exploration.
 
     Raises
     ------
     TypeError, ValueError
-        If one is of another type or outside its limits.
+        If one has a wrong type or is outside its limits.
     """
     checks.count("own", own)
     checks.count("added", added, least=0)
@@ -42,14 +42,14 @@ def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
 
 
 def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict[str, Any]]:
-    """Return own, added, facts and settings, as the metadata of a file tell them.
+    """Return own, added, facts and settings from the metadata of a file.
 
     Raises
     ------
     KeyError
         If one is missing.
     ValueError
-        If there is anything else, or a number is no integer or the facts are no list.
+        If there are others, or one has a wrong type.
     """
     own, added, facts, settings = (about[name] for name in ("own", "added", "facts", "settings"))
     if len(about) > 4:
@@ -62,12 +62,12 @@ def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict
 
 
 def json_of(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of what JSON can hold.
+    """Return a copy of settings as JSON holds them.
 
     Raises
     ------
     ValueError
-        If it cannot.
+        If JSON cannot hold them.
     """
     try:
         text = json.dumps(dict(settings), ensure_ascii=False, allow_nan=False)

@@ -1,47 +1,57 @@
-"""Memories made of memories: merged, or a part of one."""
+"""Tables and settings of memories that are made from other memories: merged, or a sample of one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from teamsight.core import checks
-from teamsight.policies.memory.order import sort_pairs
-
-if TYPE_CHECKING:
-    from teamsight.policies.memory.memory import LazyMemory
+from teamsight.policies.memory.order import Table, sort_transitions
 
 
-def merged(first: LazyMemory, *others: LazyMemory) -> LazyMemory:
-    """Return the memory of all pairs of these memories.
+class Layout(NamedTuple):
+    """What two memories must share to be merged."""
+
+    awareness: Any
+    degree: Any
+    own: int
+    added: int
+    facts: tuple[str, ...]
+
+
+def check_layouts(one: Layout, other: Layout) -> None:
+    """Raise an error if the memories of these layouts cannot be merged.
 
     Raises
     ------
-    TypeError, ValueError
-        If one is no memory, or they are of different degrees of awareness, or hold different facts.
+    ValueError
+        If they have different degrees of awareness, or different facts.
     """
-    for other in others:
-        if not isinstance(other, type(first)):
-            cure = "them one by one, merge(*memories)" if isinstance(other, list | tuple) else "LazyMemory.load(path)"
-            raise TypeError(f"merge: {other!r} is no LazyMemory; give {cure}")
-        _check_alike(first, other)
-    parts = [first, *others]
-    table = np.empty((len(first.table), sum(len(part) for part in parts)), np.float32)
-    for row, *rows in zip(table, *(part.table for part in parts), strict=True):
+    if one[:4] != other[:4]:
+        first, second = (f"{layout.awareness} with {layout.own} + {layout.added} inputs" for layout in (one, other))
+        raise ValueError(
+            f"merge: a memory of {first} and one of {second}; explore both under the same degree of awareness"
+        )
+    if one.facts != other.facts:
+        raise ValueError(f"merge: facts {one.facts} and {other.facts}; explore both with the same facts recorded")
+
+
+def merged_table(tables: Sequence[Table]) -> Table:
+    """Return all columns of tables with the same rows, in canonical order."""
+    table = np.empty((len(tables[0]), sum(part.shape[1] for part in tables)), np.float32)
+    for row, *rows in zip(table, *tables, strict=True):
         np.concatenate(rows, out=row)
-    sort_pairs(table)
-    settings = merged_settings([dict(part.settings) for part in parts])
-    return type(first)(table, first.own, first.added, first.facts, settings)
+    sort_transitions(table)
+    return table
 
 
-def merged_settings(all_settings: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return what all settings agree in and, under "merged", each of them that is different."""
+def merged_settings(all_settings: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the settings that all have in common and, under "merged", each different one."""
     each: list[dict[str, Any]] = []
     for settings in all_settings:
         merged = settings.get("merged")
-        parts = merged if isinstance(merged, list) and "sample" not in settings else [settings]
+        parts = merged if isinstance(merged, list) and "sample" not in settings else [dict(settings)]
         each += [one for one in parts if one not in each]
     if len(each) == 1:
         return each[0]
@@ -49,34 +59,22 @@ def merged_settings(all_settings: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {**common, "merged": each}
 
 
-def sampled(memory: LazyMemory, count: int, seed: int) -> LazyMemory:
-    """Return a memory of `count` of the pairs, drawn by `seed` without putting back.
+def sampled_table(table: Table, count: int, seed: int) -> Table:
+    """Return `count` columns of a table, drawn without replacement, in their order.
 
     Raises
     ------
     ValueError
         If there are fewer.
     """
-    count, seed = checks.count("count", count), checks.count("seed", seed, least=0, most=2**128 - 1)
-    if count > len(memory):
-        raise ValueError(f"count={count}: the memory has {len(memory)} pairs; ask for fewer, or explore for longer")
-    # The generator's raw words, unlike what is made of them, never change with the version of NumPy.
-    lots = np.random.Philox(key=seed).random_raw(len(memory))
-    # In the order of the memory, which is canonical.
+    size = table.shape[1]
+    if count > size:
+        raise ValueError(f"count={count}: the memory has {size} transitions; ask for fewer, or explore for longer")
+    # Raw words of the generator are the same in all versions of NumPy, unlike numbers derived from them.
+    lots = np.random.Philox(key=seed).random_raw(size)
+    # Sorted, so that the canonical order is kept.
     chosen = np.sort(np.argsort(lots, kind="stable")[:count])
-    table = np.empty((len(memory.table), count), np.float32)
-    for row, whole in zip(table, memory.table, strict=True):
+    sample = np.empty((len(table), count), np.float32)
+    for row, whole in zip(sample, table, strict=True):
         np.take(whole, chosen, out=row)
-    settings = {**memory.settings, "sample": {"count": count, "seed": seed, "of": memory.digest}}
-    return type(memory)(table, memory.own, memory.added, memory.facts, settings)
-
-
-def _check_alike(one: LazyMemory, other: LazyMemory) -> None:
-    degrees = [(m.settings.get("awareness"), m.settings.get("degree"), m.own, m.added) for m in (one, other)]
-    if degrees[0] != degrees[1]:
-        told = [f"{awareness} with {own} + {added} inputs" for awareness, _, own, added in degrees]
-        raise ValueError(
-            f"merge: a memory of {told[0]} and one of {told[1]}; explore both under the same degree of awareness"
-        )
-    if one.facts != other.facts:
-        raise ValueError(f"merge: facts {one.facts} and {other.facts}; explore both with the same facts recorded")
+    return sample

@@ -1,8 +1,8 @@
-"""The file of a lazy memory: one safetensors file, written whole or not at all, checked and mapped when it is read.
+"""The file format of lazy memories: safetensors, written atomically, verified and memory-mapped when it is read.
 
-A safetensors file is the length of a header (8 bytes), the header as JSON, and the numbers as they lie in memory; so
-other programs read it without this package. Its metadata, all texts, hold what the numbers mean and two checksums: one
-of the numbers and one of the other metadata.
+A safetensors file consists of the length of the header (8 bytes), the header as JSON, and the numbers; other programs
+can read it without this package. The metadata, all texts, describe the numbers and hold two checksums: of the numbers,
+and of the other metadata.
 """
 
 from __future__ import annotations
@@ -30,31 +30,31 @@ _OWN_NAMES = ("format", "schema", "sha256")
 
 
 class MemoryFileError(ValueError):
-    """Raised when a file cannot be written, or is not a whole and unaltered memory that this version reads."""
+    """Raised if a file cannot be written, or is not a complete and unaltered memory that this version can read."""
 
 
 def write(
     path: str | os.PathLike[str], table: Table, sha256: str, about: Mapping[str, Any], *, force: bool = False
 ) -> None:
-    """Write a table and what it is about; whatever stood at `path` stays until all is written.
+    """Write a table and its description; an existing file is replaced only when the new one is complete.
 
     Parameters
     ----------
     path : path
-        Where to.
-    table : ndarray, shape (columns, pairs), float32
+        The file.
+    table : ndarray, shape (columns, transitions), float32
         The numbers.
     sha256 : str
         Their checksum.
     about : mapping
-        Fit for JSON.
+        The description, JSON-serialisable.
     force : bool
-        Replace any regular file; otherwise only a memory.
+        Replace any regular file; by default only a memory is replaced.
 
     Raises
     ------
     MemoryFileError
-        If the file cannot be written, or what stands there must stay.
+        If the file cannot be written, or an existing file may not be replaced.
     """
     metadata = {name: _text_of(value) for name, value in about.items()}
     metadata |= {"format": FORMAT, "schema": SCHEMA, "sha256": sha256}
@@ -64,31 +64,31 @@ def write(
     header += b" " * (-(8 + len(header)) % _ALIGNMENT)
     if len(header) > _MOST_HEADER:
         raise MemoryFileError(
-            f"{path}: settings of {len(header)} bytes, at most {_MOST_HEADER} are kept; give shorter ones"
+            f"{path}: the settings take {len(header)} bytes; at most {_MOST_HEADER} fit; shorten them"
         )
     try:
         with files.complete(path, lambda target: _check_replaceable(target, force)) as file:
             file.write(len(header).to_bytes(8, "little") + header)
-            # Not tofile, which does not tell why a disk took only a part.
+            # Not tofile, whose errors do not say why a write was incomplete.
             file.write(np.ascontiguousarray(table, "<f4").data.cast("B"))
     except files.UnwritableError as error:
         raise MemoryFileError(str(error)) from error
 
 
 def read(path: str | os.PathLike[str], *, verify: bool = True) -> tuple[Table, str, dict[str, Any]]:
-    """Return the table of a file, mapped into memory and read-only, its checksum, and what it is about.
+    """Return the table of a file, memory-mapped and read-only, its checksum, and its description.
 
     Parameters
     ----------
     path : path
         A file that `write` wrote.
     verify : bool
-        Whether to compare the numbers with their checksum, which reads all of them.
+        Compare the numbers with their checksum, which reads all of them.
 
     Raises
     ------
     MemoryFileError
-        If it is not there, or not a whole and unaltered memory that this version reads.
+        If it does not exist, or is not a complete and unaltered memory that this version can read.
     """
     try:
         with files.open_regular(path) as file:
@@ -114,8 +114,8 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     missing = size - (8 + length + 4 * shape[0] * shape[1])
     if missing:
         what = f"is {-missing} bytes too short" if missing < 0 else f"has {missing} bytes too many"
-        raise MemoryFileError(f"{path}: {what} for its {shape[1]} pairs; copy it again, or explore again")
-    # The file that was checked is the one that is mapped, even if another takes its name meanwhile.
+        raise MemoryFileError(f"{path}: {what} for its {shape[1]} transitions; copy it again, or explore again")
+    # The open file is mapped, even if another file takes its name meanwhile.
     table = np.memmap(file, np.dtype("<f4"), "r", 8 + length, shape).view(np.ndarray)
     stated = metadata.pop("sha256_of_metadata", None)
     if stated != _sha256_of(metadata) or (verify and metadata.get("sha256") != checksum(table)):
@@ -125,7 +125,7 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
 
 
 def _value(path: str, name: str, text: str) -> Any:
-    """Return what a text of the metadata says, if it is as `write` writes it: no NaN, no name twice."""
+    """Return the value of a metadata text, provided that `write` could have written it: no NaN, no duplicate names."""
     try:
         value = json.loads(text)
         text.encode()
@@ -133,8 +133,9 @@ def _value(path: str, name: str, text: str) -> Any:
             return value
     except (ValueError, RecursionError):
         pass
-    told = f"its {checks.shown(name)} is {checks.shown(text)}"
-    raise MemoryFileError(f"{path}: does not say what it holds ({told}); write it with save") from None
+    raise MemoryFileError(
+        f"{path}: its metadata is invalid ({checks.shown(name)} is {checks.shown(text)}); write it with LazyMemory.save"
+    ) from None
 
 
 def _text_of(value: Any) -> str:
@@ -142,15 +143,15 @@ def _text_of(value: Any) -> str:
 
 
 def _parse(path: str, header: bytes) -> tuple[dict[str, str], tuple[int, int]]:
-    """Return the metadata and the shape of the table; refuse whatever does not have their form."""
+    """Return the metadata and the shape of the table; raise an error for any other header."""
     try:
         parsed = json.loads(header.decode(), object_pairs_hook=_distinct)
         metadata, tensor = parsed.pop("__metadata__"), parsed.pop(_TENSOR)
-        columns, pairs = tensor["shape"]
-        lengths = [columns, pairs, *tensor["data_offsets"]]
-        if any(type(length) is not int for length in lengths) or min(columns, pairs) < 1:
+        columns, transitions = tensor["shape"]
+        lengths = [columns, transitions, *tensor["data_offsets"]]
+        if any(type(length) is not int for length in lengths) or min(columns, transitions) < 1:
             raise ValueError
-        whole = {"dtype": "F32", "shape": [columns, pairs], "data_offsets": [0, 4 * columns * pairs]}
+        whole = {"dtype": "F32", "shape": [columns, transitions], "data_offsets": [0, 4 * columns * transitions]}
         if parsed or tensor != whole or (8 + len(header)) % _ALIGNMENT:
             raise ValueError
         if metadata["format"] != FORMAT or not all(isinstance(text, str) for text in metadata.values()):
@@ -161,7 +162,7 @@ def _parse(path: str, header: bytes) -> tuple[dict[str, str], tuple[int, int]]:
         raise MemoryFileError(
             f"{path}: its header is not that of a lazy memory, or altered; give a file that LazyMemory.save wrote"
         ) from None
-    return metadata, (columns, pairs)
+    return metadata, (columns, transitions)
 
 
 def checksum(table: Table) -> str:
@@ -176,12 +177,12 @@ def _sha256_of(metadata: Mapping[str, str]) -> str:
 def _distinct(members: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(members)
     if len(found) < len(members):
-        raise ValueError("a name twice")
+        raise ValueError("duplicate name")
     return found
 
 
 def _check_replaceable(target: Path, force: bool) -> None:
-    """Refuse to write over a file that is no memory, unless forced."""
+    """Raise an error if an existing file is no memory, unless forced."""
     if not files.check_place(target) or force:
         return
     with files.open_regular(target) as file:

@@ -1,4 +1,4 @@
-"""The lazy memory: what robots met while they explored, kept for learners that ask only when they need an answer."""
+"""The lazy memory: the transitions of an exploration, kept for learners that search them on demand."""
 
 from __future__ import annotations
 
@@ -17,29 +17,27 @@ from teamsight.core import checks
 from teamsight.policies.memory import batch, combine, file
 from teamsight.policies.memory.about import check_about, from_json, json_of
 from teamsight.policies.memory.order import Table
-from teamsight.policies.memory.transitions import ACTION, MOST, check_table, table_of, two_dimensional
-
-__all__ = ["ACTION", "LazyMemory", "Table"]
+from teamsight.policies.memory.transitions import ACTION, check_table, queries_of, table_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LazyMemory:
-    """Pairs of situation and action, what followed them, and the facts that rewards are made of.
+    """Transitions (situation, action, next situation) and the facts from which rewards are computed. Immutable.
 
-    Make one with `LazyMemory.of` or `LazyMemory.load`; this constructor trusts the order of the table.
+    Make one with `LazyMemory.of` or `LazyMemory.load`; the constructor does not check the order of the table.
 
     Parameters
     ----------
-    table : ndarray, shape (columns, pairs), float32
-        One row a component, so that the components which a learner compares lie together: the situation (`inputs`
-        rows), the action (rotation [rad], distance [share of the robot's speed]), the next situation (`inputs` rows),
-        and one row for each fact. Pairs stand in the order of their content, so that a place says nothing.
+    table : ndarray, shape (columns, transitions), float32
+        One row per component, so that the components which a learner compares are contiguous: the situation (`inputs`
+        rows), the action (rotation [rad], distance [share of the speed]), the next situation (`inputs` rows), and one
+        row per fact. Columns are in canonical order: sorted by content.
     own, added : int
-        How many components of a situation show targets, and how many the degree of awareness adds.
+        Number of components that show targets, and of those that the degree of awareness adds.
     facts : tuple of str
-        The names of the last rows, in alphabetical order.
+        Names of the last rows, in alphabetical order.
     settings : mapping
-        What made the pairs, fit for JSON; "awareness" names the degree.
+        Settings of the exploration, JSON-serialisable; "degree" is the name of the degree of awareness.
     """
 
     table: Table
@@ -55,7 +53,7 @@ class LazyMemory:
         if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
             raise ValueError(
                 f"table: is {table.dtype} of shape {table.shape}; for {self.inputs} inputs and {len(self.facts)} facts "
-                f"it must be dense float32 of shape ({columns}, pairs); use LazyMemory.of"
+                f"it must be C-contiguous float32 of shape ({columns}, transitions); use LazyMemory.of"
             )
         frozen = table.view(np.ndarray)
         frozen.flags.writeable = False
@@ -71,25 +69,25 @@ class LazyMemory:
         own: int = 16,
         settings: Mapping[str, Any] | None = None,
     ) -> LazyMemory:
-        """Return the memory of these pairs, in whichever order they are given.
+        """Return the memory of these transitions; their order does not matter.
 
         Parameters
         ----------
-        situation, next_situation : array_like, shape (pairs, inputs)
-            Before and after: readings over their range, 1 for nothing.
-        action : array_like, shape (pairs, 2)
-            Rotation [rad] in −π..π and distance [share of the robot's speed] in 0..1.
-        facts : mapping of str to array_like, shape (pairs,)
-            What rewards are made of, such as the number of targets gained.
+        situation, next_situation : array_like, shape (transitions, inputs)
+            Readings as shares of their range, 1 where nothing is sensed.
+        action : array_like, shape (transitions, 2)
+            Rotation in [−π, π] [rad] and distance in [0, 1] [share of the robot's speed].
+        facts : mapping of str to array_like, shape (transitions,)
+            Facts from which rewards are computed, such as the number of targets gained.
         own : int
-            How many components show targets; the rest is what the degree of awareness adds.
+            Number of components that show targets; the degree of awareness adds the rest.
         settings : mapping, optional
-            What made the pairs, fit for JSON.
+            Settings of the exploration, JSON-serialisable.
 
         Raises
         ------
         TypeError, ValueError
-            If shapes do not fit, there is no pair, or a number is not finite or outside its limits.
+            If shapes differ, there is no transition, or a number is not finite or outside its limits.
         """
         table = table_of(situation, action, next_situation, facts)
         inputs = (len(table) - len(ACTION) - len(facts)) // 2
@@ -98,21 +96,20 @@ class LazyMemory:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, verify: bool = True) -> LazyMemory:
-        """Return the memory that a file holds; its table is mapped, not read.
+        """Return the memory in a file; its table is memory-mapped.
 
         Parameters
         ----------
         path : path
-            A file that `save` wrote. It must not be written into while the memory is in use; `save` replaces it.
+            A file written by `save`. Do not modify it in place while the memory is in use; `save` replaces it.
         verify : bool
-            Compare the pairs with their checksum, and check their numbers and their order, which reads all of them;
-            otherwise none is read, and they, their checksum and the digest are taken as they are. Give False only for
-            files that nobody else can write. The rest is always verified.
+            Verify the checksum, limits and order of the transitions, which reads all of them. Give False only for
+            files that nobody else can write. The metadata is always verified.
 
         Raises
         ------
         MemoryFileError
-            If it is not there, cut off, altered, of another schema, or nothing that `of` and `save` could have made.
+            If it does not exist, is truncated or altered, has another schema, or has invalid content.
         """
         table, sha256, about = file.read(path, verify=verify)
         try:
@@ -120,26 +117,26 @@ class LazyMemory:
             if verify:
                 check_table(table, memory.inputs)
         except (KeyError, TypeError, ValueError) as error:
-            told = f"nothing of its {error}" if isinstance(error, KeyError) else str(error)
-            raise file.MemoryFileError(f"{path}: does not say what it holds ({told}); write it with save") from None
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            invalid = f"{path}: its content is invalid ({reason}); write it with LazyMemory.save"
+            raise file.MemoryFileError(invalid) from None
         memory.__dict__["sha256"] = sha256
         return memory
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
-        """Write the memory to one file; whatever stood there stays until all is written.
+        """Write the memory to a file; an existing one is replaced only when the new one is complete.
 
         Parameters
         ----------
         path : path
-            Where to; another memory is replaced. The file is in the open format safetensors: one tensor, `table`, and
-            metadata in JSON.
+            The file, in the open format safetensors: one tensor, `table`, and metadata in JSON.
         force : bool
-            Replace any regular file, not only a memory.
+            Replace any regular file; by default only another memory is replaced.
 
         Raises
         ------
         MemoryFileError
-            If the file cannot be written, or what stands there is no memory.
+            If the file cannot be written, or an existing one is no memory.
         """
         about = {**self._layout, "settings": json_of(self.settings)}
         file.write(path, self.table, self.sha256, about, force=force)
@@ -155,11 +152,11 @@ class LazyMemory:
 
     @cached_property
     def digest(self) -> str:
-        """A name for what the memory holds, 32 hexadecimal digits; where it came from does not matter."""
+        """A digest of the transitions and facts, 32 hexadecimal digits; settings have no influence."""
         return hashlib.sha256(f"{json.dumps(self._layout)} {self.sha256}".encode()).hexdigest()[:32]
 
     def __repr__(self) -> str:
-        return f"LazyMemory({len(self)} pairs, {self.own} + {self.added} inputs, {self.digest[:8]})"
+        return f"LazyMemory({len(self)} transitions, {self.own} + {self.added} inputs, {self.digest[:8]})"
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, LazyMemory) else NotImplemented
@@ -168,7 +165,7 @@ class LazyMemory:
         return hash(self.digest)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> LazyMemory:
-        # Nothing in it changes, and it may be the largest thing on the machine.
+        # Immutable, and possibly very large.
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -176,7 +173,7 @@ class LazyMemory:
 
     @property
     def inputs(self) -> int:
-        """How many components a situation has."""
+        """Number of components of a situation."""
         return self.own + self.added
 
     def __len__(self) -> int:
@@ -184,27 +181,27 @@ class LazyMemory:
 
     @property
     def situation(self) -> Table:
-        """Where the robot was, shape (pairs, inputs); readings over their range, 1 for nothing."""
+        """The situations, shape (transitions, inputs): readings as shares of their range, 1 where nothing is sensed."""
         return self.table[: self.inputs].T
 
     @property
     def action(self) -> Table:
-        """What it did, shape (pairs, 2): rotation [rad], distance [share of its speed]."""
+        """The actions, shape (transitions, 2): rotation [rad], distance [share of the speed]."""
         return self.table[self.inputs : self.inputs + len(ACTION)].T
 
     @property
     def next_situation(self) -> Table:
-        """Where that led, shape (pairs, inputs)."""
+        """The next situations, shape (transitions, inputs)."""
         first = self.inputs + len(ACTION)
         return self.table[first : first + self.inputs].T
 
     def fact(self, name: str) -> Table:
-        """Return a fact of every pair, shape (pairs,).
+        """Return a fact of each transition, shape (transitions,).
 
         Raises
         ------
         ValueError
-            If the memory has no such fact.
+            If the memory does not have the fact.
         """
         if not self.facts:
             raise ValueError(
@@ -222,76 +219,85 @@ class LazyMemory:
         facts: Mapping[str, npt.ArrayLike],
         settings: Mapping[str, Any] | None = None,
     ) -> LazyMemory:
-        """Return a memory of these pairs too; see `LazyMemory.of`. By default the same settings made them.
+        """Return a memory with further transitions; see `LazyMemory.of`. By default they have the same settings.
 
         Raises
         ------
         TypeError, ValueError
-            If they cannot be a memory, or one of another kind.
+            If they are invalid, or of another layout.
         """
-        made_by = self.settings if settings is None else settings
-        return self.merge(LazyMemory.of(situation, action, next_situation, facts, self.own, made_by))
+        settings = self.settings if settings is None else settings
+        return self.merge(LazyMemory.of(situation, action, next_situation, facts, self.own, settings))
 
     def merge(self, *others: LazyMemory) -> LazyMemory:
-        """Return the memory of all pairs of these memories; what is in two of them is in it twice.
+        """Return the memory of all transitions of these memories; duplicates are kept.
 
         Raises
         ------
-        ValueError
-            If they are of different degrees of awareness, or hold different facts.
+        TypeError, ValueError
+            If one is no memory, or they have different degrees of awareness or facts.
         """
-        return combine.merged(self, *others)
+        for other in others:
+            if not isinstance(other, LazyMemory):
+                raise TypeError(f"merge: {checks.shown(other)} is no LazyMemory; give merge(*memories)")
+            combine.check_layouts(self._mergeable, other._mergeable)
+        memories = (self, *others)
+        table = combine.merged_table([one.table for one in memories])
+        settings = combine.merged_settings([one.settings for one in memories])
+        return LazyMemory(table, self.own, self.added, self.facts, settings)
+
+    @property
+    def _mergeable(self) -> combine.Layout:
+        get = self.settings.get
+        return combine.Layout(get("awareness"), get("degree"), self.own, self.added, self.facts)
 
     def sample(self, count: int, seed: int) -> LazyMemory:
-        """Return a memory of some of the pairs, drawn without putting back.
+        """Return a memory of some of the transitions, drawn without replacement.
 
         Parameters
         ----------
         count : int
-            How many. With one seed, fewer are a part of more.
+            Number of transitions. With one seed, a smaller sample is a subset of a larger one.
         seed : int
-            Together with the pairs it decides which; the order in which they were recorded does not.
+            Decides, together with the transitions but not with their order of recording, which are drawn.
 
         Raises
         ------
         ValueError
             If there are fewer.
         """
-        return combine.sampled(self, count, seed)
+        count, seed = checks.count("count", count), checks.count("seed", seed, least=0, most=2**128 - 1)
+        table = combine.sampled_table(self.table, count, seed)
+        settings = {**self.settings, "sample": {"count": count, "seed": seed, "of": self.digest}}
+        return LazyMemory(table, self.own, self.added, self.facts, settings)
 
     def nearest(
         self, queries: npt.ArrayLike, k: int, inputs: int | None = None
     ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-        """Return the k pairs whose situations are most similar to each query, by eq. 1; the nearest first.
+        """Return the k transitions whose situations are nearest to each query, by eq. 1; the nearest first.
 
         Parameters
         ----------
         queries : array_like, shape (q, inputs)
             Situations.
         k : int
-            How many pairs for each; at most as many as there are.
+            Number of transitions per query; at most the size of the memory.
         inputs : int, optional
-            Compare the first so many components only; by default all.
+            Number of components that are compared, from the first; all by default.
 
         Returns
         -------
         index : ndarray, shape (q, k), int64
-            The pairs. Among equal distances those come first whose content is smaller.
+            The transitions. Equal distances are in canonical order.
         distance : ndarray, shape (q, k), float32
-            How far their situations are: the sum of absolute differences, in the order of the components.
+            Sums of absolute differences, added in the order of the components.
 
         Notes
         -----
-        *Source:* section 8.1, eq. 1.
+        *Source:* §8.1, eq. 1.
         """
         p = self.inputs if inputs is None else checks.count("inputs", inputs, most=self.inputs)
         count = checks.count("k", k)
         if count > len(self):
-            raise ValueError(f"k={k}: the memory has {len(self)} pairs; ask for fewer, or explore for longer")
-        asked = two_dimensional("queries", queries)
-        if asked.shape[1] not in (p, self.inputs):
-            raise ValueError(f"queries: have {asked.shape[1]} components; {p} of the memory's are compared: give {p}")
-        asked = np.ascontiguousarray(asked[:, :p], np.float32)
-        if not (np.abs(asked) <= MOST).all():
-            raise ValueError(f"queries: hold NaN or more than {MOST:g}; a situation's readings are finite")
-        return batch.nearest(self.table, asked, count)
+            raise ValueError(f"k={k}: the memory has {len(self)} transitions; ask for fewer, or explore for longer")
+        return batch.nearest(self.table, queries_of(queries, p, self.inputs), count)

@@ -1,35 +1,45 @@
-"""The canonical order of pairs: by what they hold, so that a place says nothing of when or by whom a pair was met."""
+"""The canonical order of transitions: by their content, so that it does not depend on how they were recorded."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, array_at, inlined, kernel, scratch
+from teamsight.core.kernel import Entry, Record, inlined, kernel, scratch
 
 Table = npt.NDArray[np.float32]
 
-# Pairs that are compared with their neighbours at a time.
+# Transitions that are compared with their neighbours at once.
 _PART = 16_384
-# Groups so small are sorted by comparing whole pairs.
+# Groups up to this size are sorted by comparing whole transitions.
 _FEW = 12
-# At most two groups wait for each time that a group can be halved, and each takes three numbers.
+# Quicksort puts at most two groups on the stack for each halving; each takes three numbers.
 _STACK = 3 * 2 * 64
 # A linear congruential generator (Knuth, MMIX), whose higher bits are the better ones.
 _FACTOR, _ONE, _HIGH = np.uint64(6364136223846793005), np.uint64(1), np.uint64(20)
 
-_ORDER = np.dtype([(name, np.int64) for name in ("table", "columns", "pairs", "order", "key")])
+
+class Sorting(NamedTuple):
+    """The record of a call of `_find_order`."""
+
+    table: Annotated[Table, "columns", "k"]
+    order: Annotated[npt.NDArray[np.int64], "k"]
+    key: Annotated[npt.NDArray[np.float32], "k"]
 
 
-def sort_pairs(table: Table) -> None:
-    """Bring the columns of a table into lexicographic order, the first row counting most; in place.
+SORTING = Record(Sorting)
+sorting_at = SORTING.at
+
+
+def sort_transitions(table: Table) -> None:
+    """Sort the columns of a table lexicographically, by the first row first; in place.
 
     Parameters
     ----------
-    table : ndarray, shape (columns, pairs), float32
-        Dense and without NaN. −0 becomes 0, which is the same number in other bits.
+    table : ndarray, shape (columns, transitions), float32
+        C-contiguous and without NaN. −0 becomes 0, so that equal numbers have equal bits.
     """
     for row in table:
         row += np.float32(0.0)
@@ -43,22 +53,18 @@ def sort_pairs(table: Table) -> None:
 
 
 def canonical_order(table: Table) -> npt.NDArray[np.int64] | None:
-    """Return the places of the pairs in lexicographic order, or None if that is how they stand."""
+    """Return the indices that sort the columns lexicographically, or None if they are sorted."""
     order, key = np.arange(table.shape[1], dtype=np.int64), np.empty(table.shape[1], np.float32)
-    record = np.zeros(1, _ORDER)
-    record["columns"], record["pairs"] = table.shape
-    for name, array in (("table", table), ("order", order), ("key", key)):
-        record[name] = array.ctypes.data
-    return order if _ENTRY(record.ctypes.data) else None
+    return order if _ENTRY(SORTING.pack(Sorting(table, order, key))) else None
 
 
 def is_ordered(table: Table) -> bool:
-    """Say whether the pairs of a table stand in lexicographic order; a mapped table is read where need be, once."""
+    """Return whether the columns of a table are in lexicographic order; only reads what it needs of a mapped table."""
     for first in range(0, table.shape[1] - 1, _PART):
         part = table[:, first : first + _PART + 1]
         if (part[0, 1:] < part[0, :-1]).any():
             return False
-        # Pairs that the rows so far do not tell from the next.
+        # Transitions that are equal to the next in all rows so far.
         equal = np.flatnonzero(part[0, 1:] == part[0, :-1])
         for row in part[1:]:
             if not len(equal):
@@ -71,11 +77,10 @@ def is_ordered(table: Table) -> bool:
 
 
 def _find_order(address: int) -> int:
-    ask = array_at(address, 1, _ORDER)[0]
-    table = array_at(ask.table, (ask.columns, ask.pairs), np.float32)
-    if _is_ordered(table):
+    sorting = sorting_at(address)
+    if _is_ordered(sorting.table):
         return 0
-    _sort(table, array_at(ask.order, ask.pairs, np.int64), array_at(ask.key, ask.pairs, np.float32))
+    _sort(sorting.table, sorting.order, sorting.key)
     return 1
 
 
@@ -84,7 +89,7 @@ _ENTRY = Entry(_find_order)
 
 @inlined
 def _is_before(table: Any, one: Any, other: Any, row: Any) -> bool:
-    """Say whether a pair comes before another, when they are equal above a row."""
+    """Return whether a transition comes before another, given that they are equal above a row."""
     for r in range(row, table.shape[0]):
         a, b = table[r, one], table[r, other]
         if a != b:
@@ -94,64 +99,64 @@ def _is_before(table: Any, one: Any, other: Any, row: Any) -> bool:
 
 @kernel
 def _is_ordered(table: Any) -> bool:
-    for pair in range(1, table.shape[1]):  # noqa: SIM110 (kernels have no generators)
-        if _is_before(table, pair, pair - 1, 0):
+    for transition in range(1, table.shape[1]):  # noqa: SIM110 (kernels have no generators)
+        if _is_before(table, transition, transition - 1, 0):
             return False
     return True
 
 
 @kernel
 def _sort(table: Any, order: Any, key: Any) -> None:
-    """Sort the places in `order` by their pairs; `key` is room for a number each.
+    """Sort the indices in `order` by their transitions; `key` is scratch space of the same length.
 
     Notes
     -----
-    Quicksort by one row at a time: what is less, equal and greater than a pivot is parted, and only what is equal goes
-    on to the next row (Bentley and Sedgewick 1997). So a row is read only for pairs that the rows above did not tell
-    apart. Of the three groups the largest is sorted last, which keeps the stack short.
+    Multikey quicksort (Bentley and Sedgewick 1997): a group is partitioned by one row into less, equal and greater,
+    and only the equal part is compared in the next row. So a row is read only for transitions that are equal in the
+    rows above. The largest part is sorted last, which bounds the stack.
     """
     stack = scratch(_STACK, np.int64)
-    waiting = _wait(stack, 0, 0, order.shape[0], 0)
+    depth = _push(stack, 0, 0, order.shape[0], 0)
     lot = np.uint64(1)
-    while waiting > 0:
-        waiting -= 1
-        first, last, row = stack[3 * waiting], stack[3 * waiting + 1], stack[3 * waiting + 2]
+    while depth > 0:
+        depth -= 1
+        first, last, row = stack[3 * depth], stack[3 * depth + 1], stack[3 * depth + 2]
         if last - first <= _FEW:
-            _insert_all(table, order, first, last, row)
+            _insertion_sort(table, order, first, last, row)
             continue
         for i in range(first, last):
             key[i] = table[row, order[i]]
         lot = lot * _FACTOR + _ONE
-        low, high = _part(order, key, first, last, lot)
+        low, high = _partition(order, key, first, last, lot)
         equal = high if row + 1 < table.shape[0] else low
         if high - low >= max(low - first, last - high):
-            waiting = _wait(stack, waiting, low, equal, row + 1)
-            waiting = _wait(stack, waiting, first, low, row)
-            waiting = _wait(stack, waiting, high, last, row)
+            depth = _push(stack, depth, low, equal, row + 1)
+            depth = _push(stack, depth, first, low, row)
+            depth = _push(stack, depth, high, last, row)
         elif low - first >= last - high:
-            waiting = _wait(stack, waiting, first, low, row)
-            waiting = _wait(stack, waiting, low, equal, row + 1)
-            waiting = _wait(stack, waiting, high, last, row)
+            depth = _push(stack, depth, first, low, row)
+            depth = _push(stack, depth, low, equal, row + 1)
+            depth = _push(stack, depth, high, last, row)
         else:
-            waiting = _wait(stack, waiting, high, last, row)
-            waiting = _wait(stack, waiting, low, equal, row + 1)
-            waiting = _wait(stack, waiting, first, low, row)
+            depth = _push(stack, depth, high, last, row)
+            depth = _push(stack, depth, low, equal, row + 1)
+            depth = _push(stack, depth, first, low, row)
 
 
 @inlined
-def _wait(stack: Any, waiting: Any, first: Any, last: Any, row: Any) -> Any:
-    """Put a group on the stack, unless it needs no sorting; return how many are there."""
+def _push(stack: Any, depth: Any, first: Any, last: Any, row: Any) -> Any:
+    """Push a group, unless it needs no sorting; return the number of groups on the stack."""
     if last - first < 2:
-        return waiting
-    stack[3 * waiting], stack[3 * waiting + 1], stack[3 * waiting + 2] = first, last, row
-    return waiting + 1
+        return depth
+    stack[3 * depth], stack[3 * depth + 1], stack[3 * depth + 2] = first, last, row
+    return depth + 1
 
 
 @inlined
-def _part(order: Any, key: Any, first: Any, last: Any, lot: Any) -> Any:
-    """Part a group by a pivot: less, equal, greater. Return where the equal ones begin and end.
+def _partition(order: Any, key: Any, first: Any, last: Any, lot: Any) -> Any:
+    """Partition a group by a pivot into less, equal and greater; return the limits of the equal part.
 
-    The pivot is the median of three that are drawn: three fixed places would be the worst for memories that are merged.
+    The pivot is the median of three random elements: fixed ones would be the worst case for merged memories.
     """
     size = np.uint64(last - first)
     a = key[np.uint64(first) + (lot >> _HIGH) % size]
@@ -179,11 +184,11 @@ def _swap(order: Any, key: Any, i: Any, j: Any) -> None:
 
 
 @inlined
-def _insert_all(table: Any, order: Any, first: Any, last: Any, row: Any) -> None:
+def _insertion_sort(table: Any, order: Any, first: Any, last: Any, row: Any) -> None:
     for i in range(first + 1, last):
-        pair = order[i]
+        transition = order[i]
         place = i
-        while place > first and _is_before(table, pair, order[place - 1], row):
+        while place > first and _is_before(table, transition, order[place - 1], row):
             order[place] = order[place - 1]
             place -= 1
-        order[place] = pair
+        order[place] = transition

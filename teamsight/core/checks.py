@@ -142,8 +142,8 @@ def number(
         or (most is not None and result > most)
     )
     if wrong:
-        told = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
-        raise ValueError(f"{name}={told}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
+        given = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
+        raise ValueError(f"{name}={given}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result
 
 

@@ -158,7 +158,7 @@ POLICIES: list[tuple[Any, dict[str, Any], str]] = [
     (ACmommt, {"dr2": 0.1}, r"dr2=0\.1: must be at least dr1=0\.481"),
     (ACmommt, {"dr1": -1}, r"dr1=-1: must be at least 0"),
     (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
-    (ACmommt, {"tracks": -1}, r"tracks=-1: must be at least 0"),
+    (ACmommt, {"target_tracks": -1}, r"target_tracks=-1: must be at least 0"),
     (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),
     (Centroid, {"idle": None}, r"idle=None: unknown"),
     (RandomWalk, {"turn_probability": 1.01}, r"turn_probability=1\.01: must be a finite number, at least 0 and at most 1"),

@@ -10,15 +10,15 @@ import simpy
 
 from teamsight import CMOMMT, Robot, World
 
-ROADS: list[Callable[[World, int], Any]] = [
+PATHS: list[Callable[[World, int], Any]] = [
     lambda model, steps: model.run(steps),
     lambda model, steps: [model.step() for _ in range(steps)],
 ]
-roads = pytest.mark.parametrize("advance", ROADS, ids=["run", "step"])
+paths = pytest.mark.parametrize("advance", PATHS, ids=["run", "step"])
 
 
 @pytest.mark.short
-@roads
+@paths
 def test_a_resource_of_simpy_serves_processes_of_the_world(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
     charger = simpy.Resource(model.clock, capacity=1)
@@ -53,7 +53,7 @@ def test_a_resource_of_simpy_serves_processes_of_the_world(advance: Callable[[Wo
 
 
 @pytest.mark.short
-@roads
+@paths
 def test_the_clock_is_in_step_with_the_tick(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
     assert isinstance(model.clock, simpy.Environment)
@@ -130,7 +130,7 @@ def test_a_resource_outlives_a_reset(again: str) -> None:
     assert log == [0]
 
 
-@roads
+@paths
 def test_a_reset_in_an_event_keeps_the_counters_together(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
     model.clock.at(2, model.reset)
@@ -142,7 +142,7 @@ def test_a_reset_in_an_event_keeps_the_counters_together(advance: Callable[[Worl
     assert model.recording.history.equals(other.recording.history)
 
 
-@roads
+@paths
 @pytest.mark.parametrize("deed", ["run", "step"])
 @pytest.mark.parametrize("where", ["event", "decide", "own step", "recorder"])
 @pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")

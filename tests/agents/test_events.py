@@ -13,15 +13,15 @@ from teamsight.policies.interface import Action, Policy
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
-ROADS: list[Callable[[World, int], Any]] = [
+PATHS: list[Callable[[World, int], Any]] = [
     lambda model, steps: model.run(steps),
     lambda model, steps: [model.step() for _ in range(steps)],
 ]
-roads = pytest.mark.parametrize("advance", ROADS, ids=["run", "step"])
+paths = pytest.mark.parametrize("advance", PATHS, ids=["run", "step"])
 
 
 @pytest.mark.short
-@roads
+@paths
 @pytest.mark.parametrize(
     ("time", "before"), [(0, 1), (0.01, 2), (2.5, 4), (3, 4), (3 - 1e-12, 4), (3 + 1e-12, 4), (3.0001, 5)]
 )
@@ -36,7 +36,7 @@ def test_an_event_takes_effect_before_the_step_that_starts_at_the_next_whole_tic
     assert model.recording.history.observed.tolist() == [float(step >= before) for step in range(1, 7)]
 
 
-@roads
+@paths
 def test_a_run_ends_before_the_events_of_its_last_tick(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
     model.clock.at(300, lambda: log.append(model.tick))
@@ -46,7 +46,7 @@ def test_a_run_ends_before_the_events_of_its_last_tick(advance: Callable[[World,
     assert log == [300]
 
 
-@roads
+@paths
 def test_the_exact_time_is_known_while_it_happens(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
 
@@ -61,7 +61,7 @@ def test_the_exact_time_is_known_while_it_happens(advance: Callable[[World, int]
     assert model.clock.now == 10.0
 
 
-@roads
+@paths
 def test_a_process_is_a_plain_generator(advance: Callable[[World, int], Any]) -> None:
     model, log = CMOMMT(rng=1), []
 
@@ -92,7 +92,7 @@ def test_planning_between_steps_lets_nothing_that_is_due_happen_early() -> None:
     assert log == [4.5, 5.5, 7.0]
 
 
-@roads
+@paths
 def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
     advance: Callable[[World, int], Any],
 ) -> None:
@@ -103,12 +103,12 @@ def test_events_at_one_time_happen_in_the_order_in_which_they_were_planned(
     assert log == ["a", "b", "c"]
 
 
-@roads
+@paths
 def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
     model.clock.at(4, lambda: setattr(model, "running", False))
     while model.running:
-        advance(model, 10 if advance is ROADS[0] else 1)
+        advance(model, 10 if advance is PATHS[0] else 1)
     assert (model.tick, model.steps, len(model.recording.history), model.clock.now) == (4, 4, 4, 4.0)
     model.run(10)
     assert model.tick == 4
@@ -117,7 +117,7 @@ def test_an_event_may_stop_the_model(advance: Callable[[World, int], Any]) -> No
     assert (model.tick, model.steps) == (7, 7)
 
 
-@roads
+@paths
 def test_an_error_in_an_event_is_raised_and_the_world_goes_on_from_its_last_step(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
     model.clock.at(4, lambda: 1 / 0)
@@ -130,7 +130,7 @@ def test_an_error_in_an_event_is_raised_and_the_world_goes_on_from_its_last_step
     assert model.recording.history.equals(undisturbed.recording.history)
 
 
-@roads
+@paths
 def test_an_error_in_a_process_is_raised_and_the_world_goes_on(advance: Callable[[World, int], Any]) -> None:
     def broken() -> Generator[Any, Any, None]:
         yield model.clock.timeout(3)
@@ -161,7 +161,7 @@ class Failing(Policy):
         return (self.answer(action) if memory[0] >= 3 else action), memory + 1
 
 
-@roads
+@paths
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
@@ -194,7 +194,7 @@ def test_an_error_in_a_policy_is_raised_at_each_attempt(
     assert model.tick == 3
 
 
-@roads
+@paths
 @pytest.mark.parametrize(
     ("answer", "message"),
     [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")],
@@ -250,7 +250,7 @@ def test_an_agent_may_leave_in_its_own_step() -> None:
     assert np.isfinite(group.position).all()
 
 
-@roads
+@paths
 def test_mesas_counter_keeps_up_when_a_policy_fails(advance: Callable[[World, int], Any]) -> None:
     model = CMOMMT(rng=1)
     model.clock.at(4, lambda: 1 / 0)

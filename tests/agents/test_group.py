@@ -124,12 +124,12 @@ class FailsLate(CompiledPolicy):
         return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 1, 1), np.int64))
 
 
-@pytest.mark.parametrize("road", ["run", "step"])
-def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(road: str) -> None:
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_a_kernel_that_answers_nonsense_is_named_with_its_tick(path: str) -> None:
     model = CMOMMT(policy=FailsLate(), rng=1)
     with pytest.raises(ValueError, match=r"FailsLate: an action of robots at tick 20 is not finite.*check_policy\(\)"):
         for _ in range(30):
-            model.run(30) if road == "run" else model.step()
+            model.run(30) if path == "run" else model.step()
     assert (model.tick, len(model.recording.history)) == (20, 20)
 
 
@@ -200,7 +200,7 @@ def test_a_subclass_that_only_repeats_its_policy_changes_nothing(policy: str) ->
 
 
 @pytest.mark.short
-def test_abilities_may_change_on_both_roads() -> None:
+def test_abilities_may_change_on_both_paths() -> None:
     ends: list[Any] = []
     for stepping in (False, True):
         model = CMOMMT(radius=2.0, rng=4)
@@ -295,11 +295,11 @@ def test_a_compiled_memory_of_the_wrong_kind_or_size_is_refused(memory: Any) -> 
 
 
 @pytest.mark.parametrize(
-    "road", ["run", "step"]
+    "path", ["run", "step"]
 )
-def test_mesas_counter_keeps_up_when_a_kernel_fails(road: str) -> None:
+def test_mesas_counter_keeps_up_when_a_kernel_fails(path: str) -> None:
     model = CMOMMT(policy=FailsLate(), rng=1)
     with pytest.raises(ValueError, match="FailsLate"):
         for _ in range(30):
-            model.run(30) if road == "run" else model.step()
+            model.run(30) if path == "run" else model.step()
     assert (model.tick, model.steps) == (20, 20)

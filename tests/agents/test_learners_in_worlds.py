@@ -1,4 +1,4 @@
-"""Learners in worlds: both roads agree, worlds of another degree are refused, and without teammates nobody misses them."""
+"""Learners in worlds: both paths agree, worlds of another degree are refused, and without teammates nobody misses them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LEARNERS = [
     (PessimisticLazyQ(memory()), RingAwareness()),
     (PessimisticLazyQ(memory(), inputs=16), NoAwareness()),
     (SheppardLazyQ(), RingAwareness()),
-    (SheppardLazyQ(16, capacity=20), NoAwareness()),
+    (SheppardLazyQ(inputs=16, capacity=20), NoAwareness()),
     (SheppardLazyQ(memory=memory()), RingAwareness()),
 ]  # fmt: skip
 
@@ -176,7 +176,7 @@ class Wrong(Awareness):
     [LazyQ(memory()), PessimisticLazyQ(memory()), SheppardLazyQ(), TabularQ(memory()), LinearQ(memory(), sweeps=1)],
     ids=lambda policy: type(policy).__name__,
 )
-def test_what_is_no_situation_is_told_by_both_roads(policy: Any, reading: float) -> None:
+def test_an_invalid_situation_is_refused_on_both_paths(policy: Any, reading: float) -> None:
     name = type(policy).__name__
     with pytest.raises(ValueError, match=rf"{name}: an action of robot.* is not finite.*readings"):
         world(policy, Wrong(reading), 1).run(2)
@@ -187,9 +187,9 @@ def test_what_is_no_situation_is_told_by_both_roads(policy: Any, reading: float)
     world(policy, Wrong(0.5), 1).run(2)
 
 
-def test_a_memory_that_does_not_tell_its_degree_is_taken_by_its_width() -> None:
+def test_a_memory_without_a_degree_is_judged_by_its_width() -> None:
     known = memory()
-    untold = LazyMemory(known.table, known.own, known.added, known.facts, {})
-    CMOMMT(policy=LazyQ(untold), awareness="ring", rng=1).run(1)
+    unnamed = LazyMemory(known.table, known.own, known.added, known.facts, {})
+    CMOMMT(policy=LazyQ(unnamed), awareness="ring", rng=1).run(1)
     with pytest.raises(ValueError, match="reads 32 inputs"):
-        CMOMMT(policy=LazyQ(untold), awareness="none", rng=1)
+        CMOMMT(policy=LazyQ(unnamed), awareness="none", rng=1)

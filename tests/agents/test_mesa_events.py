@@ -97,8 +97,8 @@ def test_events_happen_as_in_plain_mesa(plan: list[tuple[str, float, str, int]])
 
 
 @needs_events
-@pytest.mark.parametrize("road", ["run", "step"])
-def test_an_event_at_3_happens_after_three_steps(road: str) -> None:
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_an_event_at_3_happens_after_three_steps(path: str) -> None:
     model, log = CMOMMT(rng=1), []
 
     def note() -> None:
@@ -106,7 +106,7 @@ def test_an_event_at_3_happens_after_three_steps(road: str) -> None:
 
     model.schedule_event(note, at=3)
     model.schedule_event(note, after=4.5)
-    model.run(8) if road == "run" else [model.step() for _ in range(8)]
+    model.run(8) if path == "run" else [model.step() for _ in range(8)]
     assert log == [(3, 3.0), (4, 4.5)]
     assert (model.tick, model.steps, model.time) == (8, 8, 8.0)
 

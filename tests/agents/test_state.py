@@ -131,11 +131,11 @@ def test_a_reset_world_shuffles_like_a_new_one() -> None:
 def test_a_state_of_a_policy_with_other_constants_is_refused() -> None:
     from teamsight.policies import ACmommt
 
-    few, many = (CMOMMT(policy=ACmommt(tracks=tracks), rng=1) for tracks in (4, 64))
+    few, many = (CMOMMT(policy=ACmommt(target_tracks=size), rng=1) for size in (4, 64))
     few.run(5)
     many.run(5)
     before = many.robots.position.copy()
-    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world with robots that have tracks=4, and robots have tracks=64 here"):
+    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world with robots that have target_tracks=4, and robots have target_tracks=64 here"):
         many.restore(few.state())
     with pytest.raises(ValueError, match=r"robots that have RingAwareness, delta=16, and robots have PairwiseAwareness here"):
         CMOMMT(rng=1).restore(CMOMMT(awareness="ring", rng=1).state())

@@ -143,8 +143,8 @@ def test_ctrl_c_keeps_the_runs_that_are_finished(
 
     monkeypatch.setattr(exploring, "meet", interrupted)
     status, _, err = call(capsys, *arguments)
-    told = f"240 of 540 transitions are kept in {kept}; the same command continues from there"
-    assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+    message = f"240 of 540 transitions are kept in {kept}; the same command continues from there"
+    assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert not file.exists()
     worlds: list[int] = []
     monkeypatch.setattr(exploring, "meet", lambda *given: (worlds.append(1), meet(*given))[1])
@@ -280,8 +280,8 @@ def test_ctrl_c_reports_what_is_kept_of_curves(
     with monkeypatch.context() as patch:
         patch.setattr(curves, "_learnt_rows", interrupted)
         status, _, err = call(capsys, *command)
-        told = f"3 of 5 parts are kept in {kept}; the same command continues from there"
-        assert (status, err.strip()) == (130, f"teamsight: interrupted; {told}")
+        message = f"3 of 5 parts are kept in {kept}; the same command continues from there"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
         patch.setattr(curves, "_designed_rows", stop)
         status, _, err = call(capsys, *command, "--seed", "1")
         message = "nothing was kept, since no part of the curves was finished"

@@ -32,18 +32,18 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return capsys.readouterr().out
 
 
-def section(title: str) -> str:
-    """Return the text of the page from a heading to the next."""
-    return re.split(r"^## ", PAGE, flags=re.MULTILINE)[[*re.findall(r"^## (.*)$", PAGE, re.MULTILINE)].index(title) + 1]
+def tables() -> list[list[str]]:
+    """Return the tables of the page, each as its lines."""
+    return [found.splitlines() for found in re.findall(r"(?:^\|.*\n)+", PAGE, re.MULTILINE)]
 
 
 def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     memory = str(tmp_path / "memory.safetensors")
     call(capsys, "learn", "explore", "--out", memory)
     printed = numbers(call(capsys, "learn", "evaluate", memory, "--learner", "linear"))
-    table = "\n".join(line for line in section("Evaluate").splitlines() if line.startswith("|"))
+    (table,) = (lines for lines in tables() if any(numbers(line) for line in lines))
     assert len(printed) == 9
-    assert numbers(table) == printed
+    assert numbers("\n".join(table)) == printed
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,8 @@ def test_the_first_points_of_the_curves_are_made_again(reward: str, degree: str,
     curves = FirstColumns(degrees=(degree,), learners=learners, reward=reward)
     with WorkerPool(1) as pool:
         points = curve_points(make_curves(curves, pool))
-    rows = [line for line in section("Learning curves, and the search space").splitlines() if line.startswith("|")]
-    # The table of the paper's reward has a column of inputs, and comes first.
-    first_of_keep = next(i for i, line in enumerate(rows) if line.startswith("| learner | degree | 150"))
-    rows = rows[:first_of_keep] if reward == "own" else rows[first_of_keep:]
+    own, keep = (lines for lines in tables() if "38,400" in lines[0])
+    rows = own if reward == "own" else keep
     for learner in learners:
         begin = next(i for i, line in enumerate(rows) if line.startswith(f"| {learner} |"))
         row = next(line for line in rows[begin:] if f"| {AWARENESS[degree].order} |" in line)

@@ -1,4 +1,4 @@
-"""Slow twins of the eager learners, one pair at a time, with dictionaries."""
+"""Slow twins of the eager learners, one transition at a time, with dictionaries."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ def state(situation: Any, merged: list[list[int]], levels: int) -> tuple[int, ..
     return tuple(found)
 
 
-def action_number(rotation: float, distance: float, turns: int, paces: int) -> int:
+def action_number(rotation: float, distance: float, rotations: int, distances: tuple[float, ...]) -> int:
     """The action of the grid with the nearest rotation and the nearest distance."""
-    gaps = [abs(math.remainder(rotation - 2 * math.pi * turn / turns, 2 * math.pi)) for turn in range(turns)]
-    pace = min(range(paces), key=lambda p: abs(distance - (p / (paces - 1) if paces > 1 else 1.0)))
-    return gaps.index(min(gaps)) * paces + pace
+    gaps = [abs(math.remainder(rotation - 2 * math.pi * turn / rotations, 2 * math.pi)) for turn in range(rotations)]
+    place = min(range(len(distances)), key=lambda p: abs(distance - distances[p]))
+    return gaps.index(min(gaps)) * len(distances) + place
 
 
-def table(pairs: list[tuple[Any, int, Any, float]], discount: float, sweeps: int) -> dict[Any, dict[int, float]]:
-    """Q by state and action: each sweep, the mean over the pairs of what they were worth by the Q of the last sweep."""
+def table(transitions: list[tuple[Any, int, Any, float]], discount: float, sweeps: int) -> dict[Any, dict[int, float]]:
+    """Q by state and action: each sweep, the mean over the transitions of what they were worth by the Q of the last sweep."""
     values: dict[Any, dict[int, float]] = {}
-    for before, action, _, _ in pairs:
+    for before, action, _, _ in transitions:
         values.setdefault(before, {})[action] = 0.0
     for _ in range(sweeps):
         worth: dict[Any, dict[int, list[float]]] = {}
-        for before, action, after, reward in pairs:
+        for before, action, after, reward in transitions:
             best = max(values[after].values()) if after in values else 0.0
             worth.setdefault(before, {}).setdefault(action, []).append(reward + discount * best)
         values = {s: {a: sum(w) / len(w) for a, w in actions.items()} for s, actions in worth.items()}
@@ -52,7 +52,7 @@ def table(pairs: list[tuple[Any, int, Any, float]], discount: float, sweeps: int
 
 
 def features(situation: Any, count: int) -> Any:
-    """A constant, and for each component how far its reading lies under each tent; nothing for a reading of 1."""
+    """A constant, and for each component the activation of each hat feature; none for a reading of 1."""
     found = [1.0]
     for reading in map(float, situation):
         centres = [k / (count - 1) for k in range(count)] if count > 1 else [reading]
@@ -62,7 +62,7 @@ def features(situation: Any, count: int) -> Any:
 
 
 def weights(
-    pairs: list[tuple[Any, int, Any, float]],
+    transitions: list[tuple[Any, int, Any, float]],
     actions: int,
     count: int,
     discount: float,
@@ -71,14 +71,14 @@ def weights(
     seed: int,
 ) -> Any:
     """Semi-gradient Q-learning with normalised steps; the rate falls evenly to 0 over all sweeps."""
-    found = np.zeros((actions, len(features(pairs[0][0], count))))
+    found = np.zeros((actions, len(features(transitions[0][0], count))))
     rng = np.random.default_rng(seed)
-    total = sweeps * len(pairs)
+    total = sweeps * len(transitions)
     for sweep in range(sweeps):
-        for step, pair in enumerate(rng.permutation(len(pairs))):
-            before, action, after, reward = pairs[pair]
+        for step, transition in enumerate(rng.permutation(len(transitions))):
+            before, action, after, reward = transitions[transition]
             seen = features(before, count)
             error = reward + discount * (found @ features(after, count)).max() - found[action] @ seen
-            now = rate * (1 - (sweep * len(pairs) + step) / total)
+            now = rate * (1 - (sweep * len(transitions) + step) / total)
             found[action] += now * error * seen / (seen @ seen)
     return found

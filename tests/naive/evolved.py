@@ -1,4 +1,4 @@
-"""The slow twin of the learned rule, robot by robot, in plain Python and NumPy."""
+"""The slow twin of the evolved policy, robot by robot, in plain Python and NumPy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from naive import paper as naive
 from teamsight.policies.evolved.layout import BLOCKS
 
-TRACKING = SimpleNamespace(tracks=16, predictive=1.6, decay=6.0, reported_decay=6.0)
+TRACKING = SimpleNamespace(target_tracks=16, predictive=1.6, decay=6.0, relayed_decay=6.0)
 
 
 def few(count: float) -> float:
@@ -31,7 +31,7 @@ def way(vector: complex) -> complex:
 
 
 class EvolvedRobot(naive.ACmommtRobot):
-    """One robot with the learned rule."""
+    """One robot with the evolved policy."""
 
     def __init__(self, policy: Any) -> None:
         super().__init__(TRACKING)
@@ -65,19 +65,19 @@ class EvolvedRobot(naive.ACmommtRobot):
         self._update(one)
         teammates = [complex(*mate) / reach for mate in one.teammates.offset.tolist()]
         near = [d / one.awareness_range for d in one.teammates.distance.tolist()]
-        tracks = [
-            SimpleNamespace(at=self._expected(t) / reach, step=t[3] / reach, age=self.tick - t[2]) for t in self.tracks
+        target_tracks = [
+            SimpleNamespace(at=self._expected(t) / reach, step=t[3] / reach, age=self.tick - t[2]) for t in self.target_tracks
         ]
-        seen = [t for t in tracks if t.age == 0]
+        seen = [t for t in target_tracks if t.age == 0]
         loads = [sum(abs(t.at - mate) < 1 for t in seen) for mate in teammates]
-        for t in tracks:
+        for t in target_tracks:
             gaps = [abs(t.at - mate) for mate in teammates]
             t.rival = min([1.5, *gaps])
             t.load = loads[int(np.argmin(gaps))] if gaps and t.rival < 1.5 else 0
             t.rivals = sum(gap < 1 for gap in gaps)
             t.own = 0.5 + 0.5 * soft(slope * (t.rival - abs(t.at)) + offset)
-        for t in tracks:
-            t.company = sum(o.own * max(0.0, 1 - abs(o.at - t.at) / 2) for o in tracks if o is not t)
+        for t in target_tracks:
+            t.company = sum(o.own * max(0.0, 1 - abs(o.at - t.at) / 2) for o in target_tracks if o is not t)
         mine = sum(t.own for t in seen)
         self.idle = 0 if seen else self.idle + 1
         self.often_seen += 0.03 * (few(len(seen)) - self.often_seen)
@@ -97,7 +97,7 @@ class EvolvedRobot(naive.ACmommtRobot):
             extent / (extent + 3),
         ]  # fmt: skip
         force = 0j
-        for t in tracks:
+        for t in target_tracks:
             d = abs(t.at)
             away = (t.at.conjugate() * t.step).real
             pull, along = self.network("target", [

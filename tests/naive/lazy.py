@@ -16,5 +16,5 @@ def similarity(a: Any, b: Any) -> np.float32:
 
 
 def nearest(situations: Any, query: Any, k: int) -> list[tuple[np.float32, int]]:
-    """The k pairs of smallest distance and, among equals, of smallest place; as (distance, place)."""
+    """The k transitions of smallest distance and, among equals, of smallest place; as (distance, place)."""
     return sorted((similarity(s, query), place) for place, s in enumerate(situations))[:k]

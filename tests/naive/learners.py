@@ -1,4 +1,4 @@
-"""Slow twins of the lazy learners: written like the sentences that describe them, pair by pair, in plain Python."""
+"""Slow twins of the lazy learners: written like the sentences that describe them, one transition at a time."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def gain_reward(gained: float, lost: float, both: str) -> float:
     return 1.0 if gained else -1.0 if lost else 0.0
 
 
-def utility(memory: Any, rewards: Numbers, inputs: int, k: int, discount: float, sweeps: int) -> list[float]:
-    """Q_i ← r_i + γ max Q_j over the k pairs whose situations are nearest to where i leads."""
+def action_values(memory: Any, rewards: Numbers, inputs: int, k: int, discount: float, sweeps: int) -> list[float]:
+    """Q_i ← r_i + γ max Q_j over the k transitions whose situations are nearest to the next situation of i."""
     known = memory.situation[:, :inputs]
     values = list(rewards)
     follow = [matches(known, leads, k) for leads in memory.next_situation[:, :inputs]]
@@ -34,7 +34,7 @@ def utility(memory: Any, rewards: Numbers, inputs: int, k: int, discount: float,
 
 
 def lazy_q(memory: Any, values: Numbers, situation: Any, inputs: int, k: int) -> tuple[float, float]:
-    """The action of the best pair among the k nearest; the first of equals."""
+    """The action of the highest value among the k nearest; the first of equals."""
     near = matches(memory.situation[:, :inputs], situation, k)
     best = max(near, key=lambda j: values[j])
     rotation, share = memory.action[best]
@@ -42,14 +42,10 @@ def lazy_q(memory: Any, values: Numbers, situation: Any, inputs: int, k: int) ->
 
 
 def pessimistic(
-    memory: Any, values: Numbers, situation: Any, inputs: int, k: int, rotations: int, distances: int
+    memory: Any, values: Numbers, situation: Any, inputs: int, k: int, rotations: int, distances: Numbers
 ) -> tuple[float, float]:
-    """The action of a grid whose worst match is best; of equals that of the nearer match."""
-    grid = [
-        (2 * math.pi * turn / rotations, (part + 1) / distances)
-        for turn in range(rotations)
-        for part in range(distances)
-    ]
+    """The action of a grid whose lowest matching value is highest; of equals that of the nearer match."""
+    grid = [(2 * math.pi * turn / rotations, distance) for turn in range(rotations) for distance in distances]
     worst: dict[int, float] = {}
     for j in matches(memory.situation[:, :inputs], situation, k):
         rotation, share = (float(number) for number in memory.action[j])
@@ -64,27 +60,27 @@ def pessimistic(
 
 
 class SheppardRobot:
-    """One robot that stores pairs and what they are worth; its random numbers are handed to it."""
+    """One robot that stores transitions with their utilities; its random numbers are parameters."""
 
     def __init__(self, policy: Any, rewards: Any) -> None:
         self.policy, self.rewards = policy, rewards
-        self.pairs: list[dict[str, Any]] = []
+        self.store: list[dict[str, Any]] = []
         self.pending: dict[str, Any] | None = None
         self.stored = 0
         self.seen: set[int] = set()
 
     def know(self, memory: Any, values: Numbers) -> None:
-        """Begin with the pairs of a memory."""
+        """Begin with the transitions of a memory."""
         for situation, action, value in zip(memory.situation, memory.action, values, strict=True):
             rotation, share = (float(number) for number in action)
-            self.pairs.append({"situation": situation, "rotation": rotation, "share": share, "q": value})
-        self.stored = len(self.pairs)
+            self.store.append({"situation": situation, "rotation": rotation, "share": share, "q": value})
+        self.stored = len(self.store)
 
     def similar(self, situation: Any) -> list[tuple[float, int]]:
         found = []
-        for j, pair in enumerate(self.pairs):
+        for j, one in enumerate(self.store):
             apart = 0.0
-            for a, b in zip(pair["situation"], situation, strict=True):
+            for a, b in zip(one["situation"], situation, strict=True):
                 apart += abs(float(a) - float(b))
             if apart <= self.policy.threshold:
                 found.append((apart, j))
@@ -94,7 +90,7 @@ class SheppardRobot:
         found = self.similar(situation)
         if not found:
             return None
-        return self.pairs[max(found, key=lambda match: (self.pairs[match[1]]["q"], -match[0], -match[1]))[1]]
+        return self.store[max(found, key=lambda match: (self.store[match[1]]["q"], -match[0], -match[1]))[1]]
 
     def decide(self, situation: Any, targets: set[int], noise: Numbers) -> tuple[float, float]:
         policy = self.policy
@@ -105,17 +101,17 @@ class SheppardRobot:
             goal = self.rewards[gained][lost] + policy.discount * (ahead["q"] if ahead else 0.0)
             tried = dict(self.pending)
             for _, j in self.similar(tried["situation"]):
-                pair = self.pairs[j]
-                turn = abs(pair["rotation"] - tried["rotation"]) / math.pi
-                if min(turn, 2 - turn) + abs(pair["share"] - tried["share"]) <= policy.similar_action:
-                    pair["q"] += policy.learning_rate * (goal - pair["q"])
+                one = self.store[j]
+                turn = abs(one["rotation"] - tried["rotation"]) / math.pi
+                if min(turn, 2 - turn) + abs(one["share"] - tried["share"]) <= policy.similar_action:
+                    one["q"] += policy.learning_rate * (goal - one["q"])
         known = None if noise[0] < policy.explore else self.best(situation)
         rotation = known["rotation"] if known else 2 * math.pi * (noise[1] - 0.5)
         share = known["share"] if known else noise[2]
         self.pending = {"situation": [float(x) for x in situation], "rotation": rotation, "share": share, "q": 0.0}
         if self.stored < policy.capacity:
-            self.pairs.append(self.pending)
+            self.store.append(self.pending)
         else:
-            self.pairs[self.stored % policy.capacity] = self.pending
+            self.store[self.stored % policy.capacity] = self.pending
         self.stored += 1
         return rotation, share

@@ -32,7 +32,7 @@ def shortest(way: Vector, period: Vector) -> Vector:
 
 
 def edges(observers: Any, observed: Any, reach: Any, period: Vector, own: bool) -> list[tuple[int, int]]:
-    """All pairs within range, without edges to oneself."""
+    """All transitions within range, without edges to oneself."""
     found = []
     for i, here in enumerate(observers):
         for j, there in enumerate(observed):
@@ -181,36 +181,36 @@ class ACmommtRobot:
         self.policy = policy
         self.here = 0j
         self.tick = 0
-        # [identity, last known place, when, displacement a step, whether it was reported], oldest track first
-        self.tracks: list[list[Any]] = []
+        # [identity, last known place, when, displacement a step, whether it was relayed], oldest track first
+        self.target_tracks: list[list[Any]] = []
 
     def _expected(self, track: list[Any]) -> complex:
         return track[1] + (self.tick - track[2]) * track[3] - self.here
 
-    def _know(self, identity: int, offset: complex, reported: bool) -> None:
+    def _know(self, identity: int, offset: complex, relayed: bool) -> None:
         place = self.here + offset
-        for track in self.tracks:
+        for track in self.target_tracks:
             if track[0] == identity:
-                track[1:] = [place, self.tick, (place - track[1]) / (self.tick - track[2]), reported]
+                track[1:] = [place, self.tick, (place - track[1]) / (self.tick - track[2]), relayed]
                 return
-        if len(self.tracks) < self.policy.tracks:
-            self.tracks.append([identity, place, self.tick, 0j, reported])
+        if len(self.target_tracks) < self.policy.target_tracks:
+            self.target_tracks.append([identity, place, self.tick, 0j, relayed])
 
     def _update(self, one: Any) -> None:
         policy, reach = self.policy, one.sensing_range
         farthest = one.awareness_range + reach if len(one.relayed.identity) else policy.predictive * reach
         seen = set(one.targets.identity.tolist())
-        for track in list(self.tracks):
+        for track in list(self.target_tracks):
             distance, age = abs(self._expected(track)), self.tick - track[2]
             lost = track[0] not in seen
             if lost and (
-                distance <= reach or distance >= farthest or age > 5 * max(policy.decay, policy.reported_decay)
+                distance <= reach or distance >= farthest or age > 5 * max(policy.decay, policy.relayed_decay)
             ):
-                self.tracks.remove(track)
+                self.target_tracks.remove(track)
         for identity, (x, y) in zip(one.targets.identity.tolist(), one.targets.offset.tolist(), strict=True):
             self._know(identity, complex(x, y), False)
         for identity, (x, y) in zip(one.relayed.identity.tolist(), one.relayed.offset.tolist(), strict=True):
-            if not any(track[0] == identity and track[2] == self.tick for track in self.tracks):
+            if not any(track[0] == identity and track[2] == self.tick for track in self.target_tracks):
                 self._know(identity, complex(x, y), True)
 
     def _pull(self, target: Vector, teammates: list[Vector], reach: float) -> complex:
@@ -231,7 +231,7 @@ class ACmommtRobot:
         p, reach = self.policy, one.sensing_range
         self.here += complex(*one.moved)
         self.tick += 1
-        if p.tracks:
+        if p.target_tracks:
             self._update(one)
         teammates = [tuple(mate) for mate in one.teammates.offset.tolist()]
         scale = reach if p.repulsion_scale == "sensing" else one.awareness_range
@@ -240,10 +240,10 @@ class ACmommtRobot:
         )
         for target in one.targets.offset.tolist():
             force += self._pull(tuple(target), teammates, reach)
-        lost = [track for track in self.tracks if track[2] < self.tick or track[4]]
+        lost = [track for track in self.target_tracks if track[2] < self.tick or track[4]]
         for track in lost:
             place = self._expected(track)
-            exists = math.exp(-(self.tick - track[2]) / (p.reported_decay if track[4] else p.decay))
+            exists = math.exp(-(self.tick - track[2]) / (p.relayed_decay if track[4] else p.decay))
             force += exists * self._pull((place.real, place.imag), teammates, reach)
         if abs(force) > 1e-9:
             return (force.real / abs(force), force.imag / abs(force)), min(abs(force), 1.0) * one.speed

@@ -18,16 +18,16 @@ def test_a_rule_that_keeps_the_contract_passes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rule", "error", "told"),
+    ("rule", "error", "message"),
     [
         (lambda percept, rng: 1.0, TypeError, "two numbers"),
         (lambda percept, rng: (math.nan, 1.0), ValueError, "finite"),
-        (lambda percept, rng: (np.random.default_rng().random(), 1.0), ValueError, "two answers"),
+        (lambda percept, rng: (np.random.default_rng().random(), 1.0), ValueError, "different answers"),
         (lambda percept, rng: (percept.heading.fill(0.0) or 0.0, 1.0), ValueError, "changes its percept"),
     ],
 )
-def test_a_rule_that_breaks_the_contract_is_refused(rule: Any, error: type[Exception], told: str) -> None:
-    with pytest.raises(error, match=told):
+def test_a_rule_that_breaks_the_contract_is_refused(rule: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
         check_policy(rule)
 
 
@@ -43,7 +43,7 @@ class CopiesARow(CompiledPolicy):
     parameters = ()
 
 
-def test_a_kernel_that_copies_an_array_is_told_where_and_what_to_do() -> None:
-    with pytest.raises(TypeError, match=r"test_check_callables\.py:\d+: the kernel makes or copies") as told:
+def test_a_kernel_that_copies_an_array_is_named_where_and_what_to_do() -> None:
+    with pytest.raises(TypeError, match=r"test_check_callables\.py:\d+: the kernel makes or copies") as caught:
         check_policy(CopiesARow())
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(caught.value)

@@ -119,7 +119,7 @@ def test_views_slices_loops_and_reductions_pass() -> None:
     "make",
     [
         lambda: RandomWalk(0.3, 1.0, True),
-        lambda: ACmommt(idle="wander", weights="per-teammate", tracks=3),
+        lambda: ACmommt(idle="wander", weights="per-teammate", target_tracks=3),
         lambda: SheppardLazyQ(inputs=8, capacity=20),
         lambda: PessimisticLazyQ(shipped()),
         lambda: TabularQ(shipped(), sweeps=2),

@@ -25,6 +25,6 @@ def test_the_600_pairs_are_what_their_command_makes_bit_for_bit(tmp_path: Path) 
 def test_the_600_pairs_are_the_papers() -> None:
     memory = LazyMemory.load(DATA / "lazy-600.safetensors")
     assert (len(memory), memory.own, memory.added) == (600, 16, 16)
-    told = memory.settings
-    assert (told["robots"], told["targets"], told["steps"], told["runs"], told["seed"]) == (5, 10, 120, 1, 38)
-    assert "random_distance=True" in told["policy"]
+    settings = memory.settings
+    assert (settings["robots"], settings["targets"], settings["steps"], settings["runs"], settings["seed"]) == (5, 10, 120, 1, 38)
+    assert "random_distance=True" in settings["policy"]

@@ -17,10 +17,10 @@ GAINED, LOST = [0, 0, 1, 1, 2, 1], [0, 1, 0, 1, 1, 3]
 
 
 def memory_of(**facts: Any) -> LazyMemory:
-    """Return pairs that stand in the order in which their facts are given."""
-    pairs = len(next(iter(facts.values())))
-    situation = np.arange(pairs)[:, None] / pairs
-    return LazyMemory.of(situation, np.zeros((pairs, 2)), situation, facts, own=1)
+    """Return transitions that stand in the order in which their facts are given."""
+    transitions = len(next(iter(facts.values())))
+    situation = np.arange(transitions)[:, None] / transitions
+    return LazyMemory.of(situation, np.zeros((transitions, 2)), situation, facts, own=1)
 
 
 @pytest.mark.parametrize("scope", ["own", "team", "alone"])
@@ -49,19 +49,19 @@ def test_ones_own() -> None:
 @pytest.mark.parametrize(
     ("reward", "message"),
     [
-        (lambda memory: [0, np.nan, np.inf], r"reward <lambda>: is nan for pair 1 and 2 of 3 in all; .*finite"),
-        (lambda memory: [1, 2], r"returned the shape \(2,\); the memory has 3 pairs, so it must be \(3,\)"),
+        (lambda memory: [0, np.nan, np.inf], r"reward <lambda>: is nan for transition 1 and not finite for 2 of 3"),
+        (lambda memory: [1, 2], r"returned the shape \(2,\); for 3 transitions it must be \(3,\)"),
         (lambda memory: 1.0, r"returned the shape \(\)"),
         (lambda memory: np.zeros((3, 1)), r"returned the shape \(3, 1\)"),
         (lambda memory: None, r"reward <lambda>: returned None; is `return` missing"),
-        (lambda memory: ["a", "b", "c"], r"returned list; it must return one number for each pair"),
-        (lambda memory: np.full(3, 1j), r"returned ndarray; it must return one number for each pair"),
+        (lambda memory: ["a", "b", "c"], r"returned list; it must return one number for each transition"),
+        (lambda memory: np.full(3, 1j), r"returned ndarray; it must return one number for each transition"),
         (GainReward, r"is a class; give an object, GainReward\(\)"),
         (GainReward("team"), r"fact='team_gained': unknown"),
         ("own", r"reward='own': must be a callable"),
     ],
 )
-def test_what_is_no_reward_is_told(reward: Any, message: str) -> None:
+def test_what_is_no_reward_is_named(reward: Any, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         rewards_of(memory_of(gained=[0, 1, 0], lost=[0, 0, 1]), reward)
 
@@ -86,5 +86,5 @@ def test_a_table_of_gained_and_lost(both: str) -> None:
 
 
 def test_a_robot_on_the_way_does_not_know_of_its_team() -> None:
-    with pytest.raises(ValueError, match=r"reward GainReward.*knows only what it itself gained and lost"):
+    with pytest.raises(ValueError, match=r"reward GainReward.*knows only how many targets it gained and lost itself"):
         tabulate(team_reward, 3)

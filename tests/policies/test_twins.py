@@ -61,7 +61,7 @@ class Watched(Policy):
             assert action.distance[i] == pytest.approx(distance, abs=1e-8)
             if distance > 1e-7 or not self.policy.draws:
                 assert action.heading[i] == pytest.approx(heading, abs=1e-6)
-            self.lost += sum(track[2] < robot.tick for track in robot.tracks)
+            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
         return action, (own, robots)
 
 
@@ -71,7 +71,7 @@ VARIANTS = [
     (ACmommt(weights="per-teammate", teammate_loss=0.7), "ring"), (ACmommt(weights="shared", shared_weight=0.6), "shared"),
     (ACmommt(idle="wander"), "none"), (ACmommt(idle="stay", idle_when="nothing-sensed"), "pairwise"),
     (ACmommt(idle_when="nothing-sensed"), "shared"), (ACmommt(repulsion_scale="awareness"), "pairwise"),
-    (ACmommt(tracks=2), "shared"), (ACmommt(tracks=0), "shared"), (ACmommt(predictive=2.5, decay=2.0), "none"),
+    (ACmommt(target_tracks=2), "shared"), (ACmommt(target_tracks=0), "shared"), (ACmommt(predictive=2.5, decay=2.0), "none"),
     (ACmommt(do1=0.0, do2=0.0, dr1=0.5, dr2=0.5), "pairwise"), (ACmommt(do1=0.3, do2=0.9, do3=0.95, decay=30.0), "shared"),
 ]  # fmt: skip
 
@@ -92,7 +92,7 @@ def test_a_cmommt_in_whole_runs(policy: ACmommt, awareness: str) -> None:
 @given(seed=st.integers(0, 2**32 - 1), weights=st.sampled_from(["nearest", "shared", "per-teammate", "none"]))
 def test_a_cmommt_at_its_first_sight(seed: int, weights: str) -> None:
     rng = np.random.default_rng(seed)
-    policy = ACmommt(weights=weights, tracks=0)
+    policy = ACmommt(weights=weights, target_tracks=0)
     percept, noise = sample_percept(9, rng), rng.random((1, 9))
     action, _ = policy.decide(percept, policy.start(9), noise)
     for i in range(9):

@@ -55,7 +55,6 @@ def cycle_in(graph: dict[str, set[str]]) -> list[str]:
 
 
 @pytest.mark.short
-@pytest.mark.xfail(strict=False, reason="the circle in policies/memory is being removed")
 def test_no_modules_import_each_other_in_a_circle() -> None:
     found = modules()
     assert {"teamsight", "teamsight.agents.model", "teamsight.core.kernel"} <= set(found)

@@ -53,13 +53,13 @@ def test_a_folder_under_its_bare_name_is_refused(room: str) -> None:
     assert f"ImportError: import teamsight.{room}: the folder {room}/ is a part of the package" in done.stderr
 
 
-def test_minds_and_physics_import_neither_each_other_nor_frameworks() -> None:
-    for rooms, banned in [
+def test_policies_and_world_import_neither_each_other_nor_frameworks() -> None:
+    for packages, banned in [
         ("teamsight.policies", ["mesa", "simpy", "pandas", "networkx", "teamsight.world", "teamsight.agents"]),
         (
             "teamsight.world.proximity.search, teamsight.world.noise, teamsight.world.motion",
             ["mesa", "pandas", "teamsight.policies", "teamsight.agents"],
         ),
     ]:
-        done = python(f"import sys, {rooms}; print([name for name in {banned} if name in sys.modules])")
+        done = python(f"import sys, {packages}; print([name for name in {banned} if name in sys.modules])")
         assert done.stdout.strip() == "[]", done.stdout + done.stderr

@@ -207,11 +207,11 @@ WRONG = [
     ("members", "message"), WRONG, ids=[f"{n}-{'-'.join(case[0])}" for n, case in enumerate(WRONG)]
 )
 def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str) -> None:
-    with pytest.raises((TypeError, ValueError)) as told:
+    with pytest.raises((TypeError, ValueError)) as raised:
         check_arena(changed(**members))
-    assert re.match(rf"Changed.*{message}", str(told.value))
-    assert len(str(told.value)) < 400
-    assert "\n" not in str(told.value)
+    assert re.match(rf"Changed.*{message}", str(raised.value))
+    assert len(str(raised.value)) < 400
+    assert "\n" not in str(raised.value)
 
 
 def test_places_that_are_not_uniform_are_named() -> None:
@@ -222,9 +222,9 @@ def test_places_that_are_not_uniform_are_named() -> None:
 
 def test_a_place_found_by_the_check_is_one_that_leaks() -> None:
     arena = changed(confine=_once)
-    with pytest.raises(ValueError, match="outside") as told:
+    with pytest.raises(ValueError, match="outside") as raised:
         check_arena(arena)
-    given, reached = re.findall(r"\(([^()]*)\)", str(told.value))[:2]
+    given, reached = re.findall(r"\(([^()]*)\)", str(raised.value))[:2]
     place = [float(number) for number in given.split(", ")[:6]]
     size = np.array(arena.size)
     assert list(_once.py_func(*place, size)) == [float(number) for number in reached.split(", ")]  # type: ignore[attr-defined]

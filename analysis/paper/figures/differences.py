@@ -12,7 +12,7 @@ import pandas as pd
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -88,8 +88,7 @@ def difference_figure(
             of = cells[cells["variant"] == contrast.variant]
             limit = _limit(of if own_colours else cells)
             look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
-            unsure = grid_of(of.assign(open=(of["low"] <= 0) & (of["high"] >= 0)), "open")
-            draw_row(figure, grid_of(of) * 100, look, row=row, rows=len(contrasts), open_cells=unsure)
+            draw_row(figure, grid_of(of) * 100, look, row=row, rows=len(contrasts), open_cells=includes_zero(of))
             _caption(figure, contrast.caption, row, len(contrasts))
         return figure
 

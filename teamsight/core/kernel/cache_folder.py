@@ -157,7 +157,7 @@ def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
 
 
 def _named(folder: Path) -> str:
-    """Return how a notice shows a folder: a long name cut, and nothing that a terminal would obey."""
+    """Return how a notice shows a folder: a long name cut, and without control characters."""
     return shown(str(folder), 120).strip("'\"")
 
 

@@ -38,7 +38,7 @@ def digest(function: Callable[..., Any], compiler: str = "") -> str:
 
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     value = getattr(value, "py_func", value)
-    # Code that numba is told to generate is written in a function of its own.
+    # Functions from which numba generates code are among them.
     value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
         # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.

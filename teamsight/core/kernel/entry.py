@@ -88,8 +88,8 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
 def _announce_once(name: str) -> None:
     global announce
     announce = _silent
-    told = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
-    print(told, file=sys.stderr)
+    message = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
+    print(message, file=sys.stderr)
 
 
 def _silent(name: str) -> None:

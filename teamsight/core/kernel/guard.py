@@ -239,22 +239,6 @@ def _typing(generated: Any) -> Callable[..., Any]:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def guarded_at(typing_context: Any, address: Any, shape: Any, dtype: Any, number: Any) -> Any:
-    """Return the guarded array of this shape and dtype that lies at an address.
-
-    `number`, 1 to 255, says which it is; add `READ_ONLY` and `LIMIT` times a size to it where they apply.
-    """
-    signature, generate_plain = _typing(array_at)(typing_context, address, shape, dtype)
-    kind = guarded_type(signature.return_type)
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        value = generate_plain(context, builder, signature, arguments[:3])
-        return numbered(context, builder, kind, value, arguments[3])
-
-    return kind(address, shape, dtype, numba.types.int64), generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
 def _guarded_array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     signature, generate = _typing(array_at)(typing_context, address, shape, dtype)
     return guarded_type(signature.return_type)(*signature.args), generate

@@ -264,10 +264,10 @@ class OneMore(NoAwareness):
     perceive = _one_more
 
 
-@pytest.mark.parametrize("road", ["run", "step", "percept"])
-def test_a_degree_that_never_has_enough_room_is_named(road: str) -> None:
+@pytest.mark.parametrize("path", ["run", "step", "percept"])
+def test_a_degree_that_never_has_enough_room_is_named(path: str) -> None:
     world = World(Disc(3.0), rng=1)
     robots = world.add(Robot, 3, policy="random-walk", awareness=OneMore())
     with pytest.raises(ValueError, match=r"awareness=.*its perceive asks for more room each time.*check_awareness\(\)"):
-        world.run(5) if road == "run" else world.step() if road == "step" else robots[0].percept
+        world.run(5) if path == "run" else world.step() if path == "step" else robots[0].percept
     assert world.tick == 0

@@ -239,7 +239,7 @@ WRONG = [
     ({"situate": _other_columns}, r".*: situate uses index \d+ of situation, whose number of inputs is 2; width\(team_size\)"),
     ({"situate": _unwritten}, r"situate, of robot 0 in a team of 1, leaves input 1 of 2 unwritten; write every element"),
     ({"situate": _not_finite}, r"situate, of robot 0 in a team of 1, writes nan to input 1; readings must be finite"),
-    ({"situate": _adds_up}, r"situate, .* writes 1 or 1\.5 to input 0, by what stood there before; write before you read"),
+    ({"situate": _adds_up}, r"situate, .* writes 1 or 1\.5 to input 0, depending on what it was; write before you read"),
     ({"situate": _too_far_in_the_team}, r".*: situate uses index \d+ of an array of its own, whose number of elements is \d+; stay"),
     ({"situate": _third_parameter}, r".*: situate uses index 0 of parameters, whose number of parameters is 0; add .*`parameters`"),
     ({"width": lambda self, n: Width(1, 2)}, r"situate, of robot 0 in a team of 1, leaves input 2 of 3 unwritten; .*mend width\(1\)"),
@@ -255,15 +255,15 @@ WRONG = [
 @pytest.mark.parametrize(("members", "message"), WRONG, ids=[f"{n}-{'-'.join(case[0])}" for n, case in enumerate(WRONG)])
 def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str) -> None:
     degree = type("Changed", (Nearest,), members)()
-    with pytest.raises((TypeError, ValueError)) as told:
+    with pytest.raises((TypeError, ValueError)) as raised:
         check_awareness(degree)
-    assert re.match(rf"Changed(: |\.){message}", str(told.value))
-    assert len(str(told.value)) < 400
-    assert "\n" not in str(told.value)
+    assert re.match(rf"Changed(: |\.){message}", str(raised.value))
+    assert len(str(raised.value)) < 400
+    assert "\n" not in str(raised.value)
     rule = members.get("perceive") or members.get("situate")
     mark = f"# {rule.__name__[1:]}" if rule else "no mark"
     for number, line in enumerate(Path(__file__).read_text().splitlines(), 1):
-        assert not line.endswith(mark) or f"{Path(__file__).name}:{number}: " in str(told.value)
+        assert not line.endswith(mark) or f"{Path(__file__).name}:{number}: " in str(raised.value)
 
 
 def test_a_kernel_that_cannot_be_compiled_is_named_with_its_line() -> None:

@@ -102,8 +102,8 @@ def test_ctrl_c_at_any_call() -> None:
 
 
 @pytest.mark.parametrize("where", ["first", "second", "recorder", "own step"])
-@pytest.mark.parametrize("road", ["run", "step"])
-def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> None:
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_an_exception_in_python_leaves_whole_steps(where: str, path: str) -> None:
     """Groups with kernels and without decide in one step; nobody may be one decision ahead."""
     fail = [False]
 
@@ -141,7 +141,7 @@ def test_an_exception_in_python_leaves_whole_steps(where: str, road: str) -> Non
             raise RuntimeError(where)
 
     def advance(world: World, steps: int) -> None:
-        world.run(steps) if road == "run" else [world.step() for _ in range(steps)]
+        world.run(steps) if path == "run" else [world.step() for _ in range(steps)]
 
     world, other = make(), make()
     world.recording.callbacks.append(watch)

@@ -68,7 +68,7 @@ def _square(x: float, y: float, step_x: float, step_y: float, heading_x: float, 
 
 
 class Cross(Room):
-    """Leaves out its corners, which its wall does not know and its bounds cannot tell."""
+    """Its corners are outside, but neither its wall nor its bounds say so."""
 
     confine = _square
 
@@ -83,19 +83,19 @@ class Scattered(Room):
         return super().place(u, v, margin) * 3.0
 
 
-def advance(world: World, road: str) -> None:
-    world.run(300) if road == "run" else [world.step() for _ in range(300)]
+def advance(world: World, path: str) -> None:
+    world.run(300) if path == "run" else [world.step() for _ in range(300)]
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("road", ["run", "step"])
+@pytest.mark.parametrize("path", ["run", "step"])
 @pytest.mark.parametrize("arena", [Room(), Nowhere()], ids=repr)
-def test_a_wall_that_leaks_is_named_and_nobody_is_left_outside(arena: Arena, road: str) -> None:
+def test_a_wall_that_leaks_is_named_and_nobody_is_left_outside(arena: Arena, path: str) -> None:
     world = World(arena, rng=1)
     robots = world.add(Robot, 6, policy=RandomWalk(0.05), speed=0.05, placement=np.zeros((6, 2)))
     for _ in range(3):
         with pytest.raises(ValueError, match=re.escape(repr(arena)) + r": its wall lets robots out at tick \d+; .*check_arena\(\)"):
-            advance(world, road)
+            advance(world, path)
         assert 5 < world.tick < 300
         assert len(world.recording.history) == world.tick == world.steps
         assert arena.contains(robots.position).all()
@@ -110,13 +110,13 @@ def test_a_wall_that_leaks_is_named_and_nobody_is_left_outside(arena: Arena, roa
     assert world.tick == 2
 
 
-@pytest.mark.parametrize("road", ["run", "step"])
-def test_a_wall_that_leaks_within_the_box_is_named_after_the_call(road: str) -> None:
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_a_wall_that_leaks_within_the_box_is_named_after_the_call(path: str) -> None:
     world = World(Cross(), rng=1)
     world.add(Robot, 6, policy="random-walk", speed=0.05, placement=np.zeros((6, 2)))
     for _ in range(3):
         with pytest.raises(ValueError, match=r"Cross\(\): an agent of robots is at \(.*outside by contains\(\).*check_arena"):
-            advance(world, road)
+            advance(world, path)
         assert world.tick == world.steps == len(world.recording.history) > 0
 
 

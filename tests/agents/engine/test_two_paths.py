@@ -1,4 +1,4 @@
-"""Two roads, one answer: running, stepping and any mix of the two give the same bits."""
+"""Two paths, one answer: running, stepping and any mix of the two give the same bits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from teamsight.policies.interface import Action, Policy
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
-ROADS: dict[str, Callable[[World], None]] = {
+PATHS: dict[str, Callable[[World], None]] = {
     "steps": lambda model: [model.step() for _ in range(60)] and None,
     "mixed": lambda model: [model.run(30), model.step(), model.run(0), model.run(29)] and None,
     "pieces": lambda model: [model.run(k) for k in (1, 2, 3, 5, 7, 11, 13, 17, 1)] and None,
@@ -58,7 +58,7 @@ def same(one: Any, other: Any) -> bool:
     return bool(one == other or (one != one and other != other))
 
 
-def assert_one_answer(make: Callable[[], World], roads: dict[str, Callable[[World], None]] = ROADS) -> None:
+def assert_one_answer(make: Callable[[], World], paths: dict[str, Callable[[World], None]] = PATHS) -> None:
     reference = make()
     start = [group.position.copy() for group in reference.groups]
     reference.run(60)
@@ -66,9 +66,9 @@ def assert_one_answer(make: Callable[[], World], roads: dict[str, Callable[[Worl
     expected = fingerprint(reference)
     still = all(np.array_equal(a, group.position) for a, group in zip(start, reference.groups, strict=True))
     assert not still or all(isinstance(group.policy, Stationary) for group in reference.groups)
-    for name, road in roads.items():
+    for name, path in paths.items():
         model = make()
-        road(model)
+        path(model)
         found = fingerprint(model)
         assert len(found) == len(expected)
         wrong = [k for k, pair in enumerate(zip(expected, found, strict=True)) if not same(*pair)]
@@ -81,7 +81,7 @@ def seeds() -> int:
 
 POLICIES = [
     ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", idle="wander"), ACmommt(weights="none", idle="stay"),
-    ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(tracks=0), Centroid(), Centroid("wander"),
+    ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(target_tracks=0), Centroid(), Centroid("wander"),
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
     Evolved(),
 ]  # fmt: skip

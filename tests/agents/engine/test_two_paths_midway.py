@@ -1,4 +1,4 @@
-"""Two roads, one answer, where it is hard: groups that change on the way, and events that need Python."""
+"""Two paths, one answer, where it is hard: groups that change on the way, and events that need Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An exploration's memory holds what the robots met, and tells how they came to meet it."""
+"""An exploration's memory holds what the robots met, and records how it was made."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def same(one: LazyMemory, other: LazyMemory) -> bool:
 
 
 @pytest.mark.short
-def test_a_memory_is_the_experience_in_the_order_of_its_content() -> None:
+def test_a_memory_is_the_transitions_in_the_order_of_its_content() -> None:
     world, other = (CMOMMT(robots=5, targets=10, radius=3.0, awareness="ring", rng=1) for _ in range(2))
     memory = explore(world, 120)
     met = meet(other, other.robots, 120)
@@ -43,21 +43,21 @@ def test_every_degree_can_be_explored(degree: str) -> None:
     assert (memory.settings["degree"], memory.settings["awareness"]) == (degree, repr(world.robots.awareness))
 
 
-def test_any_world_can_be_explored_and_is_told() -> None:
+def test_any_world_can_be_explored_and_is_described() -> None:
     world = World(Disc(2.0), rng=7)
     scouts = world.add(Robot, 4, policy=wander, awareness="ring", speed=np.array([0.1, 0.2, 0.3, 0.1]))
     world.add(Robot, 2, policy=RandomWalk(), name="others")
     prey = world.add(Target, 6, policy="evasive", speed=0.05)
     world.senses(scouts, prey)
     memory = explore(world, 25)
-    told = dict(memory.settings)
+    settings = dict(memory.settings)
     assert len(memory) == 100
-    assert told["policy"] == "wander"
-    assert (told["robots"], told["targets"], told["steps"], told["runs"], told["seed"]) == (6, 6, 25, 1, 7)
-    assert (told["arena"], told["radius"], told["robot_speed"], told["target_speed"]) == (
+    assert settings["policy"] == "wander"
+    assert (settings["robots"], settings["targets"], settings["steps"], settings["runs"], settings["seed"]) == (6, 6, 25, 1, 7)
+    assert (settings["arena"], settings["radius"], settings["robot_speed"], settings["target_speed"]) == (
         "Disc(radius=2.0)", 2.0, [0.1, 0.3], 0.05,
     )  # fmt: skip
-    json.dumps(told)
+    json.dumps(settings)
     assert len(explore(world, 5, prey)) == 30
 
 
@@ -87,13 +87,13 @@ def test_what_cannot_be_explored_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("world", "told"),
+    ("world", "message"),
     [
         (CMOMMT, "world=CMOMMT: is a class; give a world, such as CMOMMT"),
         ("ring", "world='ring': is no world; give one, such as"),
         (None, "world=None: is no world"),
     ],
 )
-def test_what_is_no_world_is_told(world: Any, told: str) -> None:
-    with pytest.raises(TypeError, match=told):
+def test_what_is_no_world_is_refused(world: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
         explore(world, 10)

@@ -1,4 +1,4 @@
-"""Experience is what a naive observer of positions would write down, on both roads."""
+"""Transitions are what a naive observer of positions would write down, on both paths."""
 
 from __future__ import annotations
 
@@ -100,8 +100,8 @@ def close(one: Transitions, other: Transitions) -> None:
         assert np.array_equal(one.facts[name], other.facts[name]), name
 
 
-def bits(experience: Transitions) -> list[bytes]:
-    return [array.tobytes() for array in (*experience[:3], *experience.facts.values())]
+def bits(transitions: Transitions) -> list[bytes]:
+    return [array.tobytes() for array in (*transitions[:3], *transitions.facts.values())]
 
 
 def lazy(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
@@ -123,7 +123,7 @@ WORLDS: dict[str, Callable[[], World]] = {
 
 
 @pytest.mark.parametrize("name", WORLDS)
-def test_experience_is_what_an_observer_of_positions_writes_down(name: str) -> None:
+def test_transitions_are_what_an_observer_of_positions_writes_down(name: str) -> None:
     running, watched = WORLDS[name](), WORLDS[name]()
     for group in running.groups:
         running.recording.record_transitions(group)
@@ -144,11 +144,11 @@ def test_the_naive_observer_sees_every_fact_happen() -> None:
 
 @pytest.mark.short
 @pytest.mark.parametrize("name", ["ring", "shared, crowded", "torus", "a policy in Python"])
-def test_both_roads_record_the_same_bits(name: str) -> None:
-    def recorded(road: Callable[[World], Any]) -> list[bytes]:
+def test_both_paths_record_the_same_bits(name: str) -> None:
+    def recorded(path: Callable[[World], Any]) -> list[bytes]:
         world = WORLDS[name]()
         world.recording.record_transitions(world.groups[0])
-        road(world)
+        path(world)
         return bits(world.recording.transitions(world.groups[0]))
 
     once = recorded(lambda world: world.run(STEPS))

@@ -145,16 +145,16 @@ def test_a_model_that_is_none_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"runs": 10**12}, "runs=1000000000000: must be at most 1000000; give fewer"),
         ({"steps": 10**12}, "steps=1000000000000: must be at most 10000000; make more runs"),
         ({"risk": 1e-300}, r"risk=1e-300: asks for 1.0e.301 runs, at most 1000000; give a risk of at least 1e-05, or"),
     ],
 )
-def test_what_would_run_for_ever_is_refused(given: dict[str, Any], told: str) -> None:
+def test_what_would_run_for_ever_is_refused(given: dict[str, Any], message: str) -> None:
     def never(seed: int) -> Any:
         raise AssertionError("a world was made")
 
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         choose.choose_delta(never, **given)

@@ -100,7 +100,7 @@ def test_over_time_takes_strides() -> None:
     model.close()
 
 
-def test_tracks_of_a_run_give_its_degrees() -> None:
+def test_trajectories_of_a_run_give_its_degrees() -> None:
     model = CMOMMT(robots=15, radius=3.0, policy="random-walk", rng=9)
     model.recording.record_positions(every=1)
     model.run(60)

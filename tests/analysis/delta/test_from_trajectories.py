@@ -229,7 +229,7 @@ def test_degrees_are_those_of_each_frame() -> None:
         assert row.mean_degree == pytest.approx(degree.mean())
 
 
-def test_report_from_tracks(tmp_path: Path) -> None:
+def test_report_from_trajectories(tmp_path: Path) -> None:
     record = _walk(12, 4000, generator())
     seen: list[tuple[int, int]] = []
     report = from_trajectories.delta_from_trajectories(

@@ -88,10 +88,10 @@ def test_degrees_are_named_and_not_joined() -> None:
 def test_too_few_explorations_have_no_interval(memories: int) -> None:
     figure = drawn(Curves(learners=("lazy",), memories=memories))
     assert len(figure.axes[0].collections) == (4 if memories == LEAST_FOR_INTERVAL else 0)
-    told = " ".join(text.get_text() for text in figure.texts)
-    assert ("too few for an interval" in told) == (memories < LEAST_FOR_INTERVAL)
+    message = " ".join(text.get_text() for text in figure.texts)
+    assert ("too few for an interval" in message) == (memories < LEAST_FOR_INTERVAL)
 
 
-def test_what_had_no_table_is_told_beside_the_title() -> None:
+def test_what_had_no_table_is_reported_beside_the_title() -> None:
     figure = drawn(Curves(learners=("lazy", "tabular"), memories=1))
     assert [axes.get_title("right") for axes in figure.axes] == ["", "", "o(N): too many states", ""]

@@ -117,7 +117,7 @@ def test_memories_share_no_world_and_no_transition() -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "message"),
     [
         ({"degrees": ("non",)}, "degree='non': unknown; did you mean 'none'"),
         ({"learners": ("deep",)}, "learner='deep': unknown"),
@@ -126,6 +126,6 @@ def test_memories_share_no_world_and_no_transition() -> None:
         ({"samples": (0,)}, "samples=0: must be at least 1"),
     ],
 )
-def test_bad_settings_are_refused(settings: dict[str, object], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_bad_settings_are_refused(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
         replace(SMALL, **settings)  # type: ignore[arg-type]

@@ -34,9 +34,9 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_papers_exploration_gives_exactly_600_transitions() -> None:
     memory = explore()
     assert (len(memory), memory.own, memory.added) == (600, 16, 16)
-    told = memory.settings
-    assert (told["robots"], told["targets"], told["steps"], told["runs"]) == (5, 10, 120, 1)
-    assert (told["radius"], told["awareness"], told["seed"]) == (3.0, "RingAwareness(delta=16)", 0)
+    settings = memory.settings
+    assert (settings["robots"], settings["targets"], settings["steps"], settings["runs"]) == (5, 10, 120, 1)
+    assert (settings["radius"], settings["awareness"], settings["seed"]) == (3.0, "RingAwareness(delta=16)", 0)
     # Any direction and any distance are equally likely: their means lie within 5 standard errors.
     assert abs(memory.action[:, 0].mean()) < 5 * np.pi / np.sqrt(3 * 600)
     assert abs(memory.action[:, 1].mean() - 0.5) < 5 / np.sqrt(12 * 600)
@@ -112,7 +112,7 @@ def test_the_treatment_does_not_change_the_scenario() -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "message"),
     [
         ({"runs": 0}, "runs=0: must be at least 1"),
         ({"steps": 1.5}, "steps=1.5: must be a whole"),
@@ -122,6 +122,6 @@ def test_the_treatment_does_not_change_the_scenario() -> None:
         ({"steps": 10**6, "runs": 10**6}, r"makes 5.0e.12 transitions, at most 1e.08 fit in memory; give less"),
     ],
 )
-def test_bad_numbers_are_refused(settings: dict[str, float], told: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=told):
+def test_bad_numbers_are_refused(settings: dict[str, float], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
         Exploration(**settings)  # type: ignore[arg-type]

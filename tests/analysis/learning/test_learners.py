@@ -44,7 +44,7 @@ def memory(awareness: Any = "ring", robots: int = 3) -> LazyMemory:
 def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
     pairs = memory()
     if name == "sheppard" and reward != "own":
-        with pytest.raises(ValueError, match="knows only what it itself gained and lost"):
+        with pytest.raises(ValueError, match="knows only how many targets it gained and lost itself"):
             learn(name, pairs, Objective(REWARDS[reward]))
         return
     policy = learn(name, pairs, Objective(REWARDS[reward], discount=0.5))
@@ -60,7 +60,7 @@ def test_k_reaches_the_learners_that_match() -> None:
         learn("lasy", memory())
 
 
-def test_a_memory_tells_the_degree_that_shows_its_situations() -> None:
+def test_a_memory_reports_the_degree_that_shows_its_situations() -> None:
     for degree in (NoAwareness(), RingAwareness(8), PairwiseAwareness(), SharedAwareness()):
         pairs = memory(degree)
         assert awareness_for(pairs) == degree
@@ -109,7 +109,7 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
 
 
 @pytest.mark.parametrize(
-    ("learners", "reward", "k", "pairs", "told"),
+    ("learners", "reward", "k", "pairs", "message"),
     [
         (("sheppard",), "keep", None, None, "reward=keep: sheppard .* give the reward own, or another learner"),
         (("linear", "sheppard"), "team", None, None, "reward=team: sheppard"),
@@ -121,14 +121,14 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(
-    learners: tuple[str, ...], reward: str, k: int | None, pairs: int | None, told: str
+    learners: tuple[str, ...], reward: str, k: int | None, pairs: int | None, message: str
 ) -> None:
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         check_objective(learners, reward, k, pairs)
     check_objective(tuple(LEARNERS), "own", 20, 20)
 
 
-def test_a_search_tells_how_far_it_is() -> None:
+def test_a_search_reports_how_far_it_is() -> None:
     seen: list[float] = []
     contenders("lazy", memory(), Objective(), lambda done, total: seen.append(done / total))
     # 60 pairs are one block: first of all 32 inputs, then of 16.

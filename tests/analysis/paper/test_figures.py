@@ -76,7 +76,11 @@ def test_the_learned_gain_is_summarised_in_one_line() -> None:
     for name, values in (("mean", (-2, 1, 4, 0, 3, 9)), ("low", (-3, -1, 1, 0, 0, 8)), ("high", (-1, 3, 7, 0, 6, 10))):
         cells.loc[learned, name] = np.array(values) / 100
     line = summarise(cells)
-    for part in ("+2.5 pp on average over 6 cells", "at most +9.0 at N = 30, R = 5", "positive in 2 cells, negative in 1"):
+    for part in (
+        "+2.5 pp on average over 6 cells",
+        "at most +9.0 at N = 30, R = 5",
+        "positive in 2 cells, negative in 1",
+    ):
         assert part in line
     assert "one run per cell" in summarise(make(Job("11", tables_for("11", 1), CONDITIONS)).tables["cells"])
 

@@ -58,5 +58,5 @@ def spin(number: int) -> None:
 
 def fail_at_length(number: int) -> None:
     raise ValueError(
-        f"number={number}: is wrong\n" + "for a reason that takes long to tell " * 40 + "(in the run rng=7)"
+        f"number={number}: is wrong\n" + "for a reason that takes long to explain " * 40 + "(in the run rng=7)"
     )

@@ -53,7 +53,7 @@ def test_a_folder_is_made(tmp_path: Path) -> None:
     assert list((tmp_path / "a" / "b").iterdir()) == []
 
 
-def test_an_unwritable_place_is_told_in_one_line(tmp_path: Path) -> None:
+def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(files.UnwritableError, match=r"file/sub: cannot be written \(Not a directory\)") as caught:
         files.prepare_folder(tmp_path / "file" / "sub")
@@ -63,7 +63,7 @@ def test_an_unwritable_place_is_told_in_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root may write anywhere")
-def test_a_read_only_folder_is_told_before_any_work(tmp_path: Path) -> None:
+def test_a_read_only_folder_is_reported_before_any_work(tmp_path: Path) -> None:
     folder = tmp_path / "locked"
     folder.mkdir(mode=0o500)
     with pytest.raises(files.UnwritableError, match="Permission denied"):
@@ -159,15 +159,15 @@ def test_each_kind_of_result_is_known_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [("~/x", "'~/x': ~ is not expanded; give Path"), ("", "is empty; give a"), ("a\0b", "null character, as no path")],
 )
 def test_a_place_that_cannot_be_meant_is_refused(
-    name: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for write in (files.prepare_folder, lambda path: files.write_text(path, "text")):
-        with pytest.raises(files.UnwritableError, match=told):
+        with pytest.raises(files.UnwritableError, match=message):
             write(name)
     assert list(tmp_path.iterdir()) == []
 

@@ -152,7 +152,7 @@ def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp
     pytest.fail("a worker outlived its parent by 20 seconds")
 
 
-def test_a_killed_worker_with_a_long_job_is_told_in_one_line_with_a_cure() -> None:
+def test_a_killed_worker_with_a_long_job_is_reported_in_one_line_with_a_cure() -> None:
     with pytest.raises(JobError, match=r"exit code -9 in .*fewer workers$") as caught, WorkerPool(2) as pool:
         pool.map(jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
     assert "\n" not in str(caught.value)

@@ -49,11 +49,11 @@ def test_curve_counts_and_delta_is_the_smallest_within_risk(maxima: list[int], r
 
 def test_the_confident_delta_is_too_small_no_more_often_than_it_says() -> None:
     rng = generator()
-    risk, studies, truth = 0.05, 1000, stats.poisson(4.0)
+    risk, trials, truth = 0.05, 1000, stats.poisson(4.0)
     answers = np.array(
         [
             exceedance.smallest_delta(exceedance.curve(truth.rvs(200, random_state=rng), 60), "high", risk)
-            for _ in range(studies)
+            for _ in range(trials)
         ]
     )
     failures = (truth.sf(answers) > risk).sum()

@@ -56,7 +56,7 @@ def test_differences_pair_runs_whatever_the_order_of_rows() -> None:
 def test_runs_without_a_partner_are_refused(shift: int) -> None:
     table = runs({(1, 1.0): [0.5, 0.9]})
     base = runs({(1, 1.0): [0.5, 0.9]}, shift) if shift else runs({(1, 1.0): [0.5]})
-    with pytest.raises(ValueError, match="pair up"):
+    with pytest.raises(ValueError, match="match: both tables need"):
         paired(table, base)
 
 

@@ -39,7 +39,7 @@ def chain(copies: int = 1) -> LazyMemory:
 
 # With γ = ½: Q(near, ahead) = 1 + ½ · 2 = 2, and so on from there.
 KNOWN = {(NEAR, 0): 2.0, (FAR, 0): 2.0, (NOTHING, 0): 1.0, (NEAR, 1): 0.0, (FAR, 1): -0.5, (NOTHING, 1): 0.5}
-TWO = ActionGrid(turns=2, paces=1)
+TWO = ActionGrid(2, (1.0,))
 
 
 def value(learner: TabularQ | LinearQ, reading: float, action: int) -> float:
@@ -64,9 +64,9 @@ def explored(degree: str, steps: int = 60) -> LazyMemory:
     return explore(CMOMMT(robots=3, targets=10, radius=1.5, policy="random-walk", awareness=degree, rng=5), steps)
 
 
-def pairs_of(memory: LazyMemory, learner: TabularQ | LinearQ, reward: Any) -> list[tuple[Any, int, Any, float]]:
+def transitions_of(memory: LazyMemory, learner: TabularQ | LinearQ, reward: Any) -> list[tuple[Any, int, Any, float]]:
     grid = learner.actions
-    actions = [naive.action_number(*map(float, taken), grid.turns, grid.paces) for taken in memory.action]
+    actions = [naive.action_number(*map(float, taken), grid.rotations, grid.distances) for taken in memory.action]
     before, after = (np.asarray(part)[:, : learner.inputs] for part in (memory.situation, memory.next_situation))
     return list(zip(before, actions, after, reward(memory).tolist(), strict=True))
 
@@ -89,16 +89,16 @@ def gain(memory: LazyMemory) -> Any:
 def test_the_table_is_that_of_the_twin(degree: str, inputs: int | None, shape: tuple[int, int]) -> None:
     memory = explored(degree)
     learner = TabularQ(
-        memory, gain, inputs=inputs, sectors=shape[0], levels=shape[1], sweeps=7, actions=ActionGrid(6, 3)
+        memory, gain, inputs=inputs, sectors=shape[0], levels=shape[1], sweeps=7, actions=ActionGrid(6, (0.0, 0.5, 1.0))
     )
     states = learner.states
     merged = naive.sensors(states.own, states.added, learner.degree, states.sectors)
     assert len(merged) == states.dimensions
-    pairs = [
+    transitions = [
         (naive.state(before, merged, shape[1]), action, naive.state(after, merged, shape[1]), reward)
-        for before, action, after, reward in pairs_of(memory, learner, gain)
+        for before, action, after, reward in transitions_of(memory, learner, gain)
     ]
-    expected = naive.table(pairs, learner.discount, 7)
+    expected = naive.table(transitions, learner.discount, 7)
     for levels, actions in expected.items():
         number = sum(level * shape[1] ** place for place, level in enumerate(reversed(levels)))
         row = learner.table[number]
@@ -113,7 +113,7 @@ def test_the_table_is_that_of_the_twin(degree: str, inputs: int | None, shape: t
 def test_the_weights_are_those_of_the_twin(degree: str, inputs: int | None, features: int) -> None:
     memory = explored(degree, steps=30)
     learner = LinearQ(memory, gain, inputs=inputs, features=features, sweeps=3, seed=9, learning_rate=0.3)
-    expected = naive.weights(pairs_of(memory, learner, gain), 16, features, learner.discount, 0.3, 3, 9)
+    expected = naive.weights(transitions_of(memory, learner, gain), 16, features, learner.discount, 0.3, 3, 9)
     assert np.abs(learner.weights - expected).max() < 1e-5
     assert np.abs(learner.weights).max() > 0.01
 
@@ -121,7 +121,7 @@ def test_the_weights_are_those_of_the_twin(degree: str, inputs: int | None, feat
 @pytest.mark.parametrize("kind", LEARNERS)
 @pytest.mark.parametrize("degree", ["none", "ring", "pairwise"])
 def test_robots_do_what_the_twin_finds_best(kind: Any, degree: str) -> None:
-    learner = kind(explored(degree), gain, actions=ActionGrid(5, 3))
+    learner = kind(explored(degree), gain, actions=ActionGrid(5, (0.0, 0.5, 1.0)))
     rng = np.random.default_rng(1)
     percept = sample_percept(200, rng, learner.inputs)
     situation = np.where(rng.random(percept.situation.shape) < 0.8, np.float32(1.0), percept.situation)
@@ -153,14 +153,14 @@ def test_robots_do_what_the_twin_finds_best(kind: Any, degree: str) -> None:
 
 @pytest.mark.short
 @pytest.mark.parametrize("kind", LEARNERS)
-def test_a_learner_keeps_the_contract_and_both_roads(kind: Any) -> None:
+def test_a_learner_keeps_the_contract_and_both_paths(kind: Any) -> None:
     learner = kind(explored("ring"), gain)
     check_policy(learner)
     running, stepping = (CMOMMT(robots=4, awareness="ring", policy=learner, rng=2) for _ in range(2))
     running.run(40)
     for _ in range(40):
         stepping.step()
-    assert running.recording.history.equals(stepping.history)
+    assert running.recording.history.equals(stepping.recording.history)
     assert running.robots.position.tobytes() == stepping.robots.position.tobytes()
     with pytest.raises(ValueError, match="learned from situations|reads 32 inputs"):
         CMOMMT(robots=4, awareness="none", policy=learner, rng=2)
@@ -215,14 +215,14 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
     if kind is TabularQ:
         assert kind(one).table.tobytes() == learner.table.tobytes()
     else:
-        # The order of the pairs is that of their content, which differs.
+        # The order of the transitions is that of their content, which differs.
         assert np.isfinite(kind(one).weights).all()
 
 
 @pytest.mark.parametrize(
-    ("kind", "settings", "told"),
+    ("kind", "settings", "message"),
     [
-        (TabularQ, {"levels": 1}, "levels=1: must be at least 2; something there, or nothing"),
+        (TabularQ, {"levels": 1}, "levels=1: must be at least 2; something sensed, or nothing"),
         (TabularQ, {"sweeps": 0}, "sweeps=0"),
         (LinearQ, {"features": 0}, "features=0"),
         (LinearQ, {"learning_rate": 1.5}, "learning_rate=1.5"),
@@ -230,12 +230,12 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
         (TabularQ, {"discount": 1.1}, "discount=1.1"),
         (TabularQ, {"actions": 8}, "actions=8: must be an ActionGrid"),
         (TabularQ, {"inputs": 20}, "inputs=20"),
-        (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "beyond float32; give smaller rewards"),
-        (TabularQ, {"reward": lambda memory: np.full(len(memory), -1e39)}, "beyond float32; give smaller rewards"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "values exceed float32; give smaller rewards"),
+        (TabularQ, {"reward": lambda memory: np.full(len(memory), -1e39)}, "values exceed float32; give smaller rewards"),
         (LinearQ, {"reward": lambda memory: np.full(len(memory), np.nan)}, "nan"),
         (LinearQ, {"reward": lambda memory: np.zeros(3)}, "shape"),
     ],
 )  # fmt: skip
-def test_bad_constants_are_refused(kind: Any, settings: dict[str, Any], told: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=told):
+def test_bad_constants_are_refused(kind: Any, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
         kind(explored("ring"), **settings)

@@ -1,4 +1,4 @@
-"""The learned rule against its slow twin, and the file of its constants."""
+"""The evolved policy against its slow twin, and the file of its constants."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Watched(Policy):
             heading, distance = robot.decide(one, noise[:, i].tolist())
             assert action.distance[i] == pytest.approx(distance, abs=1e-8)
             assert action.heading[i] == pytest.approx(heading, abs=1e-6)
-            self.lost += sum(track[2] < robot.tick for track in robot.tracks)
+            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
             self.met += len(one.teammates.distance)
         return action, (own, robots)
 
@@ -101,7 +101,7 @@ def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> Non
 def test_half_a_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rule.json"
     path.write_text(json.dumps(to_json(beginning(1), {}))[:500], encoding="utf-8")
-    with pytest.raises(ValueError, match="holds no constants of the learned rule"):
+    with pytest.raises(ValueError, match="holds no constants of the evolved policy"):
         Evolved.load(path)
 
 

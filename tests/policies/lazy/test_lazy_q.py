@@ -1,4 +1,4 @@
-"""The lazy learners that read a memory: against their slow twins, in any order of pairs, and what they refuse."""
+"""The lazy learners that read a memory: against their slow twins, in any order of transitions, and what they refuse."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from naive import learners as naive_learners
 
 from teamsight.policies import LazyQ, PessimisticLazyQ, check_policy
+from teamsight.policies.actions import ActionGrid
 from teamsight.policies.check import sample_percept
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, own_reward
@@ -20,17 +21,17 @@ from teamsight.policies.rewards import GainReward, own_reward
 pytestmark = pytest.mark.short
 
 
-def parts(seed: int, pairs: int, own: int = 4, added: int = 3, levels: int = 3) -> tuple[Any, ...]:
-    """Situations, actions, next situations and facts, so coarse that many pairs are equally near or equally good."""
+def parts(seed: int, transitions: int, own: int = 4, added: int = 3, levels: int = 3) -> tuple[Any, ...]:
+    """Situations, actions, next situations and facts, so coarse that many transitions are equally near or equally good."""
     rng = np.random.default_rng(seed)
-    before, after = rng.integers(0, levels + 1, (2, pairs, own + added)) / levels
-    action = np.stack([rng.integers(-3, 4, pairs) / 1.1, rng.integers(0, 4, pairs) / 3], axis=1)
-    facts = {name: rng.integers(0, 2, pairs) for name in ("gained", "lost")}
+    before, after = rng.integers(0, levels + 1, (2, transitions, own + added)) / levels
+    action = np.stack([rng.integers(-3, 4, transitions) / 1.1, rng.integers(0, 4, transitions) / 3], axis=1)
+    facts = {name: rng.integers(0, 2, transitions) for name in ("gained", "lost")}
     return before, action, after, facts
 
 
-def made_up(seed: int, pairs: int, **settings: Any) -> LazyMemory:
-    return LazyMemory.of(*parts(seed, pairs), own=4, settings=settings)
+def made_up(seed: int, transitions: int, **settings: Any) -> LazyMemory:
+    return LazyMemory.of(*parts(seed, transitions), own=4, settings=settings)
 
 
 def percept_of(seed: int, size: int, inputs: int, levels: int = 3) -> Any:
@@ -44,18 +45,19 @@ def rotation_of(percept: Any, action: Any, i: int) -> complex:
 
 
 @given(
-    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 300), k=st.integers(1, 12), cooperative=st.booleans(),
+    seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 300), k=st.integers(1, 12), cooperative=st.booleans(),
     rotations=st.integers(1, 7), distances=st.integers(1, 3),
 )  # fmt: skip
-def test_as_the_slow_twins(seed: int, pairs: int, k: int, cooperative: bool, rotations: int, distances: int) -> None:
-    memory, k = made_up(seed, pairs), min(k, pairs)
+def test_as_the_slow_twins(seed: int, transitions: int, k: int, cooperative: bool, rotations: int, distances: int) -> None:
+    memory, k = made_up(seed, transitions), min(k, transitions)
     inputs = 7 if cooperative else 4
     percept = percept_of(seed + 1, 5, inputs)
     constants = {"inputs": inputs, "k": k, "discount": 0.5, "sweeps": 2}
     rewards = own_reward(memory).tolist()
-    values = naive_learners.utility(memory, rewards, inputs, k, 0.5, 2)
+    values = naive_learners.action_values(memory, rewards, inputs, k, 0.5, 2)
     optimist = LazyQ(memory, **constants)
-    pessimist = PessimisticLazyQ(memory, **constants, rotations=rotations, distances=distances)
+    shares = tuple((part + 1) / distances for part in range(distances))
+    pessimist = PessimisticLazyQ(memory, **constants, actions=ActionGrid(rotations, shares))
     for policy in (optimist, pessimist):
         action, _ = policy.decide(percept, policy.start(5), np.zeros((0, 5)))
         for i in range(5):
@@ -63,13 +65,13 @@ def test_as_the_slow_twins(seed: int, pairs: int, k: int, cooperative: bool, rot
             if policy is optimist:
                 rotation, share = naive_learners.lazy_q(memory, values, seen, inputs, k)
             else:
-                rotation, share = naive_learners.pessimistic(memory, values, seen, inputs, k, rotations, distances)
+                rotation, share = naive_learners.pessimistic(memory, values, seen, inputs, k, rotations, shares)
             assert rotation_of(percept, action, i) == pytest.approx(complex(math.cos(rotation), math.sin(rotation)))
             assert action.distance[i] == pytest.approx(share * percept.speed[i])
 
 
 def test_the_best_of_the_nearest_on_a_memory_where_the_answer_is_known() -> None:
-    # Three pairs stand where the robot is: a loss, nothing, and a gain; the best of all is far away.
+    # Three transitions stand where the robot is: a loss, nothing, and a gain; the best of all is far away.
     situation = [[0.0], [0.0], [0.1], [1.0]]
     action = [[0.1, 1], [0.2, 0.5], [-0.3, 0.25], [3.0, 1]]
     facts = {"gained": [0, 0, 1, 5], "lost": [1, 0, 0, 0]}
@@ -96,7 +98,7 @@ def test_the_worst_that_is_known_of_an_action_counts() -> None:
     percept = percept_of(1, 1, 1)
     for policy, expected in (
         (LazyQ(memory, discount=0, k=3), 0.1),
-        (PessimisticLazyQ(memory, discount=0, k=3, distances=1), math.pi),
+        (PessimisticLazyQ(memory, discount=0, k=3, actions=ActionGrid(8, (1.0,))), math.pi),
     ):
         found, _ = policy.decide(percept, policy.start(1), np.zeros((0, 1)))
         turn = rotation_of(percept, found, 0)
@@ -104,35 +106,35 @@ def test_the_worst_that_is_known_of_an_action_counts() -> None:
 
 
 @pytest.mark.parametrize("kind", [LazyQ, PessimisticLazyQ])
-@given(seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 60))
-def test_the_order_in_which_pairs_are_given_changes_nothing(kind: Any, seed: int, pairs: int) -> None:
-    before, action, after, facts = parts(seed, pairs)
-    order = np.random.default_rng(seed).permutation(pairs)
+@given(seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 60))
+def test_the_order_in_which_pairs_are_given_changes_nothing(kind: Any, seed: int, transitions: int) -> None:
+    before, action, after, facts = parts(seed, transitions)
+    order = np.random.default_rng(seed).permutation(transitions)
     percept = percept_of(seed + 1, 6, 7)
     answers = []
-    for place in (np.arange(pairs), order):
+    for place in (np.arange(transitions), order):
         shuffled = {name: fact[place] for name, fact in facts.items()}
         memory = LazyMemory.of(before[place], action[place], after[place], shuffled, own=4)
-        policy = kind(memory, k=min(5, pairs))
+        policy = kind(memory, k=min(5, transitions))
         answers.append((repr(policy), *policy.decide(percept, policy.start(6), np.zeros((0, 6)))[0]))
     assert answers[0][0] == answers[1][0]
     assert all(np.array_equal(one, other) for one, other in zip(answers[0][1:], answers[1][1:], strict=True))
 
 
-@given(seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 60))
-def test_where_nobody_is_seen_the_inputs_for_teammates_change_nothing(seed: int, pairs: int) -> None:
-    before, action, after, facts = parts(seed, pairs)
+@given(seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 60))
+def test_where_nobody_is_seen_the_inputs_for_teammates_change_nothing(seed: int, transitions: int) -> None:
+    before, action, after, facts = parts(seed, transitions)
     before[:, 4:] = after[:, 4:] = 1.0
     memory = LazyMemory.of(before, action, after, facts, own=4)
     percept = percept_of(seed + 1, 6, 7)
     percept.situation[:, 4:] = 1.0
     alone = percept._replace(situation=percept.situation[:, :4].copy())
     for kind in (LazyQ, PessimisticLazyQ):
-        cooperative, collective = kind(memory, k=min(5, pairs)), kind(memory, k=min(5, pairs), inputs=4)
+        cooperative, collective = kind(memory, k=min(5, transitions)), kind(memory, k=min(5, transitions), inputs=4)
         assert np.array_equal(cooperative.values, collective.values)
         one = cooperative.decide(percept, cooperative.start(6), np.zeros((0, 6)))[0]
         other = collective.decide(alone, collective.start(6), np.zeros((0, 6)))[0]
-        assert all(np.array_equal(*pair) for pair in zip(one, other, strict=True))
+        assert all(np.array_equal(*transition) for transition in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize("kind", [LazyQ, PessimisticLazyQ])
@@ -143,7 +145,7 @@ def test_the_contract_and_the_way_to_other_processes(kind: Any) -> None:
     assert repr(copy) == repr(policy)
     percept = percept_of(2, 9, 7)
     one, other = (one.decide(percept, one.start(9), np.zeros((0, 9)))[0] for one in (policy, copy))
-    assert all(np.array_equal(*pair) for pair in zip(one, other, strict=True))
+    assert all(np.array_equal(*transition) for transition in zip(one, other, strict=True))
 
 
 def test_the_search_table_is_made_once_and_holds_what_is_compared() -> None:
@@ -154,12 +156,12 @@ def test_the_search_table_is_made_once_and_holds_what_is_compared() -> None:
         assert np.array_equal(policy.table[:-1], memory.table[:inputs, policy.search_table.kept])
 
 
-def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
+def test_policies_that_differ_have_different_reprs() -> None:
     memory = made_up(1, 100)
     policies = [
         LazyQ(memory), LazyQ(memory, inputs=4), LazyQ(memory, k=3), LazyQ(memory, discount=0.1), LazyQ(memory, sweeps=1),
         LazyQ(memory, lambda memory: memory.fact("gained")), LazyQ(memory, lambda memory: memory.fact("lost")),
-        LazyQ(made_up(2, 100)), PessimisticLazyQ(memory), PessimisticLazyQ(memory, rotations=4),
+        LazyQ(made_up(2, 100)), PessimisticLazyQ(memory), PessimisticLazyQ(memory, actions=ActionGrid(4)),
     ]  # fmt: skip
     assert len({repr(policy) for policy in policies}) == len(policies)
     assert repr(LazyQ(memory)) == repr(LazyQ(made_up(1, 100)))
@@ -168,18 +170,18 @@ def test_policies_that_differ_are_told_apart_by_their_repr() -> None:
 def test_what_cannot_be_learned_from_is_refused() -> None:
     memory = made_up(1, 9)
     for kind in (LazyQ, PessimisticLazyQ):
-        with pytest.raises(ValueError, match="k=10: the memory has only 9 pairs; use a smaller k, or explore longer"):
+        with pytest.raises(ValueError, match="k=10: the memory has only 9 transitions; use a smaller k, or explore longer"):
             kind(memory, k=10)
         with pytest.raises(
-            ValueError, match="k=1000: must be at most 128, .* at most the 9 pairs of the memory; use a sm"
+            ValueError, match="k=1000: must be at most 128, .* at most the 9 transitions of the memory; use a sm"
         ):
             kind(memory, k=1000)
-        with pytest.raises(ValueError, match="is nan for pair 0 and 9 of 9 in all"):
+        with pytest.raises(ValueError, match="is nan for transition 0 and not finite for 9 of 9"):
             kind(memory, lambda memory: np.full(9, np.nan), k=3)
-    with pytest.raises(ValueError, match="rotations=100, distances=3: more than 256 actions; use fewer"):
-        PessimisticLazyQ(memory, k=3, rotations=100, distances=3)
-    with pytest.raises(ValueError, match="rotations=0: must be at least 1"):
-        PessimisticLazyQ(memory, k=3, rotations=0)
+    with pytest.raises(ValueError, match="has 300 actions; at most 256 fit"):
+        PessimisticLazyQ(memory, k=3, actions=ActionGrid(100, (0.0, 0.5, 1.0)))
+    with pytest.raises(TypeError, match="actions=8: must be an ActionGrid"):
+        PessimisticLazyQ(memory, k=3, actions=8)  # type: ignore[arg-type]
 
 
 def test_rounding_does_not_add_up_to_a_heading_that_is_no_unit_vector() -> None:

@@ -20,23 +20,23 @@ GOOD: dict[str, Any] = {
 }
 NAN = float("nan")
 CASES: list[tuple[dict[str, Any], str]] = [
-    ({"situation": np.zeros((0, 3))}, "situation: has 0 pairs; a memory needs at least 1: explore"),
+    ({"situation": np.zeros((0, 3))}, "situation: has 0 transitions; a memory needs at least 1: explore"),
     ({"situation": np.zeros((2, 0))}, "situation: has 0 components; .* give the percept"),
-    ({"situation": [0.5, 1.0]}, r"situation: has the shape \(2,\); it must be \(pairs, inputs\)"),
+    ({"situation": [0.5, 1.0]}, r"situation: has the shape \(2,\); it must be \(transitions, inputs\)"),
     ({"situation": [[0.5], [1.0, 1.0]]}, "situation: is no array .* give rows of equal length"),
     ({"situation": [["a"]]}, "situation: has the type <U1; it must be numbers"),
     ({"situation": [[1j]]}, "situation: has the type complex128; it must be numbers"),
-    ({"situation": [[0.5, NAN, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = nan: .* leave such pairs out"),
-    ({"next_situation": [[0.5, 1.0, 1.0], [1.0, 0.25, NAN]]}, r"next_situation\[1, 2\] = nan: .* leave such pairs out"),
+    ({"situation": [[0.5, NAN, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = nan: .* leave such transitions out"),
+    ({"next_situation": [[0.5, 1.0, 1.0], [1.0, 0.25, NAN]]}, r"next_situation\[1, 2\] = nan: .* leave such transitions out"),
     ({"next_situation": [[0.5, 1.0], [1.0, 0.25]]}, r"next_situation: has the shape \(2, 2\); it must be \(2, 3\)"),
-    ({"situation": [[0.5, 1e39, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = 1e\+39: .* finite float32"),
-    ({"situation": [[0.5, -2e30, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = -2e\+30: .* up to 1e\+30"),
+    ({"situation": [[0.5, 1e39, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = 1e\+39: must be finite and at most 1e\+30"),
+    ({"situation": [[0.5, -2e30, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = -2e\+30: must be finite and at most 1e\+30"),
     ({"action": [[1.0, 0.5]]}, r"action: has the shape \(1, 2\); it must be \(2, 2\)"),
     ({"action": [[1.0, 0.5], [3.2, 1.0]]}, "action: rotation = 3.2; it must be in radians"),
     ({"action": [[1.0, 0.5], [3.0, 1.1]]}, "action: distance = 1.1; it must be as a share of the robot's speed"),
     ({"action": [[1.0, 0.5], [3.0, -0.1]]}, "action: distance = -0.1"),
     ({"action": [[1.0, 0.5], [np.inf, 0.1]]}, r"action\[1, 0\] = inf"),
-    ({"facts": {"gained": [1]}}, r"fact 'gained': has the shape \(1,\); it must have one number a pair, \(2,\)"),
+    ({"facts": {"gained": [1]}}, r"fact 'gained': has the shape \(1,\); it must be \(2,\)"),
     ({"facts": {"gained": [1, NAN]}}, r"fact 'gained'\[1\] = nan"),
     ({"facts": {"gained": ["x", "y"]}}, "fact 'gained': has the type <U1; it must be numbers"),
     ({"facts": {3: [1, 0]}}, r"names \[3\]; the name of a fact must be a text"),
@@ -48,11 +48,11 @@ CASES: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.short
-@pytest.mark.parametrize(("changes", "told"), CASES, ids=lambda value: value if isinstance(value, str) else "")
-def test_what_cannot_be_a_memory(changes: dict[str, Any], told: str) -> None:
+@pytest.mark.parametrize(("changes", "message"), CASES, ids=lambda value: value if isinstance(value, str) else "")
+def test_what_cannot_be_a_memory(changes: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError)) as caught:
         LazyMemory.of(**{**GOOD, **changes})
-    assert re.search(told, str(caught.value)), caught.value
+    assert re.search(message, str(caught.value)), caught.value
 
 
 def test_the_furthest_rotation_is_allowed() -> None:
@@ -61,22 +61,22 @@ def test_the_furthest_rotation_is_allowed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
-        (([[1.0, 1.0, 1.0]], 3), "k=3: the memory has 2 pairs; ask for fewer, or explore for longer"),
+        (([[1.0, 1.0, 1.0]], 3), "k=3: the memory has 2 transitions; ask for fewer, or explore for longer"),
         (([[1.0, 1.0, 1.0]], 0), "k=0: must be at least 1"),
         (([[1.0, 1.0, 1.0]], 1.5), "k=1.5: must be a whole number"),
-        (([[1.0, 1.0]], 1), "queries: have 2 components; 3 of the memory's are compared: give 3"),
-        (([[1.0, 1.0, 1.0, 1.0]], 1, 2), "queries: have 4 components; 2 of the memory's are compared: give 2"),
+        (([[1.0, 1.0]], 1), "queries: have 2 components; 3 are compared: give 3"),
+        (([[1.0, 1.0, 1.0, 1.0]], 1, 2), "queries: have 4 components; 2 are compared: give 2"),
         (([1.0, 1.0, 1.0], 1), r"queries: has the shape \(3,\)"),
         (([[1.0, NAN, 1.0]], 1), r"queries: hold NaN or more than 1e\+30"),
-        (([[1.0, -1e31, 1.0]], 1), "readings are finite"),
+        (([[1.0, -1e31, 1.0]], 1), "the readings of a situation are finite"),
         (([[1.0, 1.0, 1.0]], 1, 4), "inputs=4: must be at most 3"),
         (([[1.0, 1.0, 1.0]], 1, 0), "inputs=0: must be at least 1"),
     ],
 )
-def test_queries(arguments: Any, told: str) -> None:
-    with pytest.raises((TypeError, ValueError), match=told):
+def test_queries(arguments: Any, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
         LazyMemory.of(**GOOD).nearest(*arguments)
 
 
@@ -87,7 +87,7 @@ def test_components_that_are_not_compared_are_not_asked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         (
             {"own": 3},
@@ -102,15 +102,15 @@ def test_components_that_are_not_compared_are_not_asked() -> None:
         ({"situation": [[1.0, 1], [0, 1]], "next_situation": [[1.0, 1], [0, 1]]}, r"with 2 \+ 0 inputs"),
     ],
 )
-def test_memories_that_do_not_merge(changes: dict[str, Any], told: str) -> None:
+def test_memories_that_do_not_merge(changes: dict[str, Any], message: str) -> None:
     memory = LazyMemory.of(**GOOD)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         memory.merge(memory, LazyMemory.of(**{**GOOD, **changes}))
 
 
 def test_samples_and_facts() -> None:
     memory = LazyMemory.of(**GOOD)
-    with pytest.raises(ValueError, match="count=3: the memory has 2 pairs; ask for fewer"):
+    with pytest.raises(ValueError, match="count=3: the memory has 2 transitions; ask for fewer"):
         memory.sample(3, 1)
     with pytest.raises(ValueError, match="count=0: must be at least 1"):
         memory.sample(0, 1)
@@ -122,18 +122,18 @@ def test_samples_and_facts() -> None:
 
 @pytest.mark.parametrize("table", [np.zeros((9, 2)), np.zeros((8, 2), np.float32), np.zeros((2, 9), np.float32).T])
 def test_tables_that_kernels_would_misread(table: Any) -> None:
-    with pytest.raises(ValueError, match=r"it must be dense float32 of shape \(9, pairs\); use LazyMemory.of"):
+    with pytest.raises(ValueError, match=r"it must be C-contiguous float32 of shape \(9, transitions\); use LazyMemory.of"):
         LazyMemory(table, 2, 1, ("gained",))
 
 
 @pytest.mark.parametrize(
-    ("other", "told"),
+    ("other", "message"),
     [
-        ([LazyMemory.of(**GOOD)], "is no LazyMemory; give them one by one, merge(*memories)"),
-        ("x", "merge: 'x' is no LazyMemory; give LazyMemory.load(path)"),
+        ([LazyMemory.of(**GOOD)], "is no LazyMemory; give merge(*memories)"),
+        ("x", "merge: 'x' is no LazyMemory; give merge(*memories)"),
         (None, "merge: None is no LazyMemory"),
     ],
 )
-def test_only_memories_merge(other: Any, told: str) -> None:
-    with pytest.raises(TypeError, match=re.escape(told)):
+def test_only_memories_merge(other: Any, message: str) -> None:
+    with pytest.raises(TypeError, match=re.escape(message)):
         LazyMemory.of(**GOOD).merge(other)

@@ -22,7 +22,7 @@ INPUTS, PAIRS = 5, 12
 
 def memory() -> LazyMemory:
     noise = np.random.default_rng(3)
-    # Few values, so that pairs are equal in their first components.
+    # Few values, so that transitions are equal in their first components.
     before, after = noise.integers(0, 2, (2, PAIRS, INPUTS))
     action = np.stack([noise.uniform(-3, 3, PAIRS), noise.random(PAIRS)], axis=1)
     facts = {"gained": noise.integers(0, 2, PAIRS), "lost": noise.integers(0, 2, PAIRS)}
@@ -74,7 +74,7 @@ def forge_number(parts: Parts, noise: random.Random) -> bytes:
 
 
 def forge_order(parts: Parts, noise: random.Random) -> bytes:
-    """Pairs in another order; all are different, as their rotations are."""
+    """Transitions in another order; all are different, as their rotations are."""
     one, other = noise.sample(range(PAIRS), 2)
     parts.table[:, [one, other]] = parts.table[:, [other, one]]
     return parts.bytes()
@@ -156,9 +156,9 @@ def test_no_damaged_or_forged_file_loads(tmp_path: Path) -> None:
         path.write_bytes(content)
         with pytest.raises(MemoryFileError) as caught:
             pytest.fail(f"seed {case}, {forge.__name__}: loads as {LazyMemory.load(path)!r}")
-        told = str(caught.value).removeprefix(str(path))
-        assert len(told) < 300, f"seed {case}, {forge.__name__}: {told}"
-        assert "\n" not in told, f"seed {case}, {forge.__name__}: {told}"
+        message = str(caught.value).removeprefix(str(path))
+        assert len(message) < 300, f"seed {case}, {forge.__name__}: {message}"
+        assert "\n" not in message, f"seed {case}, {forge.__name__}: {message}"
         assert path.read_bytes() == content
 
 
@@ -168,18 +168,18 @@ def test_what_the_metadata_say_is_checked_whether_or_not_the_pairs_are(tmp_path:
     parts = Parts((tmp_path / "file").read_bytes())
     parts.metadata["settings"] = "[1]"
     (tmp_path / "file").write_bytes(parts.bytes())
-    with pytest.raises(MemoryFileError, match=r"settings=\[1\]: must be a mapping.*; write it with save"):
+    with pytest.raises(MemoryFileError, match=r"settings=\[1\]: must be a mapping.*; write it with LazyMemory\.save"):
         LazyMemory.load(tmp_path / "file", verify=verify)
 
 
 def test_every_memory_that_can_be_made_comes_back(tmp_path: Path) -> None:
     noise = np.random.default_rng(5)
     for number in range(20):
-        pairs, inputs, facts = noise.integers(1, 6000), noise.integers(1, 4), noise.integers(0, 3)
-        before, after = noise.integers(-1, 2, (2, pairs, inputs)) * 1e30
-        action = np.stack([noise.integers(-1, 2, pairs) * np.float32(np.pi), noise.integers(0, 2, pairs)], axis=1)
+        transitions, inputs, facts = noise.integers(1, 6000), noise.integers(1, 4), noise.integers(0, 3)
+        before, after = noise.integers(-1, 2, (2, transitions, inputs)) * 1e30
+        action = np.stack([noise.integers(-1, 2, transitions) * np.float32(np.pi), noise.integers(0, 2, transitions)], axis=1)
         made = LazyMemory.of(
-            before, action, after, {f"δ{n}": -noise.integers(0, 2, pairs) * 0.0 for n in range(facts)}, own=1,
+            before, action, after, {f"δ{n}": -noise.integers(0, 2, transitions) * 0.0 for n in range(facts)}, own=1,
             settings={"": None, "deep": [[[{}]]], "é\n\x00": [1e-300, -0.0, 2**70, True], "number": number},
         )  # fmt: skip
         made.save(tmp_path / "file")

@@ -19,17 +19,17 @@ SETTINGS = {"awareness": "RingAwareness(delta=3)", "robots": 5, "speed": 0.1, "b
 ABOUT = {"own": 2, "added": 3, "facts": ["gained", "lost"], "settings": SETTINGS}
 
 
-def memory_of(pairs: int = 40, seed: int = 1) -> LazyMemory:
+def memory_of(transitions: int = 40, seed: int = 1) -> LazyMemory:
     rng = np.random.default_rng(seed)
-    facts = {"lost": rng.integers(0, 2, pairs), "gained": rng.integers(0, 2, pairs)}
-    situation, after = rng.random((2, pairs, 5))
-    action = np.stack([rng.uniform(-3, 3, pairs), rng.random(pairs)], axis=1)
+    facts = {"lost": rng.integers(0, 2, transitions), "gained": rng.integers(0, 2, transitions)}
+    situation, after = rng.random((2, transitions, 5))
+    action = np.stack([rng.uniform(-3, 3, transitions), rng.random(transitions)], axis=1)
     return LazyMemory.of(situation, action, after, facts, own=2, settings=SETTINGS)
 
 
 @pytest.fixture
 def saved(tmp_path: Path) -> Path:
-    path = tmp_path / "pairs.safetensors"
+    path = tmp_path / "transitions.safetensors"
     memory_of().save(path)
     return path
 
@@ -83,7 +83,7 @@ def test_every_byte_counts(saved: Path, tmp_path: Path) -> None:
     whole, path = saved.read_bytes(), tmp_path / "altered"
     length = int.from_bytes(whole[:8], "little")
     text = whole[8 : 8 + length].rstrip()
-    # All of the header but the blanks behind it, which mean nothing; and bytes here and there of the pairs.
+    # All of the header but the blanks behind it, which mean nothing; and bytes here and there of the transitions.
     places = [*range(8 + len(text)), *range(8 + length, len(whole), 97), len(whole) - 1]
     for place in places:
         for bit in (0, 4, 7):
@@ -102,7 +102,7 @@ def test_every_length_counts(saved: Path, tmp_path: Path) -> None:
         with pytest.raises(MemoryFileError, match="explore again|that LazyMemory.save wrote"):
             LazyMemory.load(path)
     path.write_bytes(whole + b"\0")
-    with pytest.raises(MemoryFileError, match="has 1 bytes too many for its 40 pairs"):
+    with pytest.raises(MemoryFileError, match="has 1 bytes too many for its 40 transitions"):
         LazyMemory.load(path)
 
 
@@ -119,19 +119,19 @@ def test_unverified_pairs_are_the_only_thing_believed(saved: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (b'"schema": "1"', b'"schema": "2"', "has the schema '2', this version of teamsight reads '1'; read it with"),
         (b'"F32"', b'"I32"', "its header is not that of a lazy memory"),
         (b"teamsight lazy memory", b"teamsight lost memory", "its header is not that of a lazy memory"),
-        (b"[14, 40]", b"[40, 14]", "does not say what it holds"),
+        (b"[14, 40]", b"[40, 14]", "its (metadata|content) is invalid"),
     ],
 )
-def test_other_files(saved: Path, old: bytes, new: bytes, told: str) -> None:
+def test_other_files(saved: Path, old: bytes, new: bytes, message: str) -> None:
     content = saved.read_bytes()
     assert old in content
     saved.write_bytes(content.replace(old, new))
-    with pytest.raises(MemoryFileError, match=told):
+    with pytest.raises(MemoryFileError, match=message):
         LazyMemory.load(saved)
 
 
@@ -149,7 +149,7 @@ def test_files_that_never_were_memories(tmp_path: Path) -> None:
 def test_foreign_files_that_say_too_little(tmp_path: Path, lacking: str) -> None:
     table = memory_of().table
     write(tmp_path / "foreign", table, checksum(table), {name: v for name, v in ABOUT.items() if name != lacking})
-    with pytest.raises(MemoryFileError, match=f"does not say what it holds .*{lacking}"):
+    with pytest.raises(MemoryFileError, match=f"its (metadata|content) is invalid .*{lacking}"):
         LazyMemory.load(tmp_path / "foreign")
 
 
@@ -165,4 +165,4 @@ def test_a_failed_save_leaves_what_was_there(saved: Path, monkeypatch: pytest.Mo
     assert saved.read_bytes() == before
     assert os.listdir(saved.parent) == [saved.name]
     with pytest.raises(MemoryFileError, match="cannot be written .* give a place that can be"):
-        memory_of().save(saved.parent / "nowhere" / "pairs")
+        memory_of().save(saved.parent / "nowhere" / "transitions")

@@ -1,4 +1,4 @@
-"""Lazy memories: made, merged, sampled; independent of the order in which their pairs came."""
+"""Lazy memories: made, merged, sampled; independent of the order in which their transitions came."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTINGS = {"awareness": "RingAwareness(delta=4)", "degree": "ring", "robots": 5
 
 
 def pairs_of(count: int, rng: np.random.Generator, inputs: int = 6) -> dict[str, Any]:
-    """Return made-up pairs, many of which are alike."""
+    """Return made-up transitions, many of which are alike."""
     return {
         "situation": rng.integers(0, 3, (count, inputs)) / 2,
         "action": np.stack([rng.integers(-3, 4, count), rng.integers(0, 2, count)], axis=1).astype(float),
@@ -27,10 +27,10 @@ def pairs_of(count: int, rng: np.random.Generator, inputs: int = 6) -> dict[str,
     }
 
 
-def some(pairs: dict[str, Any], rows: Any) -> dict[str, Any]:
+def some(transitions: dict[str, Any], rows: Any) -> dict[str, Any]:
     return {
-        **{name: pairs[name][rows] for name in ("situation", "action", "next_situation")},
-        "facts": {name: fact[rows] for name, fact in pairs["facts"].items()},
+        **{name: transitions[name][rows] for name in ("situation", "action", "next_situation")},
+        "facts": {name: fact[rows] for name, fact in transitions["facts"].items()},
     }
 
 
@@ -47,9 +47,9 @@ def rows_of(memory: LazyMemory) -> list[tuple[float, ...]]:
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 80))
 def test_content_decides_alone(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
-    pairs = pairs_of(count, rng)
-    memory = LazyMemory.of(**pairs, own=2)
-    shuffled = some(pairs, rng.permutation(count))
+    transitions = pairs_of(count, rng)
+    memory = LazyMemory.of(**transitions, own=2)
+    shuffled = some(transitions, rng.permutation(count))
     shuffled["facts"] = dict(reversed(shuffled["facts"].items()))
     again = LazyMemory.of(**shuffled, own=2)
     assert again.table.tobytes() == memory.table.tobytes()
@@ -59,8 +59,8 @@ def test_content_decides_alone(seed: int, count: int) -> None:
     rows = [
         (*s, *a, *t, gained, lost)
         for s, a, t, gained, lost in zip(
-            pairs["situation"].tolist(), pairs["action"].tolist(), pairs["next_situation"].tolist(),
-            pairs["facts"]["gained"].tolist(), pairs["facts"]["lost"].tolist(), strict=True,
+            transitions["situation"].tolist(), transitions["action"].tolist(), transitions["next_situation"].tolist(),
+            transitions["facts"]["gained"].tolist(), transitions["facts"]["lost"].tolist(), strict=True,
         )
     ]  # fmt: skip
     assert rows_of(memory) == sorted(rows)
@@ -78,16 +78,16 @@ def test_what_it_shows() -> None:
     assert memory.situation.base is not None
     with pytest.raises(ValueError, match="read-only"):
         memory.table[0, 0] = 1
-    assert repr(memory) == f"LazyMemory(2 pairs, 1 + 1 inputs, {memory.digest[:8]})"
+    assert repr(memory) == f"LazyMemory(2 transitions, 1 + 1 inputs, {memory.digest[:8]})"
 
 
 def test_both_zeros_are_one_number() -> None:
-    pairs = pairs_of(40, np.random.default_rng(3))
-    negative = {**pairs, "situation": np.where(pairs["situation"] == 0, -0.0, pairs["situation"])}
-    assert LazyMemory.of(**negative, own=2) == LazyMemory.of(**pairs, own=2)
+    transitions = pairs_of(40, np.random.default_rng(3))
+    negative = {**transitions, "situation": np.where(transitions["situation"] == 0, -0.0, transitions["situation"])}
+    assert LazyMemory.of(**negative, own=2) == LazyMemory.of(**transitions, own=2)
 
 
-def test_digest_tells_contents_apart() -> None:
+def test_digest_distinguishes_contents() -> None:
     memory = memory_of()
     action = pairs_of(50, np.random.default_rng(1))["action"].copy()
     action[7, 0] = np.nextafter(np.float32(action[7, 0]), np.float32(9))
@@ -118,12 +118,12 @@ def test_what_never_changes_is_not_copied_with_what_holds_it() -> None:
 @pytest.mark.short
 @given(seed=st.integers(0, 2**32 - 1), cut=st.integers(1, 39))
 def test_merging_is_as_exploring_at_once(seed: int, cut: int) -> None:
-    pairs = pairs_of(40, np.random.default_rng(seed))
-    whole = LazyMemory.of(**pairs, own=2, settings=SETTINGS)
-    one = LazyMemory.of(**some(pairs, slice(cut)), own=2, settings=SETTINGS)
-    other = LazyMemory.of(**some(pairs, slice(cut, None)), own=2, settings=SETTINGS)
+    transitions = pairs_of(40, np.random.default_rng(seed))
+    whole = LazyMemory.of(**transitions, own=2, settings=SETTINGS)
+    one = LazyMemory.of(**some(transitions, slice(cut)), own=2, settings=SETTINGS)
+    other = LazyMemory.of(**some(transitions, slice(cut, None)), own=2, settings=SETTINGS)
     assert one.merge(other) == other.merge(one) == whole
-    assert one.append(**some(pairs, slice(cut, None))) == whole
+    assert one.append(**some(transitions, slice(cut, None))) == whole
     assert one.merge(other).settings == SETTINGS
     assert one.merge() == one
     assert len(one.merge(one, other)) == 40 + cut
@@ -142,9 +142,9 @@ def test_merged_settings_keep_what_made_each() -> None:
 def test_samples(seed: int, fewer: int, more: int) -> None:
     fewer, more = sorted((fewer, more))
     rng = np.random.default_rng(seed)
-    pairs = pairs_of(60, rng)
-    memory = LazyMemory.of(**pairs, own=2, settings=SETTINGS)
-    shuffled = LazyMemory.of(**some(pairs, rng.permutation(60)), own=2, settings=SETTINGS)
+    transitions = pairs_of(60, rng)
+    memory = LazyMemory.of(**transitions, own=2, settings=SETTINGS)
+    shuffled = LazyMemory.of(**some(transitions, rng.permutation(60)), own=2, settings=SETTINGS)
     small, large = memory.sample(fewer, seed), memory.sample(more, seed)
     assert small == shuffled.sample(fewer, seed)
     assert rows_of(small) == sorted(rows_of(small))

@@ -2,47 +2,55 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from naive import lazy as naive_lazy
 
-from teamsight.core.kernel import Entry, array_at
+from teamsight.core.kernel import Entry, Record
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.block import BLOCK, LANES
 from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
 
-ASK = np.dtype(
-    [(name, np.int64) for name in ("table", "rows", "columns", "query", "k", "index", "distance")]
-    + [("margin", np.float64)]
-)
+
+class Ask(NamedTuple):
+    table: Annotated[npt.NDArray[np.float32], "inputs + 1", "columns"]
+    margin: float
+    query: Annotated[npt.NDArray[np.float32], "inputs"]
+    place: Annotated[npt.NDArray[np.int64], "k"]
+    distance: Annotated[npt.NDArray[np.float32], "k"]
 
 
-def memory_of(pairs: int, inputs: int, rng: np.random.Generator, steps: int | None = None) -> LazyMemory:
-    """Return made-up pairs; with `steps`, readings are so coarse that many distances are equal."""
+ASK = Record(Ask)
+ask_at = ASK.at
+
+
+def memory_of(transitions: int, inputs: int, rng: np.random.Generator, steps: int | None = None) -> LazyMemory:
+    """Return made-up transitions; with `steps`, readings are so coarse that many distances are equal."""
 
     def readings() -> Any:
-        sensed = rng.random((pairs, inputs)) if steps is None else rng.integers(0, steps + 1, (pairs, inputs)) / steps
-        return np.where(rng.random((pairs, inputs)) < 0.5, 1.0, sensed).astype(np.float32)
+        sensed = rng.random((transitions, inputs)) if steps is None else rng.integers(0, steps + 1, (transitions, inputs)) / steps
+        return np.where(rng.random((transitions, inputs)) < 0.5, 1.0, sensed).astype(np.float32)
 
-    action = np.stack([rng.uniform(-3.0, 3.0, pairs), rng.random(pairs)], axis=1)
-    facts = {"gained": rng.integers(0, 2, pairs), "lost": rng.integers(0, 2, pairs)}
+    action = np.stack([rng.uniform(-3.0, 3.0, transitions), rng.random(transitions)], axis=1)
+    facts = {"gained": rng.integers(0, 2, transitions), "lost": rng.integers(0, 2, transitions)}
     return LazyMemory.of(readings(), action, readings(), facts, own=inputs)
 
 
 @pytest.mark.short
 @given(
-    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
+    seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
     k=st.integers(1, 12) | st.integers(60, 140), steps=st.sampled_from([None, 1, 3]),
 )  # fmt: skip
-def test_as_the_slow_twin(seed: int, pairs: int, inputs: int, k: int, steps: int | None) -> None:
+def test_as_the_slow_twin(seed: int, transitions: int, inputs: int, k: int, steps: int | None) -> None:
     rng = np.random.default_rng(seed)
-    memory, k = memory_of(pairs, inputs, rng, steps), min(k, pairs)
+    memory, k = memory_of(transitions, inputs, rng, steps), min(k, transitions)
     prefix = int(rng.integers(1, inputs + 1))
-    queries = np.concatenate([memory.situation[rng.integers(0, pairs, 2)], memory_of(2, inputs, rng, steps).situation])
+    queries = np.concatenate([memory.situation[rng.integers(0, transitions, 2)], memory_of(2, inputs, rng, steps).situation])
     for compared in {prefix, inputs}:
         index, distance = memory.nearest(queries, k, compared)
         assert index.dtype == np.int64
@@ -53,11 +61,8 @@ def test_as_the_slow_twin(seed: int, pairs: int, inputs: int, k: int, steps: int
 
 
 def _ask(address: int) -> int:
-    ask = array_at(address, 1, ASK)[0]
-    k_nearest(
-        array_at(ask.table, (ask.rows, ask.columns), np.float32), ask.margin, array_at(ask.query, ask.rows - 1, np.float32),
-        ask.k, array_at(ask.index, ask.k, np.int64), array_at(ask.distance, ask.k, np.float32),
-    )  # fmt: skip
+    ask = ask_at(address)
+    k_nearest(ask.table, ask.margin, ask.query, ask.place.shape[0], ask.place, ask.distance)
     return 0
 
 
@@ -67,39 +72,34 @@ ENTRY = Entry(_ask)
 def in_a_kernel(search: SearchTable, query: Any, k: int) -> tuple[Any, Any]:
     """Return the transitions that a kernel finds, −1 where there is none, and their distances."""
     index, distance = np.full(k, 77), np.full(k, 77, np.float32)
-    record, query = np.zeros(1, ASK), np.ascontiguousarray(query, np.float32)
-    arrays = {"table": search.table, "query": query, "index": index, "distance": distance}
-    for name, array in arrays.items():
-        record[name] = array.ctypes.data
-    record["rows"], record["columns"] = search.table.shape
-    record["k"], record["margin"] = k, search.margin
-    ENTRY(record.ctypes.data)
+    query = np.ascontiguousarray(query, np.float32)
+    ENTRY(ASK.pack(Ask(search.table, search.margin, query, index, distance)))
     return np.where(index < 0, -1, search.kept[index]), distance
 
 
 @pytest.mark.short
 @given(
-    seed=st.integers(0, 2**32 - 1), pairs=st.integers(1, 60) | st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
+    seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 60) | st.integers(1, 2 * BLOCK + 70), inputs=st.integers(1, 35),
     k=st.integers(1, 12) | st.integers(LANES - 4, LANES + 20), steps=st.sampled_from([None, 1, 3]),
     ones=st.sampled_from([0.0, 0.5, 0.9, 0.99]), largest=st.sampled_from([0.3, 1.0, 1.5, 1e30]),
 )  # fmt: skip
-def test_in_kernels(seed: int, pairs: int, inputs: int, k: int, steps: int | None, ones: float, largest: float) -> None:
+def test_in_kernels(seed: int, transitions: int, inputs: int, k: int, steps: int | None, ones: float, largest: float) -> None:
     rng = np.random.default_rng(seed)
 
     def readings(count: int) -> Any:
         sensed = rng.random((count, inputs)) if steps is None else rng.integers(0, steps + 1, (count, inputs)) / steps
         return np.where(rng.random((count, inputs)) < ones, 1.0, largest * sensed).astype(np.float32)
 
-    situation = readings(pairs)
-    memory = LazyMemory.of(situation, rng.random((pairs, 2)), situation, {}, own=inputs)
-    search = search_table(memory.table, inputs, min(k, pairs))
+    situation = readings(transitions)
+    memory = LazyMemory.of(situation, rng.random((transitions, 2)), situation, {}, own=inputs)
+    search = search_table(memory.table, inputs, min(k, transitions))
     assert len(set(search.kept)) == len(search.kept)
-    for query in (np.ones(inputs), *readings(2), -readings(1)[0], memory.situation[rng.integers(0, pairs)]):
-        index, distance = in_a_kernel(search, query, min(k, pairs))
-        expected = naive_lazy.nearest(memory.situation, query, min(k, pairs))
+    for query in (np.ones(inputs), *readings(2), -readings(1)[0], memory.situation[rng.integers(0, transitions)]):
+        index, distance = in_a_kernel(search, query, min(k, transitions))
+        expected = naive_lazy.nearest(memory.situation, query, min(k, transitions))
         assert list(zip(distance, index, strict=True)) == expected
     assert search.kept[search.nearest_to_ones].tolist() == [
-        place for _, place in naive_lazy.nearest(memory.situation, np.ones(inputs), min(k, pairs))
+        place for _, place in naive_lazy.nearest(memory.situation, np.ones(inputs), min(k, transitions))
     ]
 
 

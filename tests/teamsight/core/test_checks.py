@@ -100,10 +100,10 @@ def test_whatever_is_given_is_refused_on_a_short_line_or_is_right(value: Any) ->
             assert type(found) in (int, float)
             assert found == value or math.isclose(found, value)
         except (TypeError, ValueError) as error:
-            told = str(error)
-            assert ("n=" in told or "rng=" in told or "seed=" in told), (number, told)
-            assert len(told) < 200, (number, told)
-            assert "\n" not in told
+            message = str(error)
+            assert ("n=" in message or "rng=" in message or "seed=" in message), (number, message)
+            assert len(message) < 200, (number, message)
+            assert "\n" not in message
 
 
 @pytest.mark.parametrize("value", [Decimal(3), Fraction(3), np.uint8(3), np.float16(3)])

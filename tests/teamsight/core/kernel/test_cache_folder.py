@@ -84,11 +84,11 @@ def test_a_chosen_folder_that_others_can_write_to_is_not_used_and_that_is_said_o
     assert cache_folder.cache_folder() == cache_folder.cache_folder() == shared(places)
     assert is_private(shared(places))
     assert stat.S_IMODE(chosen.stat().st_mode) == mode
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert str(chosen) in told
-    assert f"mode {mode:04o}" in told
-    assert f"set {cache_folder.VARIABLE}" in told
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert str(chosen) in message
+    assert f"mode {mode:04o}" in message
+    assert f"set {cache_folder.VARIABLE}" in message
 
 
 def test_a_folder_of_another_user_is_not_used(
@@ -105,10 +105,10 @@ def test_a_folder_of_another_user_is_not_used(
     assert folder.parent == places / "temporary"
     assert folder.name not in (f"teamsight-{user}", "teamsight-123456")
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert told.count(f"belongs to another user (uid {user})") == 2
-    assert "until this process ends" in told
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert message.count(f"belongs to another user (uid {user})") == 2
+    assert "until this process ends" in message
 
 
 @pytest.mark.parametrize("trap", ["open to all", "link", "file", "dangling link"])

@@ -172,7 +172,7 @@ MISTAKES = [
     (closure, "closure", r"name 'percpt' is not defined; did you mean 'percept'\?"),
     (no_field, "no_field", r"Percept has no field 'foo'; it has heading, moved, .*, situation"),
     (nested, "nested", r"Percept has no field 'speeed'; it has .*speed"),
-    (no_memory_field, "no_memory_field", "PolicyState has no field 'reel'; it has real, whole"),
+    (no_memory_field, "no_memory_field", "PolicyState has no field 'reel'; it has floats, ints"),
     (no_array_field, "no_array_field", r"no attribute 'shap'; did you mean 'shape'\?"),
     (replaced, "replaced", r"Action\.heading cannot be replaced; write its elements"),
     (unsupported, "unsupported", r"cannot compile numpy\.gradient; write it with"),

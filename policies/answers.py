@@ -1,0 +1,59 @@
+"""Checks of what policies return."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from teamsight.core import checks
+from teamsight.policies.interface import Action
+
+
+def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
+    """Return (turn, distance) as two numbers if a rule for one robot returned them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it did not; the message names the rule, the robot `i` and the answer.
+    """
+    try:
+        turn, distance = answer
+        turn, distance = float(turn), float(distance)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"{name}: robot {i} got {checks.shown(answer)}; a rule for one robot returns two numbers, (turn, distance)"
+        ) from None
+    if not (math.isfinite(turn) and math.isfinite(distance)):
+        raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")
+    return turn, distance
+
+
+def check_action(name: str, action: Action, size: int) -> None:
+    """Raise an error unless an action has the right shape, is finite, and its headings are unit vectors.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the policy, the value and the limit.
+    """
+    if not isinstance(action, tuple) or len(action) != 2:
+        raise TypeError(f"{name}: an action is Action(heading, distance), not {type(action).__name__}")
+    for part, array, shape in (("heading", action[0], (size, 2)), ("distance", action[1], (size,))):
+        if np.shape(array) != shape:
+            raise ValueError(f"{name}: action.{part} has the shape {np.shape(array)}; {size} robots need {shape}")
+        finite = np.isfinite(np.asarray(array, float))
+        if not finite.all():
+            row = int(np.argwhere(~finite)[0][0])
+            raise ValueError(f"{name}: action.{part} of robot {row} is {np.asarray(array)[row]}; it must be finite")
+    heading = np.asarray(action[0], float)
+    square = heading[:, 0] ** 2 + heading[:, 1] ** 2
+    wrong = (np.abs(square - 1) > 1e-6) & (square != 0)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ValueError(
+            f"{name}: action.heading of robot {row} has the length {np.sqrt(square[row]):g}; "
+            "it must be a unit vector, or (0, 0) to keep the heading"
+        )

@@ -1,0 +1,127 @@
+"""The base of policies that learn from the transitions of a lazy memory."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, fields
+from functools import cached_property
+from hashlib import blake2b
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import Percept
+from teamsight.policies.memory import LazyMemory
+from teamsight.policies.memory.transitions import MOST
+from teamsight.policies.rewards import Reward, name_of, own_reward
+
+
+@inlined
+def is_situation(situation: Any, inputs: int) -> bool:
+    """Return whether all readings are numbers within the limits of a lazy memory."""
+    for component in range(inputs):  # noqa: SIM110 (kernels have no generators)
+        # Written so that NaN fails too.
+        if not abs(situation[component]) <= MOST:
+            return False
+    return True
+
+
+@inlined
+def refuse(i: int, percept: Any, action: Any) -> None:
+    """Write an invalid action for robot `i`, so that the world stops with an error."""
+    action.heading[i, 0] = percept.heading[i, 0]
+    action.heading[i, 1] = percept.heading[i, 1]
+    action.distance[i] = np.nan
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Learner(CompiledPolicy):
+    """A policy that is made from explored transitions and a reward.
+
+    Parameters
+    ----------
+    memory : LazyMemory
+        The transitions.
+    reward : callable
+        What is to be learned; see `teamsight.policies.rewards`.
+    inputs : int, optional
+        Number of components of a situation that are used: the robot's own (collective, for `NoAwareness`), or all of
+        them (cooperative, for the degree of awareness of the exploration), which is the default.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is outside its limits, or the reward does not return a finite number for each transition.
+    """
+
+    memory: LazyMemory
+    reward: Reward = own_reward
+    inputs: int = None  # type: ignore[assignment]  # replaced by a number in __post_init__
+    discount: float = 0.7
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inputs", components(self.memory, self.inputs))
+        checks.number("discount", self.discount, least=0, most=1)
+
+    @property
+    @abstractmethod
+    def learned(self) -> npt.NDArray[np.floating[Any]]:
+        """The numbers that were learned from memory and reward."""
+
+    @property
+    def degree(self) -> str | None:  # type: ignore[override]
+        """Name of the degree of awareness of the situations used; None if the memory does not say."""
+        return "none" if self.inputs == self.memory.own else self.memory.settings.get("degree")
+
+    def remedy(self, degree: str, width: int) -> str:
+        fits = self.memory.inputs == width != self.inputs and self.memory.settings.get("degree", degree) == degree
+        return f", or leave out inputs={self.inputs}" if fits else ""
+
+    def check_percept(self, percept: Percept) -> None:
+        name, width = type(self).__name__, percept.situation.shape[1]
+        if width != self.inputs:
+            raise ValueError(f"{name}: the percept's situations have {width} components; it compares {self.inputs}")
+        # Written so that NaN is found too.
+        wrong = np.flatnonzero(~(np.abs(percept.situation) <= MOST).all(axis=1))
+        if len(wrong):
+            raise ValueError(
+                f"{name}: the situation of robot {wrong[0]} holds NaN or more than {MOST:g}; give 1 where nothing is "
+                "sensed"
+            )
+
+    @cached_property
+    def _digest(self) -> str:
+        return blake2b(self.learned.tobytes(), digest_size=4).hexdigest()
+
+    def __repr__(self) -> str:
+        names = [part.name for part in fields(self) if part.init and part.name not in ("memory", "reward")]
+        constants = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
+        # Different reward functions may share a name; the learned numbers tell such policies apart.
+        return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {constants}, learned={self._digest})"
+
+
+def components(memory: LazyMemory, inputs: int | None) -> int:
+    """Return how many components of the memory's situations are used; None stands for all.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `inputs` is neither the number of all components nor that of the robot's own.
+    """
+    if not isinstance(memory, LazyMemory):
+        raise TypeError(f"memory={memory!r}: must be a LazyMemory; load one with LazyMemory.load(path)")
+    if inputs is None:
+        return memory.inputs
+    width = checks.count("inputs", inputs)
+    if width not in (memory.own, memory.inputs):
+        raise ValueError(
+            f"inputs={width}: the memory has {memory.own} components for targets and {memory.added} for teammates; "
+            f"use {memory.own} (collective) or all {memory.inputs} (cooperative)"
+        )
+    return width
