@@ -1,4 +1,4 @@
-"""The check of an arena's wall: whatever step a body makes from wherever it is, it stays inside."""
+"""The check of the wall of an arena: every step from a place inside ends inside."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 
 
 def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
-    """Refuse an arena whose `confine` leads outside, or gives a heading that is no unit vector.
+    """Refuse an arena whose `confine` returns a place outside, or a heading that is no unit vector.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Ge
     extent : float
         The longer side of the box around the arena [length].
     rng : numpy.random.Generator
-        Where the numbers come from.
+        Source of the random steps.
     """
     walls = _at_the_wall(arena, places[:64], extent)
     begin = np.concatenate([places[:256], walls])

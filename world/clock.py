@@ -1,4 +1,4 @@
-"""The clock: a SimPy environment, counted in ticks, that the world drives. The only file that imports simpy."""
+"""The clock: a SimPy environment whose unit is the tick. No other file imports simpy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Parameters
         ----------
         time : float
-            When.
+            The time of the call [ticks].
         action : callable
             Called without arguments.
 
@@ -67,7 +67,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Parameters
         ----------
         delay : float
-            How long from now.
+            Time from now [ticks].
         value : object, optional
             What the event gives to the process that waits for it.
         """

@@ -1,4 +1,4 @@
-"""Limits of lengths and speeds: beyond them squares, quotients and sums of lengths lose their meaning as floats."""
+"""Limits of lengths and speeds, within which squares, quotients and sums of lengths are accurate as floats."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any, Protocol
 from teamsight.core import checks
 
 SHORTEST, LONGEST = 1e-9, 1e9
-"""Between these all lengths lie [length]; take another unit for shorter or longer ones."""
+"""The limits of all lengths [length]; choose another unit for shorter or longer ones."""
 
 FINEST = 1e-9
-"""The shortest range, as a share of the arena's extent: shorter ones drown in the rounding of positions."""
+"""The shortest range, as a share of the arena's extent; shorter ones are lost in the rounding of positions."""
 
 FARTHEST = 1e3
 """The longest step, in extents of the arena."""
@@ -22,7 +22,7 @@ def length(name: str, value: float) -> float:
     Parameters
     ----------
     name : str
-        What errors call it.
+        The name used in errors.
     value : float
         The length.
 
@@ -53,7 +53,7 @@ class Limits:
     Parameters
     ----------
     arena : Arena
-        Where bodies move.
+        The arena.
     """
 
     def __init__(self, arena: Bounded) -> None:
@@ -67,14 +67,14 @@ class Limits:
         Parameters
         ----------
         name : str
-            What errors call it.
+            The name used in errors.
         value : float
             The range [length].
 
         Raises
         ------
         TypeError, ValueError
-            If it is no length, too short for the arena, or too long for a torus.
+            If it is no length, or too short or too long for the arena.
         """
         result = length(name, value)
         limit = FINEST * self._extent
@@ -84,14 +84,14 @@ class Limits:
         return result
 
     def speed(self, name: str, value: float) -> float:
-        """Return a speed that does not lead through the arena more than `FARTHEST` times in a step.
+        """Return a speed of at most `FARTHEST` extents of the arena a step.
 
         Parameters
         ----------
         name : str
-            What errors call it.
+            The name used in errors.
         value : float
-            The farthest that a body can go a step [length].
+            The largest distance of a step [length].
 
         Raises
         ------

@@ -1,7 +1,7 @@
 """Counter-based noise: every random number is a pure function of where it is used.
 
-A value depends on (key, stream, identity, tick, channel) alone, so that it does not matter in which pieces a run is
-made, who else is in the world, or in which order robots are visited.
+A value depends on (key, stream, identity, tick, channel) alone. So it does not depend on how a run is divided into
+calls, on the other agents in the world, or on the order in which robots are visited.
 
 Notes
 -----
@@ -47,7 +47,7 @@ block_at = BLOCK.at
 
 
 class Stream(IntEnum):
-    """What noise is for. A group of agents has one stream of each kind; see `stream_number`."""
+    """The uses of noise. A group of agents has one stream of each kind; see `stream_number`."""
 
     PLACEMENT = 0
     POLICY = 1
@@ -55,12 +55,12 @@ class Stream(IntEnum):
 
 
 def stream_number(stream: Stream, group: int) -> int:
-    """Return the number of a group's stream: different for every kind and every group."""
+    """Return the number of a stream of a group; it differs between kinds and between groups."""
     return int(stream) | group << 8
 
 
 def key_of(seed: int) -> npt.NDArray[np.uint64]:
-    """Return the two 32-bit words of the key that belongs to a model's seed, as an array of shape (2,)."""
+    """Return the key of a seed: two 32-bit words, as an array of shape (2,)."""
     word = hashlib.blake2b(str(seed).encode(), digest_size=8, person=b"teamsight").digest()
     return np.frombuffer(word, "<u4").astype(np.uint64)
 
@@ -105,13 +105,13 @@ def fill_block(block: Any, key: Any, stream: int, tick: int, identity: Any) -> N
     Parameters
     ----------
     block : ndarray, shape (4, channels, n), float64
-        Written: axis 0 is ``tick % 4``. The work is done in lanes of eight; so `n` is best a multiple of `LANES`.
+        Written: axis 0 is ``tick % 4``. SIMD lanes are eight wide, so `n` is best a multiple of `LANES`.
     key : ndarray, shape (2,), uint64
         From `key_of`.
     stream, tick : int
         The stream's number and any tick of the block.
     identity : ndarray, shape (n,), int64
-        Whose numbers.
+        The agents.
     """
     four = np.uint64(tick // TICKS_A_BLOCK)
     k0 = key[0]
@@ -146,7 +146,7 @@ def uniforms(
     stream, tick : int
         The stream's number and the tick.
     identity : ndarray, shape (n,), int64
-        Whose numbers.
+        The agents.
     channels : int
         How many numbers for each.
 

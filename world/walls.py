@@ -29,7 +29,7 @@ def _bounce(
         end_y = y + step_y
         if end_x * end_x + end_y * end_y <= square:
             return end_x, end_y, heading_x, heading_y
-        # Where the path meets the wall: |place + share · step| = radius.
+        # The path meets the wall where |place + share · step| = radius.
         a = step_x * step_x + step_y * step_y
         if a == 0.0:
             # The whole step led to the wall, where rounding has left the place a hair outside.
@@ -55,7 +55,7 @@ def _bounce(
 
 @inlined
 def fold(place: float, half: float) -> tuple[float, float]:
-    # The mirror images of a segment repeat every 4 · half: find the place in the first, and whether it is reversed.
+    # The mirror images of a segment repeat every 4 · half. Find the place in the first, and whether it is reversed.
     if place >= -half and place <= half:
         return place, 1.0
     shifted = (place + half) % (4.0 * half)

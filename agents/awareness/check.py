@@ -1,4 +1,4 @@
-"""The check that ships with the contract of degrees of awareness: does a new one keep it?"""
+"""The check of the contract of degrees of awareness."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from teamsight.core.neighbour_list import NeighbourList
 _FIELDS = ("targets", "teammates", "relayed")
 _NO_IDENTITY = -7_777_777
 _UNWRITTEN = np.uint32(0x7FC5_EED5)
-# Beyond this, distances between situations are no numbers any more; see teamsight.policies.memory.transitions.
+# The largest reading whose distances are finite; see teamsight.policies.memory.transitions.
 _MOST = 1e30
-# Nothing changes between two calls, so that what the first asks for must do.
+# Nothing changes between two calls, so the room that the first asks for must suffice.
 _MOST_CALLS = 3
 
-# The groups of the team, whose scene it is, how many targets, and the side of the square [sensing ranges].
+# Sizes of the groups of the team, the group, the number of targets, the side of the square [sensing ranges].
 _SCENES = (
     ((1,), 0, 0, 1.0),
     ((1,), 0, 5, 1.0),
@@ -35,17 +35,17 @@ _SCENES = (
 
 
 def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
-    """Try a degree of awareness on made-up scenes and refuse it where it breaks the contract.
+    """Check whether a degree of awareness keeps the contract of `Awareness`, on made-up scenes.
 
-    Its kernels run with bounds checks: on robots alone, sparse and crowded, on teams of one group and of several, and
-    with buffers that are too small at first, as in a world.
+    Its kernels run with bounds checks: on single robots, sparse and crowded teams, teams of one group and of several,
+    and with buffers that are too small at first, as in a world.
 
     Parameters
     ----------
     degree : Awareness
-        The degree.
+        The degree to check.
     seed : int, default 1
-        For the scenes.
+        Seed of the scenes.
 
     Raises
     ------
@@ -99,10 +99,10 @@ def _width(name: str, degree: Awareness, team_size: int) -> int:
 
 
 def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
-    """Check what policies are shown, with too little room at first."""
+    """Check the percept, with too little room at first."""
     if type(degree).perceive is None:
         return
-    # A world makes no buffers for a group without a team, and else begins with room for all true sightings.
+    # A world has no buffers for a group without a team. Otherwise it begins with room for all teammates in range.
     ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
     for room in (0, 1, len(sample.teammates.identity)) if sample.groups else ():
         found = _perceived(name, degree, sample, room)

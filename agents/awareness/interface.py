@@ -1,4 +1,4 @@
-"""The contract of a degree of awareness: what of its teammates a robot perceives, and what that costs in inputs."""
+"""The contract of degrees of awareness: what a robot perceives of its teammates, and the inputs that this takes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class Width(NamedTuple):
-    """How many inputs a robot has: `own`, and `added` for its teammates."""
+    """Number of inputs of a robot: `own`, and `added` for its teammates."""
 
     own: int
     added: int
@@ -50,7 +50,7 @@ team_group_at = TEAM_GROUP.at
 
 
 class Scene(NamedTuple):
-    """What is true around a group of n robots, of which a degree of awareness shows a part.
+    """The true surroundings of a group of n robots, of which a degree of awareness shows a part.
 
     Attributes
     ----------
@@ -91,19 +91,19 @@ class Awareness(ABC):
     order : str
         The paper's name for it.
     formula : str
-        Its inputs d as the paper writes them, of n (own inputs), δ, σ and N (team size).
+        The paper's formula for its inputs d, of n (own inputs), δ, σ and N (team size).
     shows : str
-        What it shows of teammates, for legends and help.
+        What it shows of teammates, for legends.
     shows_teammates : bool
-        Whether the policy perceives every teammate in range, with identity and exact offset.
+        Whether the percept holds every teammate in range, with identity and exact offset.
     perceive : kernel or None
-        ``perceive(scene, parameters, teammates, relayed)`` writes what the policy is shown instead: teammates
-        (unless `shows_teammates`) and relayed. It returns how many entries the longer of them needs, which may be more
-        than there is room for; it is then called again with more room. None when nothing is to be written.
+        ``perceive(scene, parameters, teammates, relayed)`` writes the neighbour lists of the percept: `teammates`
+        (unless `shows_teammates`) and `relayed`. It returns the number of entries that the longer of them needs. If
+        this is more than there is room for, it is called again with more room. None if there is nothing to write.
     situate : kernel
-        ``situate(scene, parameters, situation)`` writes the vectors for learners, shape (n, width).
+        ``situate(scene, parameters, situation)`` writes the situations, the vectors for learners, shape (n, width).
     delivers : tuple of str
-        The fields of a percept that can hold anything.
+        The neighbour lists of the percept that may have entries.
     """
 
     name: ClassVar[str]
@@ -122,7 +122,7 @@ class Awareness(ABC):
 
     @abstractmethod
     def width(self, team_size: int) -> Width:
-        """Return the inputs of a robot in a team of this size, as the situation vector really has them."""
+        """Return the number of inputs in the situation of a robot in a team of this size."""
 
     @staticmethod
     def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
@@ -131,7 +131,7 @@ class Awareness(ABC):
 
     @classmethod
     def adding(cls, added: int) -> Self:
-        """Return the degree that adds so many inputs, where an option sets their number; otherwise the default."""
+        """Return the degree with the option that adds this number of inputs; without such an option, the default."""
         return cls()
 
     @classmethod

@@ -18,7 +18,7 @@ SIGMA = 2
 
 @kernel
 def slot_of(place: int, own: int) -> int:
-    """Return which of the other teammates, in the order of identities, stands at this place in the team."""
+    """Return the number, among the teammates of the robot at place `own`, of the robot at `place` in the team."""
     return place - 1 if place > own else place
 
 
@@ -44,8 +44,8 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
 class PairwiseAwareness(Awareness):
     """Θ(N): each teammate in awareness range, with identity and exact offset.
 
-    The situation holds, for every teammate in the order of identities, its distance over the range and its bearing,
-    anticlockwise from the heading, as a share of a full turn; both are 1 while it is out of range.
+    The situation holds, for every teammate in the order of identities, its distance over the awareness range and its
+    bearing, anticlockwise from the heading, as a share of a full turn. Both are 1 while the teammate is out of range.
 
     Notes
     -----

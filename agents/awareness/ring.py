@@ -15,7 +15,7 @@ from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, sector_of
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
 
-#: Sectors of a ring at most: a situation of more would fill memory with sectors that see nothing.
+#: Largest number of sectors; more would fill memory with empty sectors.
 MOST_SECTORS = 10_000
 
 
@@ -24,7 +24,7 @@ def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     sectors = parameters.shape[0] // 2
     seen = scene.teammates
     room = teammates.distance.shape[0]
-    # Two sightings of one robot in one sector merge, so the true sightings are room enough.
+    # Teammates in one sector merge, so there are no more entries than teammates in range.
     if seen.start[scene.heading.shape[0]] > room:
         return int(seen.start[scene.heading.shape[0]])
     shown = 0
@@ -37,7 +37,7 @@ def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
             sector = sector_of(seen.offset[k, 0], seen.offset[k, 1], heading_x, heading_y, sectors)
             distance = seen.distance[k]
             at = begin
-            # While the row is built, `identity` holds the sectors, in ascending order.
+            # Until the row is complete, `identity` holds the sectors, in ascending order.
             while at < shown and teammates.identity[at] < sector:
                 at += 1
             if at < shown and teammates.identity[at] == sector:
@@ -62,7 +62,7 @@ def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
 @kernel
 def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     situate_targets(scene, parameters, situation)
-    # The ring reads the true sightings: what it shows the policy lies on the sectors' centres.
+    # Readings are of the true surroundings: in the percept, teammates are at the centres of their sectors.
     seen = scene.teammates
     for i in range(situation.shape[0]):
         edges = (seen.start[i], seen.start[i + 1])
@@ -74,23 +74,23 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
 class RingAwareness(Awareness):
     """Θ(1): for each of δ heading-relative sectors the nearest teammate, without identity.
 
-    The policy is shown its exact distance and the sector's centre as bearing; teammates that share a sector merge.
-    Sector 0 is centred straight ahead.
+    The percept holds its exact distance, with the centre of the sector as bearing; teammates in one sector merge. The
+    centre of sector 0 is straight ahead.
 
     Parameters
     ----------
     delta : int, default 16
-        How many sectors, at least 1 and at most `MOST_SECTORS`: the paper's δ.
+        Number of sectors, from 1 to `MOST_SECTORS`; the paper's δ.
 
     Raises
     ------
     ValueError, TypeError
-        If δ is not a whole number within these limits.
+        If `delta` is not a whole number within these limits.
 
     Notes
     -----
     *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here
-    any δ ≥ 1 goes with any team.
+    any δ ≥ 1 is accepted for any team.
     """
 
     delta: int = 16
@@ -109,7 +109,7 @@ class RingAwareness(Awareness):
         if delta > MOST_SECTORS:
             raise ValueError(
                 f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
-                "sector; 360 are a degree of arc each"
+                "sector; give at most 360, a degree of arc each"
             )
         object.__setattr__(self, "delta", delta)
 

@@ -1,4 +1,4 @@
-"""Made-up teams among targets, for the check of degrees of awareness: what each robot senses, found the slow way."""
+"""Made-up teams among targets, for the check of degrees of awareness, with neighbour lists made in Python."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from teamsight.policies.interface import Floats, Integers
 
 
 class Sample(NamedTuple):
-    """A team of several groups among targets, as one of the groups meets it.
+    """The surroundings of one group of a team among targets.
 
     Attributes
     ----------
     heading, sensing_range, awareness_range : ndarray
-        The group's; shapes (n, 2), (n,), (n,).
+        Of the group's n robots; shapes (n, 2), (n,), (n,).
     targets, teammates : NeighbourList
-        All that the group's robots have in range.
+        All within range of the group's robots.
     place : ndarray, shape (k,), int64
-        For each sighting of a teammate, its place in the team.
+        For each entry of `teammates`, its place in the team.
     first : int
         The place in the team of the group's first robot.
     groups : list of (first, heading, sensing_range, targets)
@@ -44,19 +44,19 @@ class Sample(NamedTuple):
 
     @property
     def team_size(self) -> int:
-        """How many robots the team has; 1 where there is none, as worlds count it for `Awareness.width`."""
+        """Number of robots of the team; 1 without a team, as worlds count for `Awareness.width`."""
         return max(len(self.team_identity), 1)
 
 
 def sample_scene(
     sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False
 ) -> Sample:
-    """Return what a group of a team might meet.
+    """Return a made-up sample.
 
     Parameters
     ----------
     sizes : tuple of int
-        How many robots the groups of the team have.
+        Sizes of the groups of the team.
     group : int
         Which group's scene.
     targets : int

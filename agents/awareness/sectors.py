@@ -1,4 +1,4 @@
-"""The ring of range sensors: sectors around a robot, each reading the distance to the nearest body in it."""
+"""Rings of range sensors: sectors around a robot, each with the distance to the nearest body in it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FULL_TURN = 2.0 * math.pi
 
 @kernel
 def sector_of(x: float, y: float, heading_x: float, heading_y: float, sectors: int) -> int:
-    """Return the sector that holds a bearing; sector 0 is centred straight ahead, and they go anticlockwise."""
+    """Return the number of the sector of an offset, anticlockwise; the centre of sector 0 is straight ahead."""
     ahead = x * heading_x + y * heading_y
     left = y * heading_x - x * heading_y
     number = math.floor(math.atan2(left, ahead) * (sectors / _FULL_TURN) + 0.5)
@@ -30,15 +30,15 @@ def read_ring(
     Parameters
     ----------
     row : ndarray, shape (width,), float32
-        Elements `first` to ``first + sectors`` are written: the distance over the range, 1 where there is nothing.
+        Written from `first` on: for each sector the distance over the range, or 1 if nothing is in it.
     first, sectors : int
-        Where the ring begins, and how many sectors it has.
+        The first element of the ring, and the number of its sectors.
     heading : ndarray, shape (2,), float64
         The robot's heading.
     seen : NeighbourList
-        What the group sees.
+        The neighbour list of the group.
     edges : tuple of two int
-        Which of the sightings are the robot's.
+        The first entry of the robot, and the first of the next robot.
     reach : float
         The range [length].
     """

@@ -1,4 +1,4 @@
-"""o(N): every teammate in range, and the targets that it senses."""
+"""o(N): every teammate in range, and the targets that each of them senses."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
 
 @dataclass(frozen=True)
 class SharedAwareness(Awareness):
-    """o(N): as Θ(N), and the targets which each perceived teammate senses, as relayed.
+    """o(N): as Θ(N), and the targets that each teammate in range senses, as relayed targets.
 
     The situation holds, for every teammate in the order of identities, that teammate's own 16 target sectors, relative
-    to its own heading; all are 1 while it is out of range.
+    to its own heading. All are 1 while the teammate is out of range.
 
     Notes
     -----
