@@ -244,19 +244,19 @@ class Group:
         """Whether the policy's actions need no check."""
         return self.is_compiled and self.policy.is_sound
 
-    def sightings(self, kind: str) -> NeighbourList:
+    def neighbours(self, kind: str) -> NeighbourList:
         """Return all neighbours of a kind, "targets" or "teammates", whatever the degree of awareness shows."""
-        return self.relations[kind].sightings if kind in self.relations else self.perception.nothing
+        return self.relations[kind].neighbours if kind in self.relations else self.perception.nothing
 
     def room(self, kind: str) -> NeighbourList:
-        """Return the whole arrays behind `sightings`, with room for more."""
+        """Return the whole arrays behind `neighbours`, with room for more."""
         return self.relations[kind].room if kind in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """The present percept, as views that the next step overwrites."""
-        teammates = self.sightings("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
-        return self.percept_of(self.sightings("targets"), teammates, filled(self.perception.relayed))
+        teammates = self.neighbours("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
+        return self.percept_of(self.neighbours("targets"), teammates, filled(self.perception.relayed))
 
     def percept_of(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
         """Return a percept that shows these neighbours."""

@@ -149,10 +149,6 @@ class World(mesa.Model):  # type: ignore[misc]
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
 
-        Returns
-        -------
-        Group
-
         Raises
         ------
         TypeError, ValueError

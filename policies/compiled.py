@@ -54,15 +54,14 @@ before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] |
 class CompiledPolicy(Policy):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
 
-    A subclass gives `kernel` and, where it has them, `parameters`, `draws`, `knowledge` and `start`.
+    A subclass defines `kernel` and `parameters` and, where the defaults do not fit, `table`, `start` and the attributes
+    of `Policy`.
 
     Attributes
     ----------
     kernel : kernel
-        ``kernel(percept, arrays, noise, action)`` writes ``action.heading`` and ``action.distance`` for every robot and
+        ``kernel(percept, arrays, noise, action)`` writes ``action.heading`` and ``action.distance`` of each robot and
         changes ``arrays.state`` in place. Rows of `noise` are draws; they may be longer than there are robots.
-    draws : int
-        How many uniform random numbers each robot needs for a decision.
     """
 
     kernel: ClassVar[Callable[..., None]]
@@ -79,15 +78,15 @@ class CompiledPolicy(Policy):
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
-        """The table that all robots of a group share; by default an empty one."""
+        """The table that all robots of a group share; empty by default."""
         return np.zeros((0, 0), np.float32)
 
     def start(self, size: int) -> PolicyState:
-        """Return what `size` robots remember before their first decision; by default nothing."""
+        """Return the state of `size` robots before their first decision; empty by default."""
         return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
 
     def check_percept(self, percept: Percept) -> None:
-        """Refuse a percept, given from Python, that the kernel cannot read; worlds give none such."""
+        """Raise an error for a percept that the kernel cannot read; for percepts that were not made by a world."""
 
     @classmethod
     def entry(cls) -> Entry:
@@ -97,14 +96,14 @@ class CompiledPolicy(Policy):
         return _ENTRIES[cls.kernel]
 
     def decide(self, percept: Percept, state: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:
-        """Return the robots' action and what they remember from now on; the arguments stay as they are.
+        """Return the robots' actions and their new state; the arguments are not changed.
 
         Parameters
         ----------
         percept : Percept
-            What n robots know.
+            The percept of n robots.
         state : PolicyState
-            What they remember.
+            Their state after the last decision.
         noise : ndarray, shape (draws, n), float64
             Uniform numbers in (0, 1).
         """

@@ -25,7 +25,7 @@ PERCEPT_AXES = {
     "n": _ROBOT,
     "2": Axis("components", "they are 0, x, and 1, y"),
     "n + 1": Axis("elements", "there is one more than robots; robot i's are start[i] and start[i + 1]"),
-    "k": Axis("sightings", "robot i sees those from start[i] up to, not including, start[i + 1]"),
+    "k": Axis("neighbours", "robot i sees those from start[i] up to, not including, start[i + 1]"),
     "width": Axis("inputs", "declare as many as it needs as `inputs`"),
     "p": Axis("parameters", "add what it needs to `parameters`"),
 }

@@ -1,1 +1,1 @@
-"""What stands between a world and its kernels: the records they read, and the loop that calls them."""
+"""The engine of a world: records for the kernels, the compiled loop, and decisions in Python."""

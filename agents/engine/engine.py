@@ -1,4 +1,4 @@
-"""The engine: puts a world's groups together for the compiled loop, calls it, and makes room where it ran out."""
+"""The engine: binds the arrays of a world for the compiled loop, calls the loop, and enlarges buffers that are full."""
 
 from __future__ import annotations
 
@@ -24,25 +24,30 @@ if TYPE_CHECKING:
     from teamsight.core.kernel import Entry
     from teamsight.policies.interface import Action
 
-# About a quarter of a second's work.
+# Work for about a quarter of a second.
 _BODY_STEPS_A_CALL = 4_000_000
-# How often one percept gets the room that it asked for, and a quarter more, before it is taken for one that never ends.
+# A degree of awareness that asks for more room more often than this, each time being given a quarter more, is wrong.
 _MOST_GROWTH = 8
 
 
 class Engine:
-    """What stands between a `World` and the compiled loop.
+    """Runs a world in compiled code, step by step or many steps in one call.
+
+    Parameters
+    ----------
+    data : WorldData
+        The data of the world.
 
     Attributes
     ----------
     is_bound : bool
         Whether the records describe the groups as they are.
     is_seen : bool
-        Whether the sightings are those of the present positions.
+        Whether the neighbour lists are those of the present positions.
     looks : int
-        How often sightings were found between steps.
+        How often neighbours were searched for between steps.
     stretch : Stretch
-        Where steps are recorded.
+        The history of the steps since groups last changed.
     trails : list of Trail
         The positions kept.
     transitions : TransitionLogs
@@ -63,7 +68,7 @@ class Engine:
         self.stretch: Stretch = data.history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another from now on."""
+        """Let one group sense another; see `World.senses`."""
         for group in (observers, observed):
             if group not in self._data.groups:
                 shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
@@ -73,13 +78,13 @@ class Engine:
             self.is_bound = False
 
     def leave_out(self, group: Group) -> None:
-        """Undo what was said of a group that could not be added."""
+        """Forget a group that could not be added."""
         self._sensed = [pair for pair in self._sensed if group not in pair]
         self.transitions.leave_out(group)
         self.is_bound = False
 
     def prepare(self) -> None:
-        """Make everything ready for a step: records, buffers and sightings of the present positions."""
+        """Prepare a step: bind the records and search for neighbours, where either is out of date."""
         if not self.is_bound:
             with deferred():
                 self.relations = connect(self._data, self._sensed)
@@ -98,7 +103,7 @@ class Engine:
             self.looks += 1
 
     def perceive(self, group: Group) -> None:
-        """Bring a group's percept up to the present positions."""
+        """Update the percept of a group to the present positions."""
         self.prepare()
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
@@ -115,7 +120,7 @@ class Engine:
         if resumed:
             steps = 1
         self._make_room(steps)
-        # A step whose sightings had no room is completed first.
+        # A step in which bodies have moved but neighbours found no room is completed first.
         self._binding.progress["steps"] = steps - self._phase
         self._call(RUN)
         if resumed:
@@ -152,7 +157,7 @@ class Engine:
         self._decide_again()
 
     def _decide(self, groups: list[Group]) -> list[Action]:
-        """Let the policies decide that are Python."""
+        """Return the actions of groups whose policies are Python."""
         data = self._data
         for group in groups:
             group.deliberation = Deliberation(group, data.timeline.tick, data.key, group.noise(data.timeline.tick))
@@ -160,7 +165,7 @@ class Engine:
             return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
 
     def _decide_again(self) -> None:
-        """From now on let all policies with kernels decide that had decided in a step that failed."""
+        """Let all kernels decide again in the next step, after the decisions of a failed step were carried out."""
         for group in self._data.groups:
             if group.has_decided:
                 group.has_decided = False
@@ -168,11 +173,11 @@ class Engine:
 
     @property
     def longest_call(self) -> int:
-        """How many steps to make in one call: so many that calls cost nothing, so few that Ctrl-C is heard at once."""
+        """The number of steps per call: enough to make calls cheap, and few enough to handle Ctrl-C soon."""
         return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._data.groups)), 1), 1)
 
     def record_positions(self, every: int) -> None:
-        """Keep positions each `every` steps, from now on."""
+        """Record positions each `every` steps, from now on."""
         self._every = every
         self.is_bound = False
 
@@ -184,12 +189,12 @@ class Engine:
             self.is_bound = False
 
     def forget(self, *, is_kept: bool = False) -> None:
-        """Begin to record anew.
+        """Start all recording anew.
 
         Parameters
         ----------
         is_kept : bool
-            Whether all arrays are where they were, so that the records need not be written again.
+            Whether all arrays are the same objects, so that the records are still valid.
         """
         # Trails and logs begin with the binding.
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.is_on)
@@ -205,11 +210,11 @@ class Engine:
 
     @property
     def extras(self) -> tuple[int, int, bool]:
-        """What was asked for besides running: how many groups sense others, and what is recorded."""
+        """What reused worlds compare: the number of sensing relations, and what is recorded."""
         return len(self._sensed), self._every, self.transitions.is_on
 
     def adapt(self) -> None:
-        """Let the next step follow from another arena and other ranges, which were written into the arrays."""
+        """Adapt to another arena and other ranges, which have been written into the arrays."""
         # Cells are as wide as the range.
         if any(relation.search.has_cells for relation in self.relations):
             self.is_bound = False
@@ -229,7 +234,7 @@ class Engine:
             self._binding.rebind_logs()
 
     def _call(self, entry: Entry) -> None:
-        """Call the loop until it is done, making room whenever it asks for it.
+        """Call the loop until it is done; enlarge buffers whenever it asks for room.
 
         Ctrl-C is raised afterwards, when the world is where its last completed step has left it.
         """
@@ -240,7 +245,7 @@ class Engine:
                     where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
                     if status in (BAD_ACTION, OUTSIDE):
                         raise self._fail(status, where)
-                    # Noise, percepts and sightings are pure: what was interrupted is begun again.
+                    # Noise, percepts and neighbours depend on the present state only: they are computed again.
                     self._grow(status, where, need)
                     place = status, where, tick
                     grown = place, grown[1] + 1 if grown[0] == place else 1
@@ -252,7 +257,7 @@ class Engine:
                 self._check_places()
 
     def _fail(self, status: int, where: int) -> ValueError:
-        """Return what is to be raised when a step cannot be made; its decisions stand."""
+        """Return the exception for a step that cannot be made; its decisions are kept."""
         groups = self._data.groups
         for group in groups if status == OUTSIDE else groups[: where + 1]:
             group.has_decided = group.is_compiled
@@ -263,12 +268,12 @@ class Engine:
         try:
             check_places(self._data)
         except ValueError:
-            # So that no further step is made: whoever prepares one meets the same error.
+            # The next `prepare` raises the same error, so no further step is made.
             self.is_bound = False
             raise
 
     def _grow(self, status: int, where: int, need: int) -> None:
-        """Make room and bind again, keeping what the loop has got to."""
+        """Enlarge a buffer and bind it; the loop continues where it stopped."""
         if status == GROW_RELATION:
             self.relations[where].grow(need)
             self._binding.rebind(where)
@@ -277,7 +282,7 @@ class Engine:
             self._binding.rebind()
 
     def _read_back(self) -> None:
-        """Take over how far the loop has got."""
+        """Read back the tick and the number of rows written."""
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
         # 1 only when there was no room for neighbours: the step is then completed by the next call.

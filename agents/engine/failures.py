@@ -1,4 +1,4 @@
-"""Failures of a step: which they are, and what is raised. Nobody has moved, and the clock has not gone on."""
+"""Exceptions for steps that cannot be made. Then no body has moved and the clock has not advanced."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from teamsight.agents.world_data import WorldData
 
 def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
-    """Return what is to be raised when a step cannot be made.
+    """Return the exception for a step that cannot be made.
 
     Parameters
     ----------
     data : WorldData
         The data of the world.
     status, where : int
-        What the loop has returned, and the group in which that happened.
+        What the loop returned, and the index of the group.
     tick : int
-        How many steps were made before.
+        The number of completed steps.
     """
     group = data.groups[where]
     if status == OUTSIDE:
@@ -38,7 +38,7 @@ def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
 
 
 def insatiable(group: Group) -> ValueError:
-    """Return what is to be raised when a degree of awareness asks for more room whatever it is given."""
+    """Return the exception for a degree of awareness that asks for more room however much it is given."""
     return ValueError(
         f"awareness={group.awareness!r}: its perceive asks for more room each time, for {group.name}; check it with "
         "check_awareness()"

@@ -73,11 +73,11 @@ class Relation:
         return self.search.graph
 
     @property
-    def sightings(self) -> NeighbourList:
+    def neighbours(self) -> NeighbourList:
         """The neighbours by their identities, as policies see them."""
         return filled(self.room)
 
     @property
     def room(self) -> NeighbourList:
-        """The whole arrays behind `sightings`."""
+        """The whole arrays behind `neighbours`."""
         return self.search.room._replace(identity=self.identity)

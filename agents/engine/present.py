@@ -1,4 +1,4 @@
-"""The present: what the relations of a world show now, between its steps."""
+"""Present values: what the relations of a world show between its steps."""
 
 from __future__ import annotations
 

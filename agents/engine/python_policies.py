@@ -1,4 +1,4 @@
-"""Decisions of policies that are Python: NumPy policies, callables for one robot, and robots that decide themselves.
+"""Decisions in Python: NumPy policies, callables for one robot, and agents that override `decide`.
 
 Nothing that a group remembers changes before all groups have decided and the step is made: an error in the middle
 leaves the world where its last completed step left it.
@@ -29,7 +29,7 @@ Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
 
 
 class Deliberation:
-    """One decision of a group, on its way: what the robots perceive, and what they will remember.
+    """A decision of a group while it is being made.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Deliberation:
         return _turn(percept.heading, action.heading[0]), float(action.distance[0])
 
     def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
-        """Refuse sightings that were changed for a policy which does not read them, but the situation made of them."""
+        """Refuse changed neighbour lists where the policy reads the situation, which was computed from the old ones."""
         if row >= len(self._handed) or not self.group.policy.inputs:
             return
         given = self._handed[row]
@@ -165,7 +165,7 @@ def policy_decision(
         The moment and the key of the world's noise.
     """
     row = agent.row
-    # Asked between steps, a policy answers and nobody remembers it.
+    # Between steps a policy can be called too; its new state is dropped.
     deliberation = agent.group.deliberation or Deliberation(agent.group, tick, key)
     return deliberation.policy_decides(row, percept, rng)
 
@@ -198,9 +198,9 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
 
 def _protected(percept: Percept) -> Percept:
     """Return the percept with arrays that cannot be written to."""
-    parts: list[Any] = [_protected_sightings(part) if isinstance(part, tuple) else readonly(part) for part in percept]
+    parts: list[Any] = [_protected_list(part) if isinstance(part, tuple) else readonly(part) for part in percept]
     return Percept(*parts)
 
 
-def _protected_sightings(seen: NeighbourList) -> NeighbourList:
+def _protected_list(seen: NeighbourList) -> NeighbourList:
     return NeighbourList(*(readonly(array) for array in seen))

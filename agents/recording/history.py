@@ -43,7 +43,7 @@ class Stretch:
     def emptied(self) -> Stretch:
         """Return a stretch of the same relations without rows; this one stays as it is."""
         other = object.__new__(Stretch)
-        vars(other).update(vars(self))
+        other.__dict__.update(self.__dict__)
         # As much room as before, because the next run is often as long.
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)

@@ -83,8 +83,7 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
     """
     said = []
     if max(one.teams for one in met) > 1:
-        largest = f"N = {size} is the size of the largest team"
-        said.append(f"There are several teams: only teammates are neighbours, and {largest}.")
+        said.append(f"There are several teams: only teammates are neighbours, and N = {size} is the largest team.")
     if len({one.robots for one in met} | {size}) > 1:
         said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
     return tuple(said)

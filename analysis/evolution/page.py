@@ -36,9 +36,9 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot '
         "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives "
         "teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
-        f"Made by `teamsight evolve test --out docs`: {about['runs']} runs of {cma.STEPS} steps in each cell, paired "
-        f"on common noise. The root seed {cma.TEST} was used neither for training nor for choosing the options of "
-        "A-CMOMMT.",
+        f"Made by `teamsight evolve test --training evolution --out docs`: {about['runs']} runs of {cma.STEPS} steps "
+        f"in each cell, paired on common noise. The root seed {cma.TEST} was used neither for training nor for "
+        "choosing the options of A-CMOMMT.",
         "## Gain",
         _gain(parts, _cells_of(table)),
         _cell_table(_cells_of(table)),
@@ -47,8 +47,8 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         f"`{made['command']}` made {made['trials']:,} trials of {len(cma.cells())} worlds each, "
         f"{made['robot_steps'] / 1e9:.1f} × 10⁹ robot-steps in all. Every generation has new worlds (root seed "
         f"{cma.TRAIN}). Cells with more than 2 R² robots are left out, because there nearly everything is observed "
-        f"whatever the robots do. Gain on other worlds (root seed {cma.VALIDATE}), over the whole grid:",
-        _training_table(parts["training"]),
+        "whatever the robots do.",
+        *_training(parts),
         "Generation 0 was written by hand: the forces of A-CMOMMT with soft ownership of targets, a memory of the "
         "area, and straight motion while idle.",
         "## Ablations",
@@ -108,14 +108,18 @@ def _cell_table(cells: pd.DataFrame) -> str:
     return markdown.table(["N", *(f"R = {radius:g}" for radius in grid.columns)], rows)
 
 
-def _training_table(points: pd.DataFrame) -> str:
-    return markdown.table(
-        ["generation", "robot-steps", "gain, 95 % interval [pp]"],
-        (
-            [f"{int(row['generation'])}", f"{row['robot_steps'] / 1e9:.1f} × 10⁹", str(_interval(row))]
-            for _, row in points.sort_values("generation").iterrows()
-        ),
+def _training(parts: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Return the gain after some generations; nothing if the folder of the training was not given."""
+    if "training" not in parts:
+        return []
+    rows = (
+        [f"{int(row['generation'])}", f"{row['robot_steps'] / 1e9:.1f} × 10⁹", str(_interval(row))]
+        for _, row in parts["training"].sort_values("generation").iterrows()
     )
+    return [
+        f"Gain on other worlds (root seed {cma.VALIDATE}), over the whole grid:",
+        markdown.table(["generation", "robot-steps", "gain, 95 % interval [pp]"], rows),
+    ]
 
 
 def _ablation_table(ablations: pd.DataFrame) -> str:

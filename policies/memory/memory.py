@@ -204,12 +204,9 @@ class LazyMemory:
             If the memory does not have the fact.
         """
         if not self.facts:
-            raise ValueError(
-                f"fact={name!r}: the memory holds none; explore with teamsight, or give LazyMemory.of its facts"
-            )
+            raise ValueError(f"fact={name!r}: the memory holds none; explore, or give facts to LazyMemory.of")
         place = self.facts.index(checks.choice("fact", name, self.facts))
-        fact: Table = self.table[2 * self.inputs + len(ACTION) + place]
-        return fact
+        return np.asarray(self.table[2 * self.inputs + len(ACTION) + place])
 
     def append(
         self,
@@ -241,15 +238,14 @@ class LazyMemory:
             if not isinstance(other, LazyMemory):
                 raise TypeError(f"merge: {checks.shown(other)} is no LazyMemory; give merge(*memories)")
             combine.check_layouts(self._mergeable, other._mergeable)
-        memories = (self, *others)
-        table = combine.merged_table([one.table for one in memories])
-        settings = combine.merged_settings([one.settings for one in memories])
+        table = combine.merged_table([self.table, *(one.table for one in others)])
+        settings = combine.merged_settings([self.settings, *(one.settings for one in others)])
         return LazyMemory(table, self.own, self.added, self.facts, settings)
 
     @property
     def _mergeable(self) -> combine.Layout:
-        get = self.settings.get
-        return combine.Layout(get("awareness"), get("degree"), self.own, self.added, self.facts)
+        about = self.settings
+        return combine.Layout(about.get("awareness"), about.get("degree"), self.own, self.added, self.facts)
 
     def sample(self, count: int, seed: int) -> LazyMemory:
         """Return a memory of some of the transitions, drawn without replacement.

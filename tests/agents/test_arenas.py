@@ -32,9 +32,9 @@ def seen(world: World) -> list[Any]:
     arrays = [
         array
         for group in world.groups
-        for array in (group.position, group.heading, group.bodies.moved, *group.sightings("targets"))
+        for array in (group.position, group.heading, group.bodies.moved, *group.neighbours("targets"))
     ]
-    return [array.tobytes() for array in (*arrays, *world.groups[0].sightings("teammates"))] + [world.observed_fraction]
+    return [array.tobytes() for array in (*arrays, *world.groups[0].neighbours("teammates"))] + [world.observed_fraction]
 
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
@@ -58,7 +58,7 @@ def test_the_analyses_take_the_same_neighbours_from_what_was_recorded() -> None:
     largest, mean = [], []
     for _ in range(40):
         world.step()
-        degree = world.groups[0].sightings("teammates").degree
+        degree = world.groups[0].neighbours("teammates").degree
         largest.append(int(degree.max()))
         mean.append(float(degree.mean()))
     track = world.recording.trajectory
@@ -91,6 +91,6 @@ def test_neighbours_on_a_cylinder_are_those_of_scipy(size: int) -> None:
         crossed |= bool((np.abs(position - before)[:, 0] > 1.0).any())
         assert np.abs(moved).max() <= 0.3 + 1e-12, seed
         tree = cKDTree((position + [3.5, 2.0]) % [7.0, 5.0], boxsize=arena.period)
-        teammates = world.groups[0].sightings("teammates")
+        teammates = world.groups[0].neighbours("teammates")
         assert len(teammates.distance) == 2 * len(tree.query_pairs(1.0)), seed
     assert crossed or size < 200, seed

@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from teamsight.analysis.runs import simulate
 from teamsight.cli import main
 from teamsight.policies.memory import LazyMemory
 
@@ -50,6 +51,8 @@ def call(
     # Compiled kernels and fonts are where they were.
     monkeypatch.setenv("XDG_CACHE_HOME", os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache"))
     monkeypatch.setenv("HOME", str(tmp_path))
+    # On an empty cache the first command would say that it compiles.
+    monkeypatch.setattr(simulate, "_announced", True)
 
     def run(*arguments: str) -> tuple[int, str]:
         with pytest.raises(SystemExit) as left:
@@ -137,7 +140,7 @@ def test_only_regular_files_are_replaced_even_when_forced(
     assert not (tmp_path / "new").exists()
 
 
-def test_drafts_and_parts_are_not_written_through_links(
+def test_drafts_and_checkpoints_are_not_written_through_links(
     tmp_path: Path, call: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis.learning import explore as exploring
@@ -146,11 +149,10 @@ def test_drafts_and_parts_are_not_written_through_links(
     (tmp_path / "mine").write_text("mine")
     (tmp_path / f".x.parquet.{os.getpid()}.part").symlink_to("mine")
     assert call(*place("run", "x.parquet", tmp_path)[0])[0] == 0
-    (tmp_path / "other").mkdir()
     (tmp_path / "results").mkdir()
-    (tmp_path / "results" / "learning-curves.parts").symlink_to(tmp_path / "other")
+    (tmp_path / "results" / "learning-curves.checkpoint").symlink_to(tmp_path / "mine")
     status, message = call(*place("figure", "learning-curves.png", tmp_path)[0])
-    assert (status, "learning-curves.parts: is a link, which is not followed" in message) == (2, True)
+    assert (status, "learning-curves.checkpoint: is a link" in message) == (2, True)
     (tmp_path / "results" / ".checkpoint").symlink_to(tmp_path / "mine")
     status, message = call(*place("reproduce", "ledger.md", tmp_path)[0])
     assert (status, ".checkpoint: is a link" in message) == (2, True)
@@ -158,12 +160,11 @@ def test_drafts_and_parts_are_not_written_through_links(
     (tmp_path / "results" / ".checkpoint").write_text("mine")
     status, message = call(*place("reproduce", "ledger.md", tmp_path)[0])
     assert (status, ".checkpoint: holds something else" in message) == (2, True)
-    monkeypatch.setattr(exploring, "_NUMBERS_A_PART", 1)
-    (tmp_path / "x.safetensors.parts").symlink_to(tmp_path / "other")
+    monkeypatch.setattr(exploring, "_LONG", 1)
+    (tmp_path / "x.safetensors.checkpoint").symlink_to(tmp_path / "mine")
     status, message = call(*place("explore", "x.safetensors", tmp_path)[0], "--runs", "2")
-    assert (status, "x.safetensors.parts: is a link" in message) == (2, True)
+    assert (status, "x.safetensors.checkpoint: is a link" in message) == (2, True)
     assert (tmp_path / "mine").read_text() == "mine"
-    assert list((tmp_path / "other").iterdir()) == []
 
 
 def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:

@@ -75,7 +75,7 @@ def test_neighbours_are_counted_over_time(run: Run) -> None:
 
 def test_a_robot_learns_what_is_wanted(run: Run) -> None:
     output = run("learn")
-    assert "LazyMemory(4800 pairs, 16 + 16 inputs" in output
+    assert "LazyMemory(4800 transitions, 16 + 16 inputs" in output
     shares = re.findall(r"(\w+) +([\d.]+) % observed", output)
     assert [name for name, _ in shares] == ["RandomWalk", "LazyQ", "LinearQ"]
     walk, lazy, linear = (float(share) for _, share in shares)

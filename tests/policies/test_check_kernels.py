@@ -49,7 +49,7 @@ REFUSED = {
     "undeclared_parameter": r"index 2 of arrays\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
-    "sighting_beyond": r"index \d+ of percept\.targets\.offset, whose number of sightings is \d+; .*start\[i \+ 1\]",
+    "sighting_beyond": r"index \d+ of percept\.targets\.offset, whose number of neighbours is \d+; .*start\[i \+ 1\]",
     "writes_percept": r"writes into percept\.speed, which it may only read; copy",
     "writes_parameters": r"writes into arrays\.parameters, which it may only read; copy",
     "writes_noise": r"writes into noise, which it may only read; copy",

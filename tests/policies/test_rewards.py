@@ -67,7 +67,7 @@ def test_what_is_no_reward_is_named(reward: Any, message: str) -> None:
 
 
 def test_a_memory_without_facts_says_so() -> None:
-    with pytest.raises(ValueError, match=r"fact='gained': the memory holds none; explore with teamsight"):
+    with pytest.raises(ValueError, match=r"fact='gained': the memory holds none; explore"):
         rewards_of(LazyMemory.of([[1.0]], [[0.0, 0.0]], [[1.0]], {}, own=1), own_reward)
 
 

@@ -38,7 +38,7 @@ def digest(function: Callable[..., Any], compiler: str = "") -> str:
 
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     value = getattr(value, "py_func", value)
-    # Functions from which numba generates code are among them.
+    # The function that generates the machine code of an intrinsic.
     value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
         # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.

@@ -1,4 +1,4 @@
-"""What the arrays of a guarded kernel are called, and what an access outside of them says."""
+"""Runs of guarded kernels: the names of their arrays, and the errors for accesses outside of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from teamsight.core.kernel.guard import Access, watched
 
 
 class Axis(NamedTuple):
-    """An axis of an array: what stands along it, and what to do about an index that it does not have."""
+    """An axis of an array: what its elements are, and the cure for an index that does not exist."""
 
     what: str
     cure: str

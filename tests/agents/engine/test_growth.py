@@ -51,7 +51,7 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
         assert np.array_equal(model.robots.position, other.robots.position)
         assert np.array_equal(model.targets.position, other.targets.position)
         assert model.recording.history.equals(other.recording.history)
-        for a, b in zip(model.robots.sightings("teammates"), other.robots.sightings("teammates"), strict=True):
+        for a, b in zip(model.robots.neighbours("teammates"), other.robots.neighbours("teammates"), strict=True):
             assert np.array_equal(a, b)
 
 

@@ -39,7 +39,7 @@ def fingerprint(model: World) -> list[Any]:
         seen += [group.position, group.heading, group.bodies.moved, group.identity]
         seen += [group.policy_state] if isinstance(group.policy_state, np.ndarray) else list(group.policy_state or ())
         for kind in ("targets", "teammates"):
-            seen += list(group.sightings(kind))
+            seen += list(group.neighbours(kind))
         seen += [agent.situation for agent in group if isinstance(agent, Robot)]
         for agent in list(group)[:3]:
             percept = agent.percept

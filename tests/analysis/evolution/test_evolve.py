@@ -43,6 +43,14 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
     assert (tmp_path / "images" / "evolved.png").stat().st_size > 10_000
 
 
+def test_the_shipped_constants_are_evaluated_without_their_training(tmp_path: Path) -> None:
+    evolve.evaluate(tmp_path, runs=2)
+    table = pd.read_parquet(tmp_path / "evolved.parquet")
+    assert table.attrs["made"]["trials"] == 16_000
+    assert "training" not in set(table["part"])
+    assert "| generation |" not in (tmp_path / "evolved.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("name", ["constants.json", "training.json"])
 def test_training_refuses_to_replace_other_files_before_it_begins(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text("mine")

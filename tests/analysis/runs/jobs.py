@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
-import time
+import threading
 
 from teamsight.analysis.runs.workers import emit
 from teamsight.core.kernel.cache_folder import cache_folder
 
 
 def square(number: int) -> int:
-    """Return the square, the later the smaller the number, so that results arrive out of order."""
-    time.sleep(0.02 / (1 + number))
+    """Return the square; the smaller the number the more work, so that results arrive out of order."""
+    sum(range(1_000_000 // (1 + number)))
     return number * number
 
 
@@ -32,7 +32,7 @@ def die_of(array: object) -> None:
 
 
 def cache_folder_of(number: int) -> str:
-    time.sleep(0.05)
+    sum(range(2_000_000))
     return str(cache_folder())
 
 
@@ -42,17 +42,18 @@ def talk(number: int) -> int:
 
 
 def process_of(number: int) -> int:
-    time.sleep(0.05)
+    sum(range(2_000_000))
     return os.getpid()
 
 
-def sleep_long(number: int) -> None:
-    time.sleep(60)
+def wait_for_ever(number: int) -> None:
+    emit("begun")
+    threading.Event().wait()
 
 
 def spin(number: int) -> None:
-    end = time.monotonic() + 60
-    while time.monotonic() < end:
+    emit("begun")
+    while True:
         pass
 
 

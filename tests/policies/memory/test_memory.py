@@ -17,7 +17,7 @@ from teamsight.policies.memory import LazyMemory
 SETTINGS = {"awareness": "RingAwareness(delta=4)", "degree": "ring", "robots": 5}
 
 
-def pairs_of(count: int, rng: np.random.Generator, inputs: int = 6) -> dict[str, Any]:
+def transitions_of(count: int, rng: np.random.Generator, inputs: int = 6) -> dict[str, Any]:
     """Return made-up transitions, many of which are alike."""
     return {
         "situation": rng.integers(0, 3, (count, inputs)) / 2,
@@ -35,7 +35,7 @@ def some(transitions: dict[str, Any], rows: Any) -> dict[str, Any]:
 
 
 def memory_of(count: int = 50, seed: int = 1, **changes: Any) -> LazyMemory:
-    given = {**pairs_of(count, np.random.default_rng(seed)), "own": 2, "settings": SETTINGS, **changes}
+    given = {**transitions_of(count, np.random.default_rng(seed)), "own": 2, "settings": SETTINGS, **changes}
     return LazyMemory.of(**given)
 
 
@@ -47,7 +47,7 @@ def rows_of(memory: LazyMemory) -> list[tuple[float, ...]]:
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 80))
 def test_content_decides_alone(seed: int, count: int) -> None:
     rng = np.random.default_rng(seed)
-    transitions = pairs_of(count, rng)
+    transitions = transitions_of(count, rng)
     memory = LazyMemory.of(**transitions, own=2)
     shuffled = some(transitions, rng.permutation(count))
     shuffled["facts"] = dict(reversed(shuffled["facts"].items()))
@@ -82,16 +82,16 @@ def test_what_it_shows() -> None:
 
 
 def test_both_zeros_are_one_number() -> None:
-    transitions = pairs_of(40, np.random.default_rng(3))
+    transitions = transitions_of(40, np.random.default_rng(3))
     negative = {**transitions, "situation": np.where(transitions["situation"] == 0, -0.0, transitions["situation"])}
     assert LazyMemory.of(**negative, own=2) == LazyMemory.of(**transitions, own=2)
 
 
 def test_digest_distinguishes_contents() -> None:
     memory = memory_of()
-    action = pairs_of(50, np.random.default_rng(1))["action"].copy()
+    action = transitions_of(50, np.random.default_rng(1))["action"].copy()
     action[7, 0] = np.nextafter(np.float32(action[7, 0]), np.float32(9))
-    renamed = pairs_of(50, np.random.default_rng(1))["facts"]
+    renamed = transitions_of(50, np.random.default_rng(1))["facts"]
     others = [
         memory_of(seed=2), memory_of(49), memory_of(own=3), memory_of(action=action),
         memory_of(facts={"gained": renamed["gained"], "missed": renamed["lost"]}),
@@ -118,7 +118,7 @@ def test_what_never_changes_is_not_copied_with_what_holds_it() -> None:
 @pytest.mark.short
 @given(seed=st.integers(0, 2**32 - 1), cut=st.integers(1, 39))
 def test_merging_is_as_exploring_at_once(seed: int, cut: int) -> None:
-    transitions = pairs_of(40, np.random.default_rng(seed))
+    transitions = transitions_of(40, np.random.default_rng(seed))
     whole = LazyMemory.of(**transitions, own=2, settings=SETTINGS)
     one = LazyMemory.of(**some(transitions, slice(cut)), own=2, settings=SETTINGS)
     other = LazyMemory.of(**some(transitions, slice(cut, None)), own=2, settings=SETTINGS)
@@ -142,7 +142,7 @@ def test_merged_settings_keep_what_made_each() -> None:
 def test_samples(seed: int, fewer: int, more: int) -> None:
     fewer, more = sorted((fewer, more))
     rng = np.random.default_rng(seed)
-    transitions = pairs_of(60, rng)
+    transitions = transitions_of(60, rng)
     memory = LazyMemory.of(**transitions, own=2, settings=SETTINGS)
     shuffled = LazyMemory.of(**some(transitions, rng.permutation(60)), own=2, settings=SETTINGS)
     small, large = memory.sample(fewer, seed), memory.sample(more, seed)
