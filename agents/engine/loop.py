@@ -20,7 +20,7 @@ from teamsight.agents.engine.records import (
     relation_at,
     world_at,
 )
-from teamsight.agents.recording.transition_kernels import note_after, note_before
+from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.world.motion import is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
@@ -97,7 +97,7 @@ def _keep(address: int, back: bool) -> None:
 def _move(address: int) -> int:
     world = world_at(address)
     for number in range(world.logs.shape[0]):
-        note_before(world.logs[number])
+        record_before(world.logs[number])
     if world.undo.shape[0] > 0:
         _keep(address, False)
     for g in range(world.groups.shape[0]):
@@ -176,7 +176,7 @@ def _finish(address: int) -> int:
     world = world_at(address)
     progress = world.progress[0]
     for number in range(world.logs.shape[0]):
-        note_after(world.logs[number])
+        record_after(world.logs[number])
     for r in range(world.relations.shape[0]):
         _record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
     progress.row += 1
