@@ -109,7 +109,7 @@ class RingAwareness(Awareness):
         if delta > MOST_SECTORS:
             raise ValueError(
                 f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
-                "sector; give at most 360, a degree of arc each"
+                "sector; 360 are a degree of arc each"
             )
         object.__setattr__(self, "delta", delta)
 
