@@ -86,7 +86,7 @@ def test_a_robot_learns_what_is_wanted(run: Run) -> None:
 
 @pytest.mark.short
 def test_delta_comes_from_the_trajectories_file(run: Run) -> None:
-    delta, safe = map(int, re.findall(r"δ = (\d+); to rely on: (\d+)", run("delta_from_trajectories"))[0])
+    delta, safe = map(int, re.findall(r"δ = (\d+) \(point estimate\), (\d+) \(with", run("delta_from_trajectories"))[0])
     assert 1 <= delta <= safe <= 19
 
 
