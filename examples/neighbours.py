@@ -16,7 +16,7 @@ def main() -> None:
     graph = neighbour_graph.to_networkx(model.neighbours, identity=model.teammates.identity)
     sizes = sorted(map(len, nx.connected_components(graph)), reverse=True)
     print(f"now: {graph.number_of_edges()} pairs of neighbours, components of {sizes} robots")
-    print(f"robot {max(graph, key=graph.degree)} has most neighbours; the largest number so far: {model.max_neighbours}")
+    print(f"robot {max(graph, key=graph.degree)} has most neighbours; largest number so far: {model.max_neighbours}")
 
 
 if __name__ == "__main__":
