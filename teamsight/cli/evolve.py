@@ -15,12 +15,12 @@ _MOST = 100_000
 class TrainSettings(Settings):
     """Settings of ``teamsight evolve train``."""
 
-    out: Path = values.folder(Path("evolution"), "Folder for the log and the constants.")
+    out: Path = values.folder(Path("evolution"), "Folder for the checkpoint and the constants.")
     generations: int = values.count(400, "Total number of generations.", most=_MOST)
     population: int = values.count(40, "Number of candidates in each generation.", least=2, most=_MOST)
     seed: int = values.seed(1, "Seed of the candidates.")
     workers: int | None = values.workers()
-    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+    force: bool = values.force()
 
 
 class TestSettings(Settings):
@@ -38,7 +38,7 @@ def train(settings: TrainSettings) -> None:
     """Evolve the constants of the policy 'evolved'.
 
     Runs CMA-ES, then validates the constants of every hundredth generation on other worlds. Writes constants.json,
-    training.json and a log. The same command continues an interrupted evolution; with more --generations it
+    training.json and a checkpoint. The same command continues an interrupted evolution; with more --generations it
     extends a finished one. It needs the package cma: pip install 'teamsight[evolve]'.
 
     \b
