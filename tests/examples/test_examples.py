@@ -69,8 +69,8 @@ def test_events_happen_at_their_times(run: Run) -> None:
 def test_neighbours_are_counted_over_time(run: Run) -> None:
     output = run("neighbours").splitlines()
     assert [int(line.split()[0]) for line in output[1:12]] == list(range(0, 201, 20))
-    groups = [int(size) for size in re.findall(r"groups of \[(.*)\]", output[12])[0].split(", ")]
-    assert sum(groups) == 30
+    sizes = [int(size) for size in re.findall(r"components of \[(.*)\]", output[12])[0].split(", ")]
+    assert sum(sizes) == 30
 
 
 def test_a_robot_learns_what_is_wanted(run: Run) -> None:
