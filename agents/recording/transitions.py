@@ -114,8 +114,8 @@ def joined(group: Group, logs: list[TransitionLog]) -> Transitions:
     widths = sorted({log.own + log.added for log in logs if log.rows})
     if len(widths) > 1:
         raise ValueError(
-            f"transitions({group!r}): the situations have {' and '.join(map(str, widths))} inputs, because the team size "
-            "has changed; use RingAwareness(), whose width does not depend on the team size"
+            f"transitions({group!r}): the situations have {' and '.join(map(str, widths))} inputs, because the team "
+            "size has changed; use RingAwareness(), whose width does not depend on the team size"
         )
     parts = [log.transitions() for log in logs if log.rows] or [logs[-1].transitions()]
     return Transitions(

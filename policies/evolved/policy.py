@@ -49,7 +49,7 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, seen or remembered.
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered.
     """
 
     constants: tuple[float, ...] = ()
@@ -123,7 +123,7 @@ def _read(path: Path) -> tuple[float, ...]:
     except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {cure}") from error
     if schema != SCHEMA:
-        raise ValueError(f"{path}: has the schema {schema}, and this version reads {SCHEMA}; {cure}")
+        raise ValueError(f"{path}: has the schema {schema}, but this version reads {SCHEMA}; {cure}")
     parts = []
     for values, (name, block) in zip(blocks, BLOCKS.items(), strict=True):
         try:
