@@ -244,6 +244,11 @@ class Group:
         """Whether the policy's actions need no check."""
         return self.is_compiled and self.policy.is_sound
 
+    @property
+    def reads_teammates(self) -> bool:
+        """Whether a decision reads the lists of teammates or of relayed targets."""
+        return not self.is_compiled or self.policy.reads_teammates
+
     def neighbours(self, kind: str) -> NeighbourList:
         """Return all neighbours of a kind, "targets" or "teammates", whatever the degree of awareness shows."""
         return self.relations[kind].neighbours if kind in self.relations else self.perception.nothing

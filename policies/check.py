@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.compiled import CompiledPolicy
@@ -150,6 +150,11 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
     again = policy.decide(percept, state, noise)[0]
     if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
+    if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
+        nobody = no_neighbours(len(percept.heading))
+        alone = policy.decide(percept._replace(teammates=nobody, relayed=nobody), state, noise)[0]
+        if any(not np.array_equal(a, b) for a, b in zip(action, alone, strict=True)):
+            raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after
 
 

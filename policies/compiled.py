@@ -72,6 +72,11 @@ class CompiledPolicy(Policy):
         return False
 
     @property
+    def reads_teammates(self) -> bool:
+        """Whether the kernel reads ``percept.teammates`` or ``percept.relayed``; if not, both are empty for it."""
+        return True
+
+    @property
     @abstractmethod
     def parameters(self) -> tuple[float, ...] | Floats:
         """The policy's constants, in the order in which its kernel reads them."""

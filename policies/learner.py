@@ -83,6 +83,10 @@ class Learner(CompiledPolicy):
         fits = self.memory.inputs == width != self.inputs and self.memory.settings.get("degree", degree) == degree
         return f", or leave out inputs={self.inputs}" if fits else ""
 
+    @property
+    def reads_teammates(self) -> bool:
+        return False  # A learner reads the situation vector.
+
     def check_percept(self, percept: Percept) -> None:
         name, width = type(self).__name__, percept.situation.shape[1]
         if width != self.inputs:

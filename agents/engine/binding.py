@@ -112,7 +112,7 @@ class Binding:
             group.inputs,
         )
         perception.record = SENSING.pack(_sensing(group, teammates, team))
-        perceive = perceive_entry(group.awareness)
+        perceive = perceive_entry(group.awareness) if group.reads_teammates else None
         situate = situate_entry(group.awareness) if perception.is_situated else None
         decision = self._decision(group)
         return GroupArrays(
@@ -127,8 +127,12 @@ class Binding:
         """Bind the policy's kernel; None if the policy is Python, or the group has decided already."""
         if not group.is_compiled or group.has_decided:
             return None
-        shown = group.room("teammates") if group.awareness.shows_teammates else group.perception.shown
-        percept = group.percept_of(group.room("targets"), shown, group.perception.relayed)
+        shown, relayed = group.perception.shown, group.perception.relayed
+        if not group.reads_teammates:
+            shown = relayed = group.perception.nothing
+        elif group.awareness.shows_teammates:
+            shown = group.room("teammates")
+        percept = group.percept_of(group.room("targets"), shown, relayed)
         return pack_decision(
             group.policy, percept, group.policy_state, group.numbers, self.progress["tick"], group.action
         )  # fmt: skip

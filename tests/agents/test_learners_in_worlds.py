@@ -193,3 +193,15 @@ def test_a_memory_without_a_degree_is_judged_by_its_width() -> None:
     CMOMMT(policy=LazyQ(unnamed), awareness="ring", rng=1).run(1)
     with pytest.raises(ValueError, match="reads 32 inputs"):
         CMOMMT(policy=LazyQ(unnamed), awareness="none", rng=1)
+
+
+def test_a_learner_sees_no_lists_of_teammates_but_its_robots_do() -> None:
+    """The degree of awareness writes them when somebody asks, with the values that another policy would be given."""
+    learned, walking = (CMOMMT(robots=8, radius=2.0, policy=each, awareness="ring", rng=3) for each in (LazyQ(memory()), "stationary"))
+    for model in (learned, walking):
+        model.run(1)
+    for one, other in zip(learned.robots, walking.robots, strict=True):
+        other.position, other.heading = one.position, one.heading
+    for one, other in zip(learned.robots, walking.robots, strict=True):
+        assert one.percept.teammates.distance.tolist() == other.percept.teammates.distance.tolist()
+    assert any(len(robot.percept.teammates.distance) for robot in learned.robots)

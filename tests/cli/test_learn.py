@@ -368,7 +368,7 @@ def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     for name in ("cooperative", "collective", "A-CMOMMT", "evolved", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
     assert len(table) == 20
-    assert "cooperative less this" in out
+    assert "cooperative minus this" in out
     assert (table["robots"] == 3).all()
     assert table.attrs["memory"] == LazyMemory.load(small).digest
     more = 100 * (means["cooperative"] - means["A-CMOMMT"])

@@ -246,3 +246,13 @@ def test_a_kernel_without_a_source_file_is_named_by_its_line() -> None:
     policy = type("Made", (CompiledPolicy,), {"kernel": names["made"], "parameters": ()})()
     with pytest.raises(ValueError, match=r"Made: <string>:3: its kernel uses index -1 of action\.distance"):
         check_policy(policy)
+
+
+def test_a_kernel_that_reads_teammates_against_its_declaration_is_named() -> None:
+    class Blind(ACmommt):
+        @property
+        def reads_teammates(self) -> bool:
+            return False
+
+    with pytest.raises(ValueError, match=r"Blind\.reads_teammates is False, .* depend on teammates; return True"):
+        check_policy(Blind())
