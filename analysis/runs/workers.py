@@ -68,8 +68,8 @@ def check_workers(workers: int) -> int:
     if count > most:
         shown = count if count < 10**12 else "more than 10^12"
         raise ValueError(
-            f"workers={shown}: must be at most {most} on this machine, and more than its cores make nothing faster; "
-            f"give {cores()}, or leave it out"
+            f"workers={shown}: must be at most {most} on this machine, and more than its cores are not faster; give "
+            f"{cores()}, or leave it out"
         )
     return count
 

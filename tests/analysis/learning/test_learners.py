@@ -116,8 +116,8 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
         (("sheppard",), "own", 5, None, "k=5: sheppard matches no fixed number"),
         (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
         (("lazy",), "own", 129, None, "k=129: must be at most 128"),
-        (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, and the memory has only 60"),
-        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, and the memory has only 29"),
+        (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, but the memory has only 60"),
+        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, but the memory has only 29"),
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(
