@@ -151,8 +151,8 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
     if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
     if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
-        nobody = no_neighbours(len(percept.heading))
-        alone = policy.decide(percept._replace(teammates=nobody, relayed=nobody), state, noise)[0]
+        none = no_neighbours(len(percept.heading))
+        alone = policy.decide(percept._replace(teammates=none, relayed=none), state, noise)[0]
         if any(not np.array_equal(a, b) for a, b in zip(action, alone, strict=True)):
             raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after

@@ -35,7 +35,7 @@ class SimulatedDegrees(NamedTuple):
     """Degrees in all runs.
 
     ``maxima`` has one row a run: run, seed, max_neighbours. ``robots`` is the size of the largest team at any time.
-    ``prediction`` is the closed form for one run, or None where the arena is no disc, the robots differ in range, come
+    ``prediction`` is the closed form for one run, or None if the arena is not a disc, the robots differ in range, come
     and go, or are of several teams; ``awareness_range`` is None where ranges differ.
     """
 

@@ -50,7 +50,7 @@ class Exploration:
     runs : int
         Number of worlds.
     awareness : Awareness or str
-        Degree of awareness, which decides the situations.
+        Degree of awareness, which determines the situations.
     policy : Policy or str
         Policy of the robots while they explore.
     seed : int

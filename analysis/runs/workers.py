@@ -1,7 +1,7 @@
 """A pool of worker processes that returns results in the order of the jobs.
 
-The pools of the standard library either hang when a worker is killed or cannot stop a running job on Ctrl-C, and they
-start no worker before there is work. This pool does all three, and nothing else.
+The pools of the standard library hang when a worker is killed, or cannot stop a running job on Ctrl-C, and they start
+no worker before there is work. This pool has none of these limits.
 """
 
 from __future__ import annotations

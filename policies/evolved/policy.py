@@ -24,7 +24,7 @@ from teamsight.policies.interface import PolicyState
 SCHEMA = 1
 
 _SHIPPED = Path(__file__).with_name("constants.json")
-_CURE = "make it anew with `teamsight evolve train`"
+_CURE = "make it again with `teamsight evolve train`"
 _MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 
 

@@ -9,7 +9,7 @@ from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
 
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
-    "check_rows", "check_sectors", "check_neighbours", "check_transitions", "check_work", "relays", "runs_within",
+    "check_neighbours", "check_rows", "check_sectors", "check_transitions", "check_work", "relays", "runs_within",
     "workers_for",
 ]  # fmt: skip
 

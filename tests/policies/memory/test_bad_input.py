@@ -23,7 +23,7 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"situation": np.zeros((0, 3))}, "situation: has 0 transitions; a memory needs at least 1: explore"),
     ({"situation": np.zeros((2, 0))}, "situation: has 0 components; .* give the percept"),
     ({"situation": [0.5, 1.0]}, r"situation: has the shape \(2,\); it must be \(transitions, inputs\)"),
-    ({"situation": [[0.5], [1.0, 1.0]]}, "situation: is no array .* give rows of equal length"),
+    ({"situation": [[0.5], [1.0, 1.0]]}, "situation: is not an array .* give rows of equal length"),
     ({"situation": [["a"]]}, "situation: has the type <U1; it must be numbers"),
     ({"situation": [[1j]]}, "situation: has the type complex128; it must be numbers"),
     ({"situation": [[0.5, NAN, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = nan: .* leave such transitions out"),
