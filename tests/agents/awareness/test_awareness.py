@@ -212,11 +212,11 @@ MISFITS = [
         {"needs": ("teammate",)},
         r"Reader\.needs='teammate': unknown; did you mean 'teammates'\?",
     ),
-    ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
+    ("none", {"inputs": 32}, r"reads 32 inputs, but awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
         "ring",
         {"inputs": 34},
-        r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use awareness='pairwise' \(--awareness pairwise\)",
+        r"reads 34 inputs, but awareness 'ring' gives 32 in a team of 10; use awareness='pairwise' \(--awareness pairwise\)",
     ),
     ("shared", {"inputs": 16}, "use awareness='none'"),
     ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\) \(--awareness ring --delta 5\)"),
