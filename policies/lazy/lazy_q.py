@@ -56,6 +56,7 @@ class LazyQ(LazyLearner):
     docs/lazy-search.md describes their effect.
     """
 
+    title = "lazy Q-learning"
     kernel = _best_of_nearest
 
     @property
