@@ -1,4 +1,4 @@
-"""The points of learning curves: means with intervals over explorations, and the gain by awareness."""
+"""The points of learning curves: means with intervals over explorations, and the gain from awareness."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ import safetensors.numpy
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
-from teamsight.agents.recording.explore import meet, memory_of, settings_of
+from teamsight.agents.recording.explore import memory_of, record_run, settings_of
 from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.agents.recording.transitions import Transitions
 from teamsight.analysis.runs import limits
@@ -135,7 +135,7 @@ class Exploration:
 def transitions(world: World, steps: int) -> Transitions:
     """Run a world and return the transitions of its robots."""
     assert isinstance(world, CMOMMT)
-    return meet(world, world.robots, steps)
+    return record_run(world, world.robots, steps)
 
 
 def _encode(found: Transitions) -> bytes:

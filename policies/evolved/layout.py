@@ -61,8 +61,8 @@ def spreads() -> npt.NDArray[np.float64]:
     return wide
 
 
-#: Parts of the policy that can be silenced to measure their effect.
-SILENCED = ("target network", "mate network", "both networks", "memory of ground and trail")
+#: Parts of the policy whose output can be set to 0 to measure their effect.
+SILENCED = ("target network", "teammate network", "both networks", "memory of area and trail")
 
 
 def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.float64]:
@@ -70,9 +70,9 @@ def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.fl
     changed = constants.copy()
     if part in ("target network", "both networks"):
         changed[TARGET_OUT:MATE_HIDDEN] = 0.0
-    if part in ("mate network", "both networks"):
+    if part in ("teammate network", "both networks"):
         changed[MATE_OUT:SIZE] = 0.0
-    if part == "memory of ground and trail":
+    if part == "memory of area and trail":
         # All drives except the first, forward.
         changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
     return changed

@@ -48,7 +48,7 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     pytest.param({"target_policy": Evasive}, r"target_policy=Evasive: is a class"),
     ({"awareness": "rings"}, r"awareness='rings': unknown; did you mean 'ring'\? known are .*ring"),
     ({"awareness": RingAwareness}, r"awareness=RingAwareness: is a class; give an object"),
-    ({"awareness": 16}, r"awareness=16: is no degree of awareness; give one, such as PairwiseAwareness\(\), or one of none, ring, "),
+    ({"awareness": 16}, r"awareness=16: is not a degree of awareness; give one, such as PairwiseAwareness\(\), or one of none, ring, "),
     ({"policy_options": {"idle": "wonder"}}, r"idle='wonder': unknown; did you mean 'wander'"),
     ({"policy_options": {"weights": "nearst"}}, r"weights='nearst': unknown; did you mean 'nearest'"),
     ({"policy_options": {"weigths": "none"}}, r"policy_options: 'a-cmommt' has no option 'weigths'; did you mean 'weights'\? its options are idle"),
@@ -124,8 +124,8 @@ GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"placement": [(0, 0), (1, 1), (4, 4)]}, r"position=\(4\.0, 4\.0\): must be two finite numbers inside Disc\(radius=5\.0\)"),
     ({"placement": [(0, 0), (1, nan), (1, 1)]}, r"position=\(1\.0, nan\): must be two finite numbers"),
     ({"placement": [("a", "b")] * 3}, r"position=.*: must be numbers of shape \(3, 2\)"),
-    ({"name": "first"}, r"name='first': another group has this name; give one of its own"),
-    ({"awareness": None}, r"awareness=None: is no degree of awareness"),
+    ({"name": "first"}, r"name='first': another group has this name; give a different one"),
+    ({"awareness": None}, r"awareness=None: is not a degree of awareness"),
     pytest.param({"policy": Misfit()}, r"policy=Misfit: needs 'relayed'"),
     pytest.param(
         {"policy": type("Negative", (Misfit,), {"needs": (), "draws": -1})()}, r".*draws=-1"
@@ -194,7 +194,7 @@ CALLS: list[tuple[Any, str]] = [
     (lambda m: setattr(m.robots[0], "position", (9, 0)), r"position=\(9\.0, 0\.0\): must be two finite numbers inside Disc"),
     (lambda m: setattr(m.robots[0], "position", (nan, 0)), r"position=\(nan, 0\.0\)"),
     (lambda m: setattr(m.robots[0], "position", 3), r"position: has the shape \(\); it must be \(2,\)"),
-    (lambda m: setattr(m.robots[0], "heading", (0, 0)), r"heading=\(0, 0\): must be two finite numbers that are not both 0"),
+    (lambda m: setattr(m.robots[0], "heading", (0, 0)), r"heading=\(0, 0\): must be two finite numbers, not both 0"),
     (lambda m: setattr(m.robots[0], "heading", (nan, 0)), r"heading=\(nan, 0\)"),
     (lambda m: setattr(m.robots[0], "heading", (1, 0, 0)), r"heading=\(1, 0, 0\)"),
     pytest.param(lambda m: setattr(m.robots[0], "heading", "up"), r"heading='up'"),

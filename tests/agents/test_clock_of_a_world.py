@@ -189,7 +189,7 @@ def test_groups_do_not_change_while_they_decide(deed: Callable[[Any], Any]) -> N
     armed = [True]
     model = World(CMOMMT(rng=1).arena, rng=1)
     model.add(Fickle, 4, policy="a-cmommt", awareness="pairwise")
-    with pytest.raises(RuntimeError, match=r"called in decide, while others are still to decide; plan it with world\.clock\.at"):
+    with pytest.raises(RuntimeError, match=r"called in decide, before all agents have decided; plan it with world\.clock\.at"):
         model.run(5)
     armed.clear()
     model.run(3)

@@ -133,27 +133,27 @@ def test_ctrl_c_keeps_the_runs_that_are_finished(
     monkeypatch.setattr(simulate, "_CHUNK", 1.0)
     file, kept = tmp_path / "many.safetensors", tmp_path / "many.safetensors.checkpoint"
     arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9", "--workers", "1"]
-    meet, made = exploring.meet, []
+    record, made = exploring.record_run, []
 
     def interrupted(*given: object) -> object:
         if len(made) == 4:
             raise KeyboardInterrupt
         made.append(1)
-        return meet(*given)
+        return record(*given)
 
-    monkeypatch.setattr(exploring, "meet", interrupted)
+    monkeypatch.setattr(exploring, "record_run", interrupted)
     status, _, err = call(capsys, *arguments)
     message = f"240 of 540 transitions are kept in {kept}; the same command continues from there"
     assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert not file.exists()
     worlds: list[int] = []
-    monkeypatch.setattr(exploring, "meet", lambda *given: (worlds.append(1), meet(*given))[1])
+    monkeypatch.setattr(exploring, "record_run", lambda *given: (worlds.append(1), record(*given))[1])
     assert call(capsys, *arguments)[0] == 0
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
     assert not kept.exists()
     # Without a finished run nothing is kept, and the message says so.
-    monkeypatch.setattr(exploring, "meet", interrupted)
+    monkeypatch.setattr(exploring, "record_run", interrupted)
     status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
     assert (status, err.strip()) == (
         130,
@@ -368,7 +368,7 @@ def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     for name in ("cooperative", "collective", "A-CMOMMT", "evolved", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
     assert len(table) == 20
-    assert "cooperative less this" in out
+    assert "cooperative minus this" in out
     assert (table["robots"] == 3).all()
     assert table.attrs["memory"] == LazyMemory.load(small).digest
     more = 100 * (means["cooperative"] - means["A-CMOMMT"])

@@ -248,7 +248,7 @@ def test_degrees_change_what_robots_do() -> None:
 @pytest.mark.parametrize("delta", [10**9, 10_001, 10**400])
 def test_a_ring_of_more_sectors_than_fit_in_memory_is_refused(delta: int) -> None:
     for make in (lambda: RingAwareness(delta), lambda: CMOMMT(robots=2, awareness="ring", delta=delta)):
-        with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 are a degree of arc each$"):
+        with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 sectors of one degree"):
             make()
     assert RingAwareness(10_000).width(3) == (16, 10_000)
 
@@ -268,6 +268,6 @@ class OneMore(NoAwareness):
 def test_a_degree_that_never_has_enough_room_is_named(path: str) -> None:
     world = World(Disc(3.0), rng=1)
     robots = world.add(Robot, 3, policy="random-walk", awareness=OneMore())
-    with pytest.raises(ValueError, match=r"awareness=.*its perceive asks for more room each time.*check_awareness\(\)"):
+    with pytest.raises(ValueError, match=r"awareness=.*perceive asks for more room on every call.*check_awareness\(\)"):
         world.run(5) if path == "run" else world.step() if path == "step" else robots[0].percept
     assert world.tick == 0

@@ -127,4 +127,4 @@ def test_the_blocks_fill_the_vector() -> None:
 def test_silenced_networks_say_nothing() -> None:
     rule = np.array(shipped())
     assert np.count_nonzero(silenced(rule, "both networks") != rule) == 18 + 6
-    assert np.count_nonzero(silenced(rule, "memory of ground and trail") != rule) == 4 * 8
+    assert np.count_nonzero(silenced(rule, "memory of area and trail") != rule) == 4 * 8
