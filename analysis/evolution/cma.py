@@ -1,20 +1,21 @@
-"""Evolve the constants of the evolved policy by CMA-ES, with a log from which an interrupted evolution resumes.
+"""Evolve the constants of the evolved policy by CMA-ES, with a checkpoint from which an interrupted evolution resumes.
 
-The log holds the fitness of every candidate, generation by generation. Candidates are not stored, because with the same
-seed the strategy proposes the same ones: an interrupted evolution is replayed and then continues with the same bits.
+The checkpoint holds the fitness of every candidate, generation by generation. Candidates are not stored, because with
+the same seed the strategy proposes the same ones: an interrupted evolution is replayed and then continues with the same
+bits.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
@@ -29,13 +30,8 @@ GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 
 #: Root seeds. Each purpose has its own, so that no result is reported on worlds that shaped it.
 TRAIN, VALIDATE, SCREEN, TEST = (root(f"evolution: {part}") for part in ("train", "validate", "screen", "test"))
 TARGETS, STEPS, DELTA = 15, 600, 16
-LOG = "evolution.jsonl"
 # Largest team in training, in units of R². Larger teams observe nearly all targets whatever they do.
 _CROWDED = 2.0
-
-
-class LogError(ValueError):
-    """Raised when a log belongs to another evolution, or cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -116,9 +112,9 @@ def fitness(candidates: Sequence[Floats], generation: int, pool: WorkerPool | No
 
 
 def evolve(
-    evolution: Evolution, generations: int, folder: Path, pool: WorkerPool | None = None
+    evolution: Evolution, generations: int, checkpoint: Checkpoint, pool: WorkerPool | None = None
 ) -> Iterator[Generation]:
-    """Yield every generation, beginning with those in the log.
+    """Yield every generation; those in the checkpoint are not tried again.
 
     Parameters
     ----------
@@ -126,31 +122,32 @@ def evolve(
         Its parameters.
     generations : int
         Number of generations in all.
-    folder : Path
-        Folder of the log.
+    checkpoint : Checkpoint
+        File of the fitness of all candidates; see `checkpoint_in`.
     pool : WorkerPool, optional
         Processes that try the candidates; by default this process.
 
     Raises
     ------
-    LogError
-        If the log in `folder` belongs to another evolution.
     ModuleNotFoundError
         If the package cma is not installed.
     """
     strategy = _strategy(evolution)
-    path = folder / LOG
-    for found in _logged(path, evolution)[:generations]:
-        strategy.tell(strategy.ask(), [-value for value in found])
-        yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
-    with path.open("a", encoding="utf-8") as log:
-        while strategy.countiter < generations:
-            candidates = strategy.ask()
+    keys = [_key(evolution, number) for number in range(generations)]
+    finished = checkpoint.results(keys)
+    for key in keys:
+        candidates = strategy.ask()
+        found = finished.get(key)
+        if found is None:
             found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool)
-            strategy.tell(candidates, [-value for value in found])
-            log.write(json.dumps(found) + "\n")
-            log.flush()
-            yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
+            checkpoint.add({key: found})
+        strategy.tell(candidates, [-value for value in found])
+        yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
+
+
+def checkpoint_in(folder: Path) -> Checkpoint:
+    """Return the generations that an evolution has left in a folder."""
+    return Checkpoint(folder / "evolution.checkpoint")
 
 
 def check_installed() -> Any:
@@ -182,18 +179,7 @@ def _strategy(evolution: Evolution) -> Any:
     return check_installed().CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
 
 
-def _logged(path: Path, evolution: Evolution) -> list[list[float]]:
-    """Return the fitness values of the generations in a log; begin the log if there is none."""
-    head = json.dumps({"cma": check_installed().__version__, **asdict(evolution)})
-    if not path.exists():
-        path.write_text(head + "\n", encoding="utf-8")
-        return []
-    text = path.read_text(encoding="utf-8")
-    whole, _, rest = text.rpartition("\n")
-    if rest:
-        # The last line was cut off by an interruption.
-        path.write_text(whole + "\n" if whole else head + "\n", encoding="utf-8")
-    lines = whole.split("\n")
-    if whole and lines[0] != head:
-        raise LogError(f"{path}: belongs to the evolution {lines[0]}, not {head}; give another folder")
-    return [json.loads(line) for line in lines[1:]]
+def _key(evolution: Evolution, generation: int) -> Key:
+    """Return the texts that identify a generation: all earlier ones follow from the same settings."""
+    worlds = f"cells={cells()}, targets={TARGETS}, steps={STEPS}, delta={DELTA}"
+    return "evolution", f"cma={check_installed().__version__}", str(evolution), worlds, f"generation={generation}"

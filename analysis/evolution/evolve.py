@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,16 @@ import pandas as pd
 
 from teamsight import __version__
 from teamsight.analysis.evolution import compare
-from teamsight.analysis.evolution.cma import TEST, VALIDATE, Evolution, Generation, check_installed, evolve, robot_steps
+from teamsight.analysis.evolution.cma import (
+    TEST,
+    VALIDATE,
+    Evolution,
+    Generation,
+    check_installed,
+    checkpoint_in,
+    evolve,
+    robot_steps,
+)
 from teamsight.analysis.evolution.compare import OPTIONS
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
@@ -23,6 +33,8 @@ from teamsight.policies.evolved.layout import SILENCED, beginning, silenced
 from teamsight.policies.evolved.policy import made, to_json
 
 CONSTANTS, TRAINING = "constants.json", "training.json"
+# Columns of a validated generation.
+_POINT = ("generation", "robot_steps", *compare.Gain._fields)
 # Constants are saved and validated every so many generations.
 _SAVE_EVERY = 100
 _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
@@ -39,8 +51,8 @@ def train(
 ) -> None:
     """Evolve constants, validate them on other worlds, and write both to a folder.
 
-    The folder receives ``constants.json``, ``training.json`` and the log ``evolution.jsonl``, from which an interrupted
-    call resumes.
+    The folder receives ``constants.json``, ``training.json`` and ``evolution.checkpoint``. The latter stays: from it an
+    interrupted call resumes, and one with more generations continues.
 
     Parameters
     ----------
@@ -55,20 +67,22 @@ def train(
     watch : callable
         Called with the phase, the work done and the work in all.
     force : bool
-        Replace files that teamsight did not write.
+        Replace files that teamsight did not write, and those of other evolutions.
 
     Raises
     ------
     ModuleNotFoundError
         If the package cma is not installed.
     ValueError
-        If the log in `folder` belongs to another evolution, or a file there must not be replaced.
+        If a file in `folder` belongs to another evolution, or must not be replaced.
     """
     check_installed()
     for name in (CONSTANTS, TRAINING):
-        files.check_replaceable(folder / name, force=force)
+        files.check_replaceable(folder / name, asdict(evolution), force=force)
+    checkpoint = checkpoint_in(folder)
+    checkpoint.check()
     means = {0: beginning(evolution.seed)}
-    for generation in evolve(evolution, generations, folder, pool):
+    for generation in evolve(evolution, generations, checkpoint, pool):
         watch("evolving", generation.number, generations)
         if generation.number % _SAVE_EVERY == 0 or generation.number == generations:
             means[generation.number] = generation.mean
@@ -83,7 +97,7 @@ def train(
         | compare.overall(found)._asdict()
         for name, found in differences.items()
     ]
-    files.write_json(folder / TRAINING, {"software": "teamsight", "points": points}, force=force)
+    files.write_json(folder / TRAINING, _marked(evolution) | {"points": points}, force=force)
 
 
 def evaluate(
@@ -120,13 +134,14 @@ def evaluate(
     Raises
     ------
     ValueError
-        If a file holds no constants, or a file in `folder` must not be replaced.
+        If a file holds no constants or no validated generations, or a file in `folder` must not be replaced.
     """
     table_file, page_file = folder / "evolved.parquet", folder / "evolved.md"
     for file in (table_file, page_file, folder / "images" / "evolved.png"):
         files.check_replaceable(file, force=force)
     policy = Evolved.load(constants) if constants else Evolved()
-    points = json.loads((training / TRAINING).read_text(encoding="utf-8"))["points"] if training else []
+    points = _points(training / TRAINING) if training else []
+    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
     screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
     options = _best_options(screened)
     (found,) = compare.compare(
@@ -147,7 +162,6 @@ def evaluate(
         ],
         ignore_index=True,
     )
-    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
     files.write_table(table_file, table, about, force=force)
     files.write_page(page_file, page(table, about), force=force)
     images = files.prepare_folder(folder / "images")
@@ -163,7 +177,23 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
         "robot_steps": trials * robot_steps(),
         "version": __version__,
     }
-    files.write_json(file, {"software": "teamsight", **to_json(generation.mean, about)}, force=force)
+    files.write_json(file, _marked(evolution) | to_json(generation.mean, about), force=force)
+
+
+def _points(file: Path) -> list[dict[str, Any]]:
+    """Return the validated generations in a file that `train` wrote."""
+    try:
+        points = json.loads(file.read_text(encoding="utf-8"))["points"]
+        found = [{name: point[name] for name in _POINT} for point in points]
+    except (ValueError, TypeError, KeyError):
+        found = [{"generation": None}]
+    if not all(isinstance(value, int | float) for point in found for value in point.values()):
+        raise ValueError(f"{file}: holds no validated generations; make it again with `teamsight evolve train`")
+    return found
+
+
+def _marked(evolution: Evolution) -> dict[str, Any]:
+    return {"software": "teamsight", "settings": asdict(evolution)}
 
 
 def _gains(found: Mapping[str, pd.DataFrame]) -> pd.DataFrame:

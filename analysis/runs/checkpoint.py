@@ -17,8 +17,11 @@ from teamsight.core import files
 
 Key = tuple[str, ...]
 
-# Packages of the code that decides results. Figures, claims and commands are not among them.
-_PACKAGES = ("core", "world", "policies", "agents", "analysis.runs", "analysis.learning")
+# Packages and modules of the code that decides results. Figures, claims and commands are not among them.
+_DECIDING = (
+    "core", "world", "policies", "agents",
+    "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
+)  # fmt: skip
 _KINDS = ("*.py", "*.json", "*.safetensors")
 # A record is a header line, which begins with a line break in case the record before it was cut off, and its content.
 _HEADER = re.compile(rb'\["([0-9a-f]{32})",(\d{1,15}),"([0-9a-f]{8})"\]\n')
@@ -38,9 +41,9 @@ JSON = Codec(lambda value: json.dumps(value, separators=(",", ":")).encode(), js
 
 
 class Checkpoint:
-    """Results of finished jobs in a file that exists only until all jobs are done.
+    """Results of finished jobs in a file, which a command deletes when all its jobs are done.
 
-    Results are stored under a digest of the job's key and of the code. Entries written by a different version of the
+    Results are stored under digests of the code and of the job's key. Entries written by a different version of the
     code are ignored, and so are damaged ones.
 
     Parameters
@@ -87,10 +90,10 @@ class Checkpoint:
         return found
 
     def count(self, keys: Iterable[Key] | None = None) -> int:
-        """Return how many of these jobs are done, or how many results the file holds."""
+        """Return how many of these jobs are done, or how many jobs in all."""
         with contextlib.suppress(OSError), files.open_regular(self.path) as file:
             places = _places(file)
-            return len(places) if keys is None else sum(_name(key) in places for key in keys)
+            return sum(map(_is_current, places)) if keys is None else sum(_name(key) in places for key in keys)
         return 0
 
     def add(self, results: Mapping[Key, Any]) -> None:
@@ -99,7 +102,10 @@ class Checkpoint:
         files.append(self.path, b"".join(records))
 
     def forget(self, keys: Iterable[Key] | None = None) -> None:
-        """Delete the results of these jobs, or all results; without any results, delete the file. Idempotent."""
+        """Delete the results of these jobs, or all results; without any results, delete the file. Idempotent.
+
+        Entries of different code are deleted too.
+        """
         kept = {} if keys is None else self._contents(without={_name(key) for key in keys})
         if not kept:
             self.path.unlink(missing_ok=True)
@@ -111,7 +117,7 @@ class Checkpoint:
         found = {}
         with contextlib.suppress(OSError), files.open_regular(self.path) as file:
             for name, (start, length) in _places(file).items():
-                if name not in without:
+                if _is_current(name) and name not in without:
                     file.seek(start)
                     found[name] = file.read(length)
         return found
@@ -137,13 +143,18 @@ def _places(file: BinaryIO) -> dict[str, tuple[int, int]]:
 
 
 def _name(key: Key) -> str:
-    return hashlib.blake2b("\0".join((*key, code_digest())).encode(), digest_size=16).hexdigest()
+    """Return 32 hexadecimal digits: half of them a digest of the code, half one of the key."""
+    return code_digest() + hashlib.blake2b("\0".join(key).encode(), digest_size=8).hexdigest()
+
+
+def _is_current(name: str) -> bool:
+    return name.startswith(code_digest())
 
 
 @cache
 def code_digest() -> str:
-    """Return a digest of the code and the constants that decide results."""
-    digest = hashlib.blake2b(digest_size=16)
+    """Return a digest of the code and the constants that decide results, 16 hexadecimal digits."""
+    digest = hashlib.blake2b(digest_size=8)
     for file in sources():
         digest.update(file.name.encode())
         digest.update(file.read_bytes())
@@ -152,5 +163,11 @@ def code_digest() -> str:
 
 def sources() -> list[Path]:
     """Return the files of code and constants that decide results."""
-    folders = [Path(importlib.import_module(f"teamsight.{package}").__path__[0]) for package in _PACKAGES]
-    return sorted(file for folder in folders for kind in _KINDS for file in folder.rglob(kind))
+    found: list[Path] = []
+    for name in _DECIDING:
+        module = importlib.import_module(f"teamsight.{name}")
+        if hasattr(module, "__path__"):
+            found += (file for kind in _KINDS for file in Path(module.__path__[0]).rglob(kind))
+        else:
+            found.append(Path(str(module.__file__)))
+    return sorted(found)

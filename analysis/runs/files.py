@@ -56,7 +56,7 @@ def prepare_folder(folder: str | os.PathLike[str]) -> Path:
         with tempfile.TemporaryFile(dir=path):
             pass
     except FileExistsError as error:
-        raise UnwritableError(f"{path}: cannot be written (is no folder); give a folder") from error
+        raise UnwritableError(f"{path}: cannot be written (not a folder); give a folder") from error
     except OSError as error:
         raise unwritable(path, error) from error
     return path
@@ -72,7 +72,8 @@ def check_replaceable(
     path : path
         Place of a result.
     about : mapping, optional
-        Settings as JSON values; a table with other settings is not replaced. By default settings are not compared.
+        Settings as JSON values; a table or JSON file with other settings is not replaced. By default settings are not
+        compared.
     force : bool
         Replace any regular file.
 
@@ -111,7 +112,8 @@ def write_page(path: str | os.PathLike[str], text: str, *, force: bool = False) 
 def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False) -> None:
     """Write `value` as indented JSON, keys in the order given; see `check_replaceable`.
 
-    The mark is the key "software" with the value "teamsight", which the caller includes.
+    The mark is the key "software" with the value "teamsight", which the caller includes, as it does settings under the
+    key "settings".
     """
     write_text(path, json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n", force=force)
 
@@ -162,7 +164,8 @@ def _settings_in(path: Path) -> dict[Any, Any] | None:
             return {}
         value = json.loads(content)
         if isinstance(value, dict) and value.get("software") == _SOFTWARE:
-            return {}
+            settings = value.get("settings")
+            return settings if isinstance(settings, dict) else {}
     return None
 
 

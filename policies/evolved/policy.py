@@ -24,6 +24,8 @@ from teamsight.policies.interface import PolicyState
 SCHEMA = 1
 
 _SHIPPED = Path(__file__).with_name("constants.json")
+_CURE = "make it again with `teamsight evolve train`"
+_MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,7 +51,7 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, seen or remembered.
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered.
     """
 
     constants: tuple[float, ...] = ()
@@ -101,8 +103,17 @@ def shipped() -> tuple[float, ...]:
 
 
 def made(path: str | os.PathLike[str] = _SHIPPED) -> dict[str, Any]:
-    """Return how the constants in a file were made."""
-    return dict(json.loads(Path(path).read_text(encoding="utf-8"))["made"])
+    """Return how the constants in a file were made: command, trials, robot_steps and version.
+
+    Raises
+    ------
+    ValueError
+        If the file does not say.
+    """
+    found = json.loads(Path(path).read_text(encoding="utf-8")).get("made")
+    if not isinstance(found, dict) or any(type(found.get(name)) is not kind for name, kind in _MADE.items()):
+        raise ValueError(f"{path}: does not say how the constants were made; {_CURE}")
+    return found
 
 
 def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]:
@@ -116,20 +127,19 @@ def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _read(path: Path) -> tuple[float, ...]:
-    cure = "make it anew with `teamsight evolve train`"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         schema, blocks = content["schema"], [content["constants"][name] for name in BLOCKS]
     except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {cure}") from error
+        raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {_CURE}") from error
     if schema != SCHEMA:
-        raise ValueError(f"{path}: has the schema {schema}, and this version reads {SCHEMA}; {cure}")
+        raise ValueError(f"{path}: has the schema {schema}, but this version reads {SCHEMA}; {_CURE}")
     parts = []
     for values, (name, block) in zip(blocks, BLOCKS.items(), strict=True):
         try:
             parts.append(np.array(values, float))
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{path}: {name}: {error}; {cure}") from None
+            raise ValueError(f"{path}: {name}: {error}; {_CURE}") from None
         if parts[-1].shape != block.shape:
-            raise ValueError(f"{path}: {name} has the shape {parts[-1].shape}, not {block.shape}; {cure}")
+            raise ValueError(f"{path}: {name} has the shape {parts[-1].shape}, not {block.shape}; {_CURE}")
     return tuple(np.concatenate([part.ravel() for part in parts]).tolist())

@@ -50,9 +50,9 @@ REFUSED = {
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",
     "sighting_beyond": r"index \d+ of percept\.targets\.offset, whose number of neighbours is \d+; .*start\[i \+ 1\]",
-    "writes_percept": r"writes into percept\.speed, which it may only read; copy",
-    "writes_parameters": r"writes into arrays\.parameters, which it may only read; copy",
-    "writes_noise": r"writes into noise, which it may only read; copy",
+    "writes_percept": r"writes into percept\.speed, which is read-only; copy",
+    "writes_parameters": r"writes into arrays\.parameters, which is read-only; copy",
+    "writes_noise": r"writes into noise, which is read-only; copy",
     "beyond_scratch": r"index 4 of an array of its own, whose number of elements is 4; stay within",
     "behind_its_memory": r"writes next to arrays\.state\.floats",
     "raises": r"raises IndexError\('tuple index out of range'\).*check indices",
@@ -246,3 +246,13 @@ def test_a_kernel_without_a_source_file_is_named_by_its_line() -> None:
     policy = type("Made", (CompiledPolicy,), {"kernel": names["made"], "parameters": ()})()
     with pytest.raises(ValueError, match=r"Made: <string>:3: its kernel uses index -1 of action\.distance"):
         check_policy(policy)
+
+
+def test_a_kernel_that_reads_teammates_against_its_declaration_is_named() -> None:
+    class Blind(ACmommt):
+        @property
+        def reads_teammates(self) -> bool:
+            return False
+
+    with pytest.raises(ValueError, match=r"Blind\.reads_teammates is False, .* depend on teammates; return True"):
+        check_policy(Blind())

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.evolution import cma, compare
-from teamsight.analysis.evolution.cma import LOG, Evolution, LogError, evolve
+from teamsight.analysis.evolution.cma import Evolution, checkpoint_in, evolve
+from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -22,31 +23,58 @@ def few_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cma, "STEPS", 30)
 
 
+@pytest.fixture
+def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Numbers of the generations that are tried."""
+    numbers: list[int] = []
+
+    def fitness(candidates: list[np.ndarray], generation: int, pool: WorkerPool | None) -> list[float]:
+        numbers.append(generation)
+        return original(candidates, generation, pool)
+
+    original = cma.fitness
+    monkeypatch.setattr(cma, "fitness", fitness)
+    return numbers
+
+
 def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndarray]:
-    with WorkerPool(1) as pool:
-        return [found.mean for found in evolve(what, generations, folder, pool)]
+    return [found.mean for found in evolve(what, generations, checkpoint_in(folder))]
 
 
-def test_an_interrupted_evolution_resumes_with_the_same_bits(tmp_path: Path) -> None:
+def test_an_interrupted_evolution_resumes_with_the_same_bits(tmp_path: Path, tried: list[int]) -> None:
     whole, parts = tmp_path / "ints", tmp_path / "parts"
     whole.mkdir(), parts.mkdir()
     expected = run(4, whole)
     run(1, parts)
-    with (parts / LOG).open("a") as log:
-        log.write("[0.5, 0.4")
+    with checkpoint_in(parts).path.open("a") as file:
+        file.write('\n["half a li')
     run(3, parts)
     found = run(4, parts)
     assert np.array_equal(expected, found)
-    assert (whole / LOG).read_bytes() == (parts / LOG).read_bytes()
+    assert tried == 2 * [0, 1, 2, 3]
     assert np.array_equal(run(2, whole), expected[:2])
 
 
-def test_another_evolution_is_not_mixed_in(tmp_path: Path) -> None:
+def test_a_damaged_generation_is_tried_again(tmp_path: Path, tried: list[int]) -> None:
+    expected = run(3, tmp_path)
+    path = checkpoint_in(tmp_path).path
+    lines = path.read_bytes().split(b"\n")
+    # Lines: empty, header, content, header, content, …
+    lines[4] = lines[4].replace(b"0.", b"1.", 1)
+    path.write_bytes(b"\n".join(lines))
+    assert np.array_equal(run(3, tmp_path), expected)
+    assert tried == [0, 1, 2, 1]
+
+
+def test_another_evolution_is_not_mixed_in(tmp_path: Path, tried: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     run(1, tmp_path)
-    before = (tmp_path / LOG).read_bytes()
-    with pytest.raises(LogError, match=r'"seed": 1.*"seed": 2.*give another folder'):
-        run(2, tmp_path, Evolution(population=4, seed=2))
-    assert (tmp_path / LOG).read_bytes() == before
+    run(1, tmp_path, Evolution(population=4, seed=2))
+    run(1, tmp_path, Evolution(population=5))
+    monkeypatch.setattr(cma, "STEPS", 31)
+    run(1, tmp_path)
+    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    run(1, tmp_path)
+    assert tried == 5 * [0]
 
 
 def test_a_generation_has_the_same_worlds_for_all_and_the_next_has_others() -> None:

@@ -12,6 +12,7 @@ from teamsight.analysis.evolution import cma, compare, evolve
 from teamsight.analysis.evolution.cma import Evolution
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.policies.evolved import Evolved
+from teamsight.policies.evolved.policy import to_json
 
 
 @pytest.fixture(autouse=True)
@@ -49,6 +50,41 @@ def test_the_shipped_constants_are_evaluated_without_their_training(tmp_path: Pa
     assert table.attrs["made"]["trials"] == 16_000
     assert "training" not in set(table["part"])
     assert "| generation |" not in (tmp_path / "evolved.md").read_text(encoding="utf-8")
+
+
+def test_training_replaces_constants_of_another_evolution_only_with_force(tmp_path: Path) -> None:
+    evolve.train(Evolution(population=4), 1, tmp_path)
+    constants = tmp_path / "constants.json"
+    before = constants.read_bytes()
+    evolve.train(Evolution(population=4), 2, tmp_path)
+    extended = constants.read_bytes()
+    assert extended != before
+    with pytest.raises(ValueError, match=r"constants.json.*other settings.*--force"):
+        evolve.train(Evolution(population=4, seed=2), 1, tmp_path)
+    assert constants.read_bytes() == extended
+    evolve.train(Evolution(population=4, seed=2), 1, tmp_path, force=True)
+    assert constants.read_bytes() != extended
+
+
+def test_training_refuses_a_file_in_place_of_its_checkpoint(tmp_path: Path) -> None:
+    (tmp_path / "evolution.checkpoint").write_text("mine")
+    with pytest.raises(ValueError, match=r"evolution.checkpoint.*holds something else"):
+        evolve.train(Evolution(population=4), 1, tmp_path)
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"points": [1]}', '{"points": [{"generation": 1}]}'])
+def test_evaluation_refuses_a_damaged_training_file_before_it_begins(content: str, tmp_path: Path) -> None:
+    (tmp_path / "training.json").write_text(content)
+    with pytest.raises(ValueError, match=r"training.json: holds no validated generations.*evolve train"):
+        evolve.evaluate(tmp_path, training=tmp_path)
+
+
+@pytest.mark.parametrize("made", [None, {}, {"command": "x", "trials": "many", "robot_steps": 1, "version": "1"}])
+def test_evaluation_refuses_constants_of_unknown_origin_before_it_begins(made: object, tmp_path: Path) -> None:
+    file = tmp_path / "constants.json"
+    file.write_text(json.dumps({**to_json(Evolved().constants, {}), "made": made}))
+    with pytest.raises(ValueError, match=r"constants.json: does not say.*evolve train"):
+        evolve.evaluate(tmp_path, constants=file)
 
 
 @pytest.mark.parametrize("name", ["constants.json", "training.json"])

@@ -76,15 +76,28 @@ def test_entries_of_other_code_are_ignored(tmp_path: Path, monkeypatch: pytest.M
     kept.add(ONE)
     assert kept.results([("a",), ("b",)]) == ONE
     assert (kept.count([("a",), ("b",)]), kept.count()) == (1, 1)
-    monkeypatch.setattr(module, "code_digest", lambda: "another")
+    monkeypatch.setattr(module, "code_digest", lambda: "0123456789abcdef")
     assert kept.results([("a",)]) == {}
+    assert (kept.count([("a",)]), kept.count()) == (0, 0)
+
+
+def test_entries_of_other_code_do_not_outlive_the_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = Checkpoint(tmp_path / "kept", OUTCOMES)
+    kept.add(ONE)
+    monkeypatch.setattr(module, "code_digest", lambda: "0123456789abcdef")
+    kept.add(ONE | {("b",): Outcome(0.25, 1)})
+    kept.forget(ONE)
+    assert kept.results([("a",), ("b",)]) == {("b",): Outcome(0.25, 1)}
+    kept.forget([("b",)])
+    assert not kept.path.exists()
 
 
 def test_all_code_that_decides_results_is_digested() -> None:
     names = {"/".join(file.parts[-2:]) for file in module.sources()}
     deciding = {"kernel/entry.py", "core/checks.py", "engine/loop.py", "world/motion.py", "handmade/a_cmommt.py"}
-    assert deciding | {"learning/learners.py", "data/lazy-600.safetensors", "evolved/constants.json"} <= names
-    assert not any(name.startswith(("tests/", "analysis/", "cli/", "paper/")) for name in names)
+    assert deciding | {"evolution/cma.py", "analysis/search_space.py"} <= names
+    assert {"learning/learners.py", "data/lazy-600.safetensors", "evolved/constants.json"} <= names
+    assert not any(name.startswith(("tests/", "cli/", "paper/", "plot/")) for name in names)
 
 
 @pytest.mark.parametrize("content", [b"", b"[]", b"1", b'["x",1.0]', b"[[1.0],2]", b"[1.0,null]", b"[1,2]", b"[" * 100_000])
