@@ -109,7 +109,7 @@ class GuardedScene:
         answer = run_guarded(name, kernel, entry, self._record, guarded_record.arrays)
         if broken := self._fences.broken():
             raise ValueError(
-                f"{name}: {kernel} writes next to {broken}, or into it where it may only read; index arrays within "
+                f"{name}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
                 "their shape"
             )
         return answer

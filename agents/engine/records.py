@@ -22,7 +22,7 @@ Integers = npt.NDArray[np.int64]
 
 HISTORY_COLUMNS = 3
 
-#: What a call of the loop returns: done, or why it cannot go on.
+#: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(5)
 
 PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])

@@ -119,7 +119,7 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
 
     Notes
     -----
-    Runs are independent of each other: the user who numbers them says so. Pieces are of one team, whose state persists
+    Runs are assumed to be independent of each other. Pieces are of one team, whose state persists
     through gaps, so windows of several pieces count as if the pieces followed each other without gaps. If no piece
     contains two windows, all have gaps between them, and an autocorrelation counts only if it is not due to chance.
     """

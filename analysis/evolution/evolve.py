@@ -188,7 +188,7 @@ def _points(file: Path) -> list[dict[str, Any]]:
     except (ValueError, TypeError, KeyError):
         found = [{"generation": None}]
     if not all(isinstance(value, int | float) for point in found for value in point.values()):
-        raise ValueError(f"{file}: holds no validated generations; make it anew with `teamsight evolve train`")
+        raise ValueError(f"{file}: holds no validated generations; make it again with `teamsight evolve train`")
     return found
 
 

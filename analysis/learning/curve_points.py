@@ -27,7 +27,7 @@ def curve_points(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
 
 
 def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Return how much more each learner observes with awareness than without, paired on explorations and worlds.
+    """Return the gain in observed targets from awareness, for each learner, paired on explorations and worlds.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class Exploration:
     runs : int
         Number of worlds.
     awareness : Awareness or str
-        Degree of awareness, which decides the situations.
+        Degree of awareness, which determines the situations.
     policy : Policy or str
         Policy of the robots while they explore.
     seed : int
@@ -88,7 +88,7 @@ class Exploration:
         if self.transitions > limits.MOST_TRANSITIONS:
             raise ValueError(
                 f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.transitions:.1e} "
-                f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; give less of one"
+                f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; reduce one of them"
             )
         checks.count("seed", self.seed, least=0)
 

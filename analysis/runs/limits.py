@@ -1,4 +1,4 @@
-"""Limits of one command, beyond which its work would never end."""
+"""Limits on the work of one command."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ def _listed(settings: Any) -> list[dict[str, Any]]:
     for setting in listed:
         for name in ("rng", *_OWN):
             if name in setting:
-                raise ValueError(f"settings: {name!r} is no setting; give it as {_PLACES.get(name, 'an argument')}")
+                raise ValueError(f"settings: {name!r} is not a setting; give it as {_PLACES.get(name, 'an argument')}")
     return listed
 
 

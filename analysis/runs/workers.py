@@ -1,7 +1,7 @@
 """A pool of worker processes that returns results in the order of the jobs.
 
-The pools of the standard library either hang when a worker is killed or cannot stop a running job on Ctrl-C, and they
-start no worker before there is work. This pool does all three, and nothing else.
+The pools of the standard library hang when a worker is killed, or cannot stop a running job on Ctrl-C, and they start
+no worker before there is work. This pool has none of these limits.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def check_workers(workers: int) -> int:
     if count > most:
         shown = count if count < 10**12 else "more than 10^12"
         raise ValueError(
-            f"workers={shown}: must be at most {most} on this machine, and more than its cores make nothing faster; "
-            f"give {cores()}, or leave it out"
+            f"workers={shown}: must be at most {most} on this machine, and more than its cores are not faster; give "
+            f"{cores()}, or leave it out"
         )
     return count
 

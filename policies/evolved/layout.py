@@ -14,7 +14,7 @@ TARGET_FEATURES, MATE_FEATURES = 8, 2
 TARGET_NEURONS, MATE_NEURONS = 8, 5
 #: Knots of the force laws, a fifth of the range apart.
 TARGET_KNOTS, MATE_KNOTS = 8, 6
-#: Forces from memory: forward, away from the recent and the old trail, away from teammates met, to the middle.
+#: Forces from memory: forward, away from the recent and the old trail, away from remembered teammates, to the middle.
 DRIVES = 5
 
 TARGET_INPUTS = CONTEXT + TARGET_FEATURES

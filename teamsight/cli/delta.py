@@ -71,7 +71,7 @@ class DeltaSettings(Settings):
         length("awareness_range", self.awareness_range)
         runs = limits.runs_within(self.risk, self.runs)
         limits.check_work(self.robots, self.targets, self.steps, runs)
-        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range)
+        limits.check_neighbours(self.robots, self.targets, self.radius, self.awareness_range)
 
     def _refuse(self, names: tuple[str, ...], reason: str) -> None:
         for name in names:

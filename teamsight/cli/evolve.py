@@ -8,7 +8,7 @@ from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 
-# More candidates or generations than anybody can wait for.
+# More candidates or generations than can be computed.
 _MOST = 100_000
 
 

@@ -48,7 +48,7 @@ class EvaluateSettings(Settings):
         """Refuse worlds that are too large."""
         robots = self.robots or 1
         limits.check_work(robots, self.targets, self.steps, self.runs)
-        limits.check_sightings(robots, self.targets, self.radius, 1.0)
+        limits.check_neighbours(robots, self.targets, self.radius, 1.0)
 
 
 def evaluate(settings: EvaluateSettings) -> None:
@@ -120,7 +120,7 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     if robots is None:
         robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
     limits.check_work(robots, settings.targets, settings.steps, settings.runs)
-    limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
+    limits.check_neighbours(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
     return evaluation.Scenario(

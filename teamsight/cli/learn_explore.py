@@ -47,12 +47,13 @@ class ExploreSettings(Settings):
         limits.check_sectors(self)
         limits.check_work(self.robots, self.targets, self.steps, self.runs)
         relayed = limits.relays(self.awareness)
-        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed)
+        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed)
         added = limits.added_inputs(self.awareness, self.delta, self.robots)
         limits.check_transitions(self.robots, self.steps, self.runs, added)
         if self.policy != "random-walk" and "distance" in self.given:
             raise ValueError(
-                f"distance={self.distance}: applies to the policy random-walk, and this is {self.policy}; leave it out"
+                f"distance={self.distance}: applies to the policy random-walk only, and policy={self.policy}; leave it "
+                "out"
             )
 
 

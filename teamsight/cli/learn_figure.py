@@ -71,7 +71,7 @@ class FigureSettings(Settings):
             for name, value in _QUICK.items():
                 if name not in self.given:
                     setattr(self, name, value)
-        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed=True)
+        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed=True)
         explored = -(-max(self.samples) // (self.robots * _EXPLORED_STEPS))
         degrees = tuple(values.DEGREES())
         added = max(limits.added_inputs(degree, 16, self.robots) for degree in degrees)

@@ -400,7 +400,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
         (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
-        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk, and this is centroid; leave it out"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk only, and policy=centroid; leave it out"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
@@ -408,7 +408,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard continues to learn while it acts"]),
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
-        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, and the memory has only 10"]),
+        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, but the memory has only 10"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
@@ -430,9 +430,9 @@ def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
 ) -> None:
     status, _, err = call(capsys, "evaluate", str(small), "--k", "61")
     assert (status, err.count("\n")) == (2, 1)
-    assert "k=61: lazy matches so many transitions, and the memory has only 60" in err
+    assert "k=61: lazy matches so many transitions, but the memory has only 60" in err
     pairwise = small.with_name("pairwise.safetensors")
     call(capsys, "explore", "--out", str(pairwise), *SMALL, "--awareness", "pairwise")
     status, _, err = call(capsys, "evaluate", str(pairwise), "--robots", "4", "--runs", "2", "--steps", "2")
     assert (status, err.count("\n")) == (2, 1)
-    assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, and the memory has 20" in err
+    assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, but the memory has 20" in err

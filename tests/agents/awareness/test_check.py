@@ -224,7 +224,7 @@ def _misspelt(scene: Any, parameters: Any, situation: Any) -> None:
 
 WRONG = [
     ({"perceive": _no_room}, r".*test_check\.py:\d+: perceive uses index 0 of teammates\.identity, whose number of entries is 0; write no more than there is room for"),
-    ({"perceive": _returns_nothing_needed}, r"perceive returns 0, and writes \d+ teammates; return how many entries"),
+    ({"perceive": _returns_nothing_needed}, r"perceive returns 0, but writes \d+ teammates; return the number of entries"),
     ({"perceive": _never_enough}, r"perceive asks for more room on every call, last for \d+; return what is needed"),
     ({"perceive": _for_nobody}, r"perceive returns 3 for robots without a team; it must be 0"),
     ({"perceive": _no_last_start}, r"perceive writes teammates\.start = \[.*-7777777\].*write all n \+ 1 elements"),
@@ -232,8 +232,8 @@ WRONG = [
     ({"perceive": _nan_offset}, r"perceive writes teammates of robot \d+ whose offset or distance is unwritten or not finite; write both"),
     ({"perceive": _place_as_identity}, r".* with the identity 4000000, which no agent has; .*-1 to hide"),
     ({"perceive": _descending}, r".* with the identities \[.*\].*; they must ascend"),
-    ({"perceive": _writes_scene}, r".*: perceive writes into scene\.heading, which it may only read; copy"),
-    ({"shows_teammates": True}, r".*: perceive writes into teammates\.start, which it may only read"),
+    ({"perceive": _writes_scene}, r".*: perceive writes into scene\.heading, which is read-only; copy"),
+    ({"shows_teammates": True}, r".*: perceive writes into teammates\.start, which is read-only"),
     ({"delivers": ("targets",)}, r"delivers=\('targets',\): perceive writes teammates; add 'teammates'"),
     ({"delivers": ("targets", "mate")}, r"delivers=\('targets', 'mate'\): must be a tuple of some of targets, teammates, relayed"),
     ({"situate": _other_columns}, r".*: situate uses index \d+ of situation, whose number of inputs is 2; width\(team_size\)"),

@@ -96,9 +96,9 @@ def nothing(world: World, steps: int) -> None:
 
 
 @pytest.mark.parametrize(("settings", "named", "error", "message"), [
-    ({"rng": [1, 2]}, {}, ValueError, r"settings: 'rng' is no setting; give it as seeds=\[…\]"),
-    ({"seed": 1}, {}, ValueError, r"'seed' is no setting; give it as seeds=\[…\]"),
-    ({"steps": 1}, {}, ValueError, r"'steps' is no setting; give it as an argument"),
+    ({"rng": [1, 2]}, {}, ValueError, r"settings: 'rng' is not a setting; give it as seeds=\[…\]"),
+    ({"seed": 1}, {}, ValueError, r"'seed' is not a setting; give it as seeds=\[…\]"),
+    ({"steps": 1}, {}, ValueError, r"'steps' is not a setting; give it as an argument"),
     ([], {}, ValueError, r"settings: there are none to run; give at least one"),
     ({"radius": []}, {}, ValueError, r"settings: there are none"),
     ("robots", {}, TypeError, r"settings='robots': must be a mapping of parameters"),
