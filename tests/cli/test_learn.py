@@ -352,7 +352,7 @@ def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> 
     status, out, err = call(capsys)
     assert (status, err) == (0, "")
     assert "  teamsight learn explore --out" in out
-    for summary in ("record their transitions.", "measure what robots then observe.", "under each degree of awareness."):
+    for summary in ("record their transitions.", "measure how much robots then observe.", "under each degree of awareness."):
         assert out.count(summary) == 1
 
 
@@ -383,7 +383,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    assert out.count("less Θ(0), from 60 transitions: ") == 6
+    assert out.count("minus Θ(0), from 60 transitions: ") == 6
     tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
     assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
