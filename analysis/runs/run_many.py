@@ -125,7 +125,6 @@ def run_many(
 
 
 def _listed(settings: Any) -> list[dict[str, Any]]:
-    """Return the settings one by one."""
     if isinstance(settings, pd.DataFrame):
         # By columns, because a row of mixed types would turn integers into floats.
         columns = {str(name): settings[name].tolist() for name in settings.columns}
@@ -155,7 +154,6 @@ _PLACES = {"rng": "seeds=[…], or rng=… with replicates", "seed": "seeds=[…
 
 
 def _values(value: Any) -> list[Any]:
-    """Return the values of one parameter."""
     if isinstance(value, (list, tuple, range)):
         return list(value)
     return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
@@ -164,7 +162,6 @@ def _values(value: Any) -> list[Any]:
 def _seeding(
     replicates: int | None, seeds: Sequence[int] | None, rng: int | None, model: Model | None
 ) -> Callable[[Mapping[str, Any]], list[int]]:
-    """Return what gives the seeds of a setting's runs."""
     if seeds is not None:
         if replicates is not None or rng is not None:
             raise ValueError("seeds: cannot be combined with replicates or rng; give either")
