@@ -205,7 +205,7 @@ def _listed(settings: Any) -> list[dict[str, Any]]:
             if not isinstance(name, str):
                 raise TypeError(f"settings: the name {checks.shown(name)} must be a text, such as 'robots'")
             if name == "rng" or name in _OWN:
-                raise ValueError(f"settings: {name!r} is no setting; give it as {_PLACES.get(name, 'an argument')}")
+                raise ValueError(f"settings: {name!r} is not a setting; give it as {_PLACES.get(name, 'an argument')}")
     return listed
 
 
