@@ -68,7 +68,6 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
 
 
 def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
-    """Check and return the abilities of a group's agents."""
     sensing = column("sensing_range", plan.sensing_range, size, limits.range)
     aware = column("awareness_range", plan.awareness_range, size, limits.range)
     turning = turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)

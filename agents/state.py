@@ -177,7 +177,6 @@ def _check_fits(saved: State, data: WorldData) -> None:
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
-    """Return an empty collector with the same reporters."""
     if isinstance(collector, HistoryCollector):
         return collector.emptied()
     names = ("model_reporters", "agent_reporters", "agenttype_reporters")
@@ -192,7 +191,6 @@ def _identified(group: Group) -> tuple[str, str, str]:
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:
-    """Return the first difference between the groups of two worlds."""
     if len(theirs) != len(mine):
         return f"{len(theirs)} groups, and this one has {len(mine)}"
     one, other = next((one, other) for one, other in zip(theirs, mine, strict=True) if one != other)

@@ -191,5 +191,4 @@ class Stepper:
 
 
 def _overrides_step(group: Group) -> bool:
-    """Whether the group's agents override mesa's ``step``."""
     return bool(group.agents) and type(group.agents[0]).step is not mesa.Agent.step

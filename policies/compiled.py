@@ -154,5 +154,4 @@ def pack_decision(
 
 
 def _dense(value: Any) -> Any:
-    """Return a percept whose arrays are C-contiguous; a caller's may be views with gaps."""
     return type(value)(*map(_dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)

@@ -150,8 +150,6 @@ class Policy(ABC):
         """
 
 
-
-
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:
     """Return headings turned by angles; the paper's action is (rotation, distance), §8.
 

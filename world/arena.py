@@ -121,7 +121,18 @@ class Arena(ABC):
         return np.asarray(np.all(self.contains(places), axis=1))
 
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
-        """Return the shortest way from each `start` to its `end`, shape (..., 2) [length]."""
+        """Return the shortest way from each position to another.
+
+        Parameters
+        ----------
+        start, end : array_like, shape (..., 2)
+            Positions [length].
+
+        Returns
+        -------
+        ndarray, shape (..., 2), float64
+            Displacements [length].
+        """
         way = np.asarray(end, float) - np.asarray(start, float)
         period = kernel_period(self)
         return np.asarray(way - period * np.rint(way / period)) if any(self.period) else way

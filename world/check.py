@@ -68,7 +68,6 @@ def _flat(value: Any) -> str:
 
 
 def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.float64]:
-    """Check the numbers of a member and return them as an array."""
     try:
         numbers = np.array([float(number) for number in value])
     except (TypeError, ValueError):
@@ -79,7 +78,6 @@ def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.flo
 
 
 def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
-    """Return the two numbers of a member, at least `least` each."""
     numbers = _numbers(name, value, "two numbers")
     if numbers.shape != (2,) or (numbers < least).any():
         limit = " of at least 0" if least == 0 else ""

@@ -74,7 +74,6 @@ def _fits(arena: Arena, radius: float) -> bool:
 
 
 def _closest(arena: Arena, points: Points) -> float:
-    """Return the smallest distance between two of the points."""
     reach = 2 * math.sqrt(arena.area / max(len(points), 1))
     wraps = [side / 2 for side in arena.period if side > 0]
     graph = proximity_graph(points, None, min([reach, *wraps]), arena)

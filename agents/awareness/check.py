@@ -99,7 +99,6 @@ def _width(name: str, degree: Awareness, team_size: int) -> int:
 
 
 def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
-    """Check the percept, also with too little room at first."""
     if type(degree).perceive is None:
         return
     # A world has no buffers for a group without a team; for others, it begins with room for all teammates in range.

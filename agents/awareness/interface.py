@@ -126,7 +126,13 @@ class Awareness(ABC):
 
     @staticmethod
     def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
-        """Return d, the number of inputs by `formula`; the paper counts the robot itself as a teammate."""
+        """Return d, the number of inputs by `formula`; the paper counts the robot itself as a teammate.
+
+        Parameters
+        ----------
+        own, delta, sigma, team_size : int
+            The paper's n, δ, σ and N.
+        """
         raise NotImplementedError("dimensions: a degree in the registry must define it; add the method")
 
     @classmethod

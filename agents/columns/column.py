@@ -134,7 +134,6 @@ class Columns(MutableMapping[str, Column]):
 
 
 def _assign(name: str, array: Array, index: Any, value: Any) -> None:
-    """Set elements; refuse values that the array would silently round."""
     new = np.asarray(value)
     whole = array.dtype.kind in "iu" and new.dtype.kind in "iu"
     if not whole and array.dtype != object and not np.can_cast(new.dtype, array.dtype, "same_kind"):

@@ -72,7 +72,7 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any], 
 def is_rewritable(data: WorldData) -> bool:
     """Whether a new run can use the records as they are.
 
-    The parameters of user-defined policies, degrees and arenas may change; a world with any of them is bound again.
+    The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
     """
     return not is_watched(data.arena) and all(map(_is_shipped, data.groups))
 

@@ -282,7 +282,6 @@ class Engine:
             self._binding.rebind()
 
     def _read_back(self) -> None:
-        """Read back the tick and the number of rows written."""
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
         # 1 only if there was no room for neighbours; the next call completes the step.

@@ -196,7 +196,6 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
 
 
 def _protected(percept: Percept) -> Percept:
-    """Return the percept with arrays that cannot be written to."""
     parts: list[Any] = [_protected_list(part) if isinstance(part, tuple) else readonly(part) for part in percept]
     return Percept(*parts)
 

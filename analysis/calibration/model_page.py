@@ -58,7 +58,6 @@ def page(table: pd.DataFrame) -> str:
 
 
 def _beside_the_defaults(ranked: pd.DataFrame) -> str:
-    """Return how the best setting compares with the defaults."""
     best = ranked.iloc[0]
     same = pd.concat([ranked[name] == value for name, value in model.defaults().items()], axis=1).all(axis=1)
     if not same.any():

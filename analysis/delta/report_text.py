@@ -121,7 +121,6 @@ def _cost(report: DeltaEstimate) -> Section:
 
 
 def _rows(table: pd.DataFrame) -> list[Any]:
-    """Return the rows as named tuples of Python's own numbers."""
     return list(table.itertuples(index=False))
 
 

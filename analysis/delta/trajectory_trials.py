@@ -168,7 +168,6 @@ def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) 
 
 
 def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
-    """Return the complete windows of each piece."""
     count = grid.length // window
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     first = np.repeat(grid.split(False), count) + window * within
@@ -184,7 +183,6 @@ def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
 
 
 def _whole(over_time: pd.DataFrame, first: Ints, size: Ints) -> pd.DataFrame:
-    """Return the whole recordings."""
     robots, largest, mean = (over_time[name].to_numpy() for name in ("robots", "max_degree", "mean_degree"))
     return _table(
         over_time,

@@ -181,7 +181,6 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
 
 
 def _points(file: Path) -> list[dict[str, Any]]:
-    """Return the validated generations in a file that `train` wrote."""
     try:
         points = json.loads(file.read_text(encoding="utf-8"))["points"]
         found = [{name: point[name] for name in _POINT} for point in points]

@@ -182,7 +182,6 @@ def _distinct(members: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _check_replaceable(target: Path, force: bool) -> None:
-    """Raise an error if an existing file is not a memory, unless forced."""
     if not files.check_place(target) or force:
         return
     with files.open_regular(target) as file:

@@ -96,7 +96,6 @@ def evaluate(settings: EvaluateSettings) -> None:
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
-    """Return the transitions to learn from."""
     from teamsight.policies.memory import LazyMemory
 
     memory = LazyMemory.load(settings.memory)

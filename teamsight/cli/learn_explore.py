@@ -176,7 +176,6 @@ def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) ->
 
 
 def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:
-    """Return what an interrupted exploration leaves behind."""
     from teamsight.analysis.learning.explore import kept_transitions
 
     kept = kept_transitions(plan, checkpoint) if plan.is_long else 0

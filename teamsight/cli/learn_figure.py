@@ -139,7 +139,6 @@ def curves_of(settings: FigureSettings) -> Curves:
 
 
 def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
-    """Return what interrupted curves leave behind."""
     from teamsight.analysis.learning.curves import curve_jobs
     from teamsight.cli.show import plural
 

@@ -103,7 +103,6 @@ def plan_of(settings: ReproduceSettings) -> Plan:
 
 
 def _summaries(plan: Plan, folder: Path) -> list[str]:
-    """Return one line for each figure that has a summary."""
     import pandas as pd
 
     from teamsight.analysis.paper.figures import FIGURES
@@ -117,7 +116,6 @@ def _summaries(plan: Plan, folder: Path) -> list[str]:
 
 
 def _kept(folder: Path) -> str:
-    """Return what an interrupted command leaves behind."""
     from teamsight.analysis.paper.reproduce import checkpoint_in
 
     kept = checkpoint_in(folder).count()

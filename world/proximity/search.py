@@ -167,7 +167,6 @@ def first_room(observers: int, observed: int) -> int:
 
 
 def _cells(grid: Grid | None, observed: int) -> Cells:
-    """Return room to sort bodies into cells."""
     size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
     places = np.empty((2, size), np.int64)
     return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))

@@ -62,7 +62,6 @@ class GuardedRecord:
 
 
 def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
-    """Return the name and the axes of an array, for errors."""
     found = []
     for length in leaf.lengths or ():
         key = f"{length.name} + {length.plus}" if length.name and length.plus else length.name or str(length.plus)

@@ -148,7 +148,6 @@ def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:
 
 
 def _number(leaf: Leaf, value: Any) -> int:
-    """Return the word for a number or an address."""
     if leaf.dtype is None:
         return 0 if value is None else int(value.address)
     if leaf.dtype.kind == "f":
