@@ -102,15 +102,18 @@ class Arena(ABC):
         ndarray, shape (n, 2), float64
             Positions inside [length].
         """
-        points = self.displacement(np.zeros(2), points)
+        points = np.array(self.displacement(np.zeros(2), points))
         is_open = np.asarray(self.period) > 0
-        near, far = np.zeros(len(points)), np.ones(len(points))
-        near[self._is_free(points, margin)] = 1.0
-        for _ in range(_HALVINGS):
+        # Each look costs time: only points that have to move are moved.
+        stuck = np.flatnonzero(~self._is_free(points, margin))
+        moving = points[stuck]
+        near, far = np.zeros(len(stuck)), np.ones(len(stuck))
+        for _ in range(_HALVINGS if len(stuck) else 0):
             middle = 0.5 * (near + far)
-            is_free = self._is_free(np.where(is_open, points, points * middle[:, None]), margin)
+            is_free = self._is_free(np.where(is_open, moving, moving * middle[:, None]), margin)
             near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
-        return np.asarray(np.where(is_open, points, points * near[:, None]))
+        points[stuck] = np.where(is_open, moving, moving * near[:, None])
+        return points
 
     def _is_free(self, points: Points, margin: float) -> npt.NDArray[np.bool_]:
         """Return for each point whether it and a circle around it are inside."""

@@ -48,6 +48,7 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     """
     name = type(arena).__name__
     if not isinstance(arena, Arena):
+        name = arena.__name__ if isinstance(arena, type) else name
         raise TypeError(f"{name}: must be an object of a subclass of Arena, such as Disc(2.0)")
     rng = np.random.default_rng(seed)
     _check_numbers(name, arena)

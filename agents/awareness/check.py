@@ -57,6 +57,7 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
     """
     name = type(degree).__name__
     if not isinstance(degree, Awareness):
+        name = degree.__name__ if isinstance(degree, type) else name
         raise TypeError(f"{name}: must be an object of a subclass of Awareness, such as RingAwareness(16)")
     _check_members(name, degree)
     rng = np.random.default_rng(seed)
