@@ -19,7 +19,7 @@ from teamsight.agents.resolve import awareness_of, checked_options, policy_of, s
 from teamsight.agents.robot import Robot
 from teamsight.agents.target import Target
 from teamsight.core import checks
-from teamsight.policies import Evasive, Stationary
+from teamsight.policies import Policy, Stationary
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
@@ -73,7 +73,7 @@ class CMOMMT(World):
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
     target_policy : str or Policy
         The policy of the targets: "random-walk" (the default), which turns with a probability of 5 % in a step,
-        "evasive", or another.
+        "evasive", or another. Targets sense the robots if their policy declares that it needs ``"targets"``.
     policy_options, target_policy_options : mapping of str to object, optional
         The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
     preset : str, optional
@@ -175,7 +175,7 @@ class CMOMMT(World):
 
     @property
     def target_policy(self) -> Any:
-        """``targets.policy``. Targets with an evasive policy sense robots."""
+        """``targets.policy``. Targets whose policy needs what they sense, sense robots."""
         return self.targets.policy
 
     @target_policy.setter
@@ -189,7 +189,8 @@ class CMOMMT(World):
         return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
-        if isinstance(self.targets.policy, Evasive):
+        policy = self.targets.policy
+        if isinstance(policy, Policy) and "targets" in policy.needs:
             self.senses(self.targets, self.robots)
 
     def reset(self, rng: int | None = None) -> None:

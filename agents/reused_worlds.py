@@ -12,6 +12,7 @@ import numpy as np
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
 from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
+from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
@@ -89,7 +90,7 @@ class _Built:
         self._numbers, kind = _divided(parameters)
         # Mappings are copied, because their owner may change them.
         self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
-        self._trace, self._names = _trace(world), {*vars(world)}
+        self._trace, self._names, self._settings = _trace(world), {*vars(world)}, {**world.settings}
         self._states = first_states(world._data)
         self._collector = world.recording.collector
         self._start: Starts | None = None
@@ -106,6 +107,8 @@ class _Built:
         world = self.world
         if model is not CMOMMT or _trace(world) != self._trace or not vars(world).keys() <= self._names:
             return False
+        if world.settings != self._settings:
+            return False
         numbers, kind = _divided(parameters)
         if not _are_same(kind, self._kind):
             return False
@@ -113,7 +116,7 @@ class _Built:
             chosen = PRESETS.get(parameters.get("preset", ""), {})
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
-            self._numbers, self._runs = numbers, {}
+            self._numbers, self._runs, self._settings = numbers, {}, {**world.settings}
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
@@ -123,7 +126,6 @@ class _Built:
         world._engine.stretch.buffer.array = room
         world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
-        world.rng = None
         world._stepper.begin_to_collect()
         return True
 
@@ -147,10 +149,18 @@ def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
 
 def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
-    groups = [(id(group), *map(id, group.rules), len(group), len(group.columns.arrays())) for group in world.groups]
+    groups = [
+        (id(group), *map(id, group.rules), len(group), len(group.columns.arrays()), _attributes(group))
+        for group in world.groups
+    ]
     recording = world.recording
-    extras = world._engine.extras, mesa_compat.has_events(world)
-    return groups, len(recording.callbacks), type(recording.collector), *extras
+    mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
+    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas
+
+
+def _attributes(group: Group) -> int:
+    """Return how many attributes a group's agents have."""
+    return sum(map(len, map(vars, group.agents)))
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -142,6 +142,7 @@ class StateKeeper:
         """
         restart_groups(self._data, start, run, states, is_kept)
         self._model.random.seed(seed)
+        self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
 
     def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:

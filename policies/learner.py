@@ -6,7 +6,7 @@ from abc import abstractmethod
 from dataclasses import dataclass, fields
 from functools import cached_property
 from hashlib import blake2b
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -54,11 +54,18 @@ class Learner(CompiledPolicy):
     discount : float, default 0.7
         Discount factor γ, in [0, 1].
 
+    Attributes
+    ----------
+    title : str
+        What figures call the learner; by default its name.
+
     Raises
     ------
     TypeError, ValueError
         If a parameter is outside its limits, or the reward does not return a finite number for each transition.
     """
+
+    title: ClassVar[str] = ""
 
     memory: LazyMemory
     reward: Reward = own_reward

@@ -14,6 +14,7 @@ from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.agents.recording.transitions import Transitions
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
+from teamsight.world.arena import Disc
 
 
 def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
@@ -101,7 +102,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "targets": sum(map(len, targets)),
         "target_policy": ", ".join(_described(other.policy) for other in targets),
         "arena": repr(world.arena),
-        "radius": getattr(world.arena, "radius", None),
+        "radius": world.arena.radius if isinstance(world.arena, Disc) else None,
         "robot_speed": _range(group.speed),
         "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
         "sensing_range": _range(group.sensing_range),

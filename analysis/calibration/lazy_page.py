@@ -131,7 +131,7 @@ def _summary(rows: pd.DataFrame, unit: str) -> str:
         low, high = _interval(rows[column])
         least, most = rows[column].min(), rows[column].max()
         lines.append([title, f"{rows[column].mean():.1f}", f"{low:.1f} … {high:.1f}", f"{least:.1f} … {most:.1f}"])
-    lines += [[f"{name} holds", _percent(rows[name]), "", ""] for name in OPEN_CLAIMS]
+    lines += [[f"{name} holds", _percent(rows[name]), "", ""] for name in OPEN_CLAIMS if name in rows]
     return markdown.table(["", "mean", "95 % interval of the mean", f"range over {len(rows)} {unit}"], lines)
 
 

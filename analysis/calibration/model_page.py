@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from teamsight.analysis.calibration import model
-from teamsight.analysis.calibration.model import OPEN_CLAIMS, PARAMETERS
+from teamsight.analysis.calibration.model import PARAMETERS
 from teamsight.analysis.plot import markdown
 
 _SHOWN = 12
@@ -28,7 +28,7 @@ def page(table: pd.DataFrame) -> str:
         f"sense. All {len(screened)} combinations of the values below were screened on a coarse grid. The best "
         f"{model.FINALISTS}, and the defaults, were judged again on the paper's grid with {len(model.FINAL.roots)} "
         "other root seeds. All root seeds are below 0, unlike those of any ledger. Settings are ranked by the number "
-        f"of simulated claims that hold ({len(model.SCREEN.claims)} are judged in the screening, {len(OPEN_CLAIMS)} in "
+        f"of simulated claims that hold ({_judged(screened)} are judged in the screening, {_judged(final)} in "
         "the final), then by the mean distance of the claims from the paper's figures, each divided by the tolerance "
         "of its rule. Made by `teamsight calibrate model --out docs`.",
         "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Settings "
@@ -74,7 +74,8 @@ def _beside_the_defaults(ranked: pd.DataFrame) -> str:
 def _setting_table(ranked: pd.DataFrame) -> str:
     rows = []
     for row in ranked.to_dict("records"):
-        differ = ", ".join(name if row[name] == 0 else f"({name})" for name in OPEN_CLAIMS if row.get(name, 1) < 1)
+        doubtful = [name for name in model.OPEN_CLAIMS if row.get(name, 1) < 1]
+        differ = ", ".join(name if row[name] == 0 else f"({name})" for name in doubtful)
         rows.append(
             [
                 *(str(row[name]) for name in PARAMETERS),
@@ -100,9 +101,15 @@ def _effect_table(screened: pd.DataFrame) -> str:
 
 def _claim_table(screened: pd.DataFrame, final: pd.DataFrame) -> str:
     rows = (
-        [name, claim.rule, *(_share(table[name]) for table in (screened, final))] for name, claim in OPEN_CLAIMS.items()
+        [name, claim.rule, *(_share(table[name]) for table in (screened, final))]
+        for name, claim in model.judged(final).items()
     )
     return markdown.table(["claim", "rule", "screened", "final"], rows)
+
+
+def _judged(table: pd.DataFrame) -> int:
+    """Return the number of claims that all rows judge."""
+    return sum(bool(table[name].notna().all()) for name in model.judged(table))
 
 
 def _share(holds: pd.Series[bool]) -> str:

@@ -141,7 +141,7 @@ def learn(
     Parameters
     ----------
     name : str
-        "lazy", "pessimistic", "sheppard", "tabular" or "linear".
+        A key of `LEARNERS`.
     memory : LazyMemory
         The transitions.
     objective : Objective, optional

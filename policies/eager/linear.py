@@ -85,6 +85,7 @@ class LinearQ(EagerLearner):
     seed: int = 0
     weights: npt.NDArray[np.float32] = field(init=False)
 
+    title = "a linear approximator"
     kernel = _highest_sum
 
     def __post_init__(self) -> None:

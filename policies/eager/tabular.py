@@ -87,6 +87,7 @@ class TabularQ(EagerLearner):
     states: StateGrid = field(init=False)
     values: npt.NDArray[np.float32] = field(init=False)
 
+    title = "a table of states"
     kernel = _look_up
     draws = 2
 

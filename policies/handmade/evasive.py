@@ -55,6 +55,7 @@ class Evasive(CompiledPolicy):
 
     kernel = _evade
     draws = 2
+    needs = ("targets",)
 
     def __post_init__(self) -> None:
         checks.number("turn_probability", self.turn_probability, least=0, most=1)

@@ -56,6 +56,7 @@ class LazyQ(LazyLearner):
     the reward is the robot's or the team's; docs/lazy-search.md describes their effect.
     """
 
+    title = "lazy Q-learning"
     kernel = _best_of_nearest
 
     @property

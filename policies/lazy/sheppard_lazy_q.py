@@ -191,6 +191,7 @@ class SheppardLazyQ(Learner):
     rewards: Floats = field(init=False)
     values: Floats | None = field(init=False, default=None)
 
+    title = "Sheppard's lazy Q-learning"
     kernel = _learn_and_act
     draws = 3
 

@@ -45,10 +45,10 @@ class ReproduceSettings(Settings):
 def reproduce(settings: ReproduceSettings) -> None:
     """Draw the paper's figures and check its claims.
 
-    FIGURE is 2 to 11, 'delta' (observed targets against δ) or 'ledger' (the claims alone); by default all are made.
-    Each figure is written as a PNG file and a Parquet table with the seed of every run. The ledger lists which of the
-    paper's claims hold, and by which rule, for the preset and for the default settings. After an
-    interruption the same command continues from there.
+    FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
+    by default all are made. Each figure is written as a PNG file and a Parquet table with the seed of every run. The
+    ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
+    an interruption the same command continues from there.
 
     \b
     Examples:

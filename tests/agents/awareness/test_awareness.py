@@ -155,9 +155,9 @@ def test_the_situation_follows_when_somebody_is_moved_or_turned(awareness: Aware
 
 @pytest.mark.parametrize("team_size", [1, 2, 30])
 def test_widths(team_size: int) -> None:
-    widths = {name: tuple(degree().width(team_size)) for name, degree in AWARENESS.items()}
     others = team_size - 1
-    assert widths == {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
+    widths = {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
+    assert {name: tuple(AWARENESS[name]().width(team_size)) for name in widths} == widths
     assert RingAwareness(7).width(team_size) == (16, 7)
 
 
@@ -238,7 +238,7 @@ def test_a_policy_that_fits_is_not_refused() -> None:
 
 def test_degrees_change_what_robots_do() -> None:
     ends = {}
-    for name in AWARENESS:
+    for name in ("none", "ring", "pairwise", "shared"):
         model = CMOMMT(awareness=name, radius=2.0, rng=5)
         model.run(100)
         ends[name] = model.robots.position.tobytes()
