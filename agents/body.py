@@ -21,7 +21,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def _ability(name: str, doc: str) -> Any:
-    """Return a property of agents that reads an array of the group, and sets one element of it."""
+    """Return a property of agents that reads and sets one element of an array of the group."""
 
     def get(agent: Body) -> float:
         return float(getattr(agent.group, name)[agent.row])
@@ -55,15 +55,15 @@ class Body(mesa.Agent):  # type: ignore[misc]
     team: ClassVar[str | None] = None
 
     def __init__(self, model: mesa.Model, group: Group, row: int) -> None:
-        # Before mesa registers it: if the class fails afterwards, the agent is found by its group and removed.
+        # Set before mesa registers the agent, so that `WorldHost.add` finds it if __init__ of a subclass fails.
         self.group, self._row = group, row
         super().__init__(model)
 
     @property
     def row(self) -> int:
-        """Its row in the group's arrays. Raises a ValueError once it has been removed."""
+        """Its row in the group's arrays; a ValueError after its removal."""
         if self._row < 0:
-            raise ValueError(f"{self!r} was removed from the world: it has no state; use another agent")
+            raise ValueError(f"{self!r}: was removed from the world and has no state; use another agent")
         return self._row
 
     @row.setter
@@ -75,7 +75,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @property
     def position(self) -> Floats:
-        """Its position, shape (2,) [length]. A new one must be in the arena."""
+        """Its position, shape (2,) [length]. A new one must be inside the arena."""
         place: Floats = unwritable(self.group.bodies.position[self.row])
         return place
 
@@ -90,7 +90,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @pos.setter
     def pos(self, value: npt.ArrayLike | None) -> None:
-        # mesa sets None where its own spaces do not hold an agent.
+        # mesa sets None for agents that are in none of its own spaces.
         if value is not None:
             self.position = value
 
@@ -105,10 +105,10 @@ class Body(mesa.Agent):  # type: ignore[misc]
         try:
             vector = np.asarray(value, float)
         except (TypeError, ValueError, OverflowError):
-            raise TypeError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0") from None
+            raise TypeError(f"heading={checks.shown(value)}: must be two finite numbers, not both 0") from None
         length = math.hypot(*vector) if vector.shape == (2,) else math.nan
         if not (math.isfinite(length) and length > 0):
-            raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers that are not both 0")
+            raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers, not both 0")
         self.group.host.turn(self, vector / length)
 
     speed = _ability("speed", "The largest distance that it can move in a step [length].")
@@ -146,8 +146,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
         Parameters
         ----------
         percept : PerceptOfOne
-            Its percept. A subclass may pass on a changed one, as in
-            ``super().decide(percept._replace(speed=0.1), rng)``.
+            Its percept. A subclass may change it: ``super().decide(percept._replace(speed=0.1), rng)``.
         rng : numpy.random.Generator
             The agent's random numbers for this tick.
         """
@@ -163,7 +162,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
             self._row = -1
 
     def _within(self, kind: str) -> list[Any]:
-        self.group.host.look()
+        self.group.host.find_neighbours()
         relation = self.group.relations.get(kind)
         if relation is None:
             return []

@@ -1,4 +1,4 @@
-"""Building: make a group from a user's values, and check all of them."""
+"""Building: check a user's values and make a group from them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.starts import Founders, starts
 
 MOST_AGENTS = 10_000_000
-"""The largest size of a group: a larger one would not fit in memory."""
+"""The largest size of a group; larger ones would not fit in memory."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
     ranges = own.sensing_range, own.awareness_range
     name = plan.name or _free_name(data, f"{agent_class.__name__.lower()}s")
     if name in [group.name for group in data.groups]:
-        raise ValueError(f"name={name!r}: another group has this name; give one of its own")
+        raise ValueError(f"name={name!r}: another group has this name; give a different one")
     group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness, host)
     check_needs(group)
     group.founders, group.first_abilities = founders, abilities
@@ -68,7 +68,6 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
 
 
 def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
-    """Return the abilities of a group's agents, after checking them."""
     sensing = column("sensing_range", plan.sensing_range, size, limits.range)
     aware = column("awareness_range", plan.awareness_range, size, limits.range)
     turning = turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
@@ -91,13 +90,13 @@ def _free_name(data: WorldData, name: str) -> str:
 
 
 def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
-    """Return an array with one number for each agent, after checking all of them."""
+    """Check each number with ``check(name, number)``; return an array with one number for each agent."""
     try:
         array = np.asarray(value)
     except ValueError:
         raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
     if array.dtype.kind not in "iuf":
-        # A value that is not an array of numbers may still be a number, such as a fraction or 10**400.
+        # It may still be a number that NumPy has no type for, such as a fraction or 10**400.
         if not isinstance(value, Real) or isinstance(value, bool):
             raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
         array = np.asarray(check(name, value))
@@ -116,7 +115,7 @@ def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
 
 
 def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """Return positions that lie in the arena.
+    """Check positions; return them as an array of this shape.
 
     Raises
     ------

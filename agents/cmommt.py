@@ -19,7 +19,7 @@ from teamsight.agents.resolve import awareness_of, checked_options, policy_of, s
 from teamsight.agents.robot import Robot
 from teamsight.agents.target import Target
 from teamsight.core import checks
-from teamsight.policies import Evasive, Stationary
+from teamsight.policies import Policy, Stationary
 from teamsight.world.arena import Disc
 from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
@@ -42,7 +42,7 @@ DEFAULTS: dict[str, Any] = {
     "target_policy_options": {},
 }
 
-# Not None, so that ``awareness=None`` raises an error with the cure.
+# Not None, so that ``awareness=None`` raises an error that names the cure.
 NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
 
 # Options of policies by name whose defaults are for robots.
@@ -73,14 +73,14 @@ class CMOMMT(World):
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
     target_policy : str or Policy
         The policy of the targets: "random-walk" (the default), which turns with a probability of 5 % in a step,
-        "evasive", or another.
+        "evasive", or another. Targets sense the robots if their policy declares that it needs ``"targets"``.
     policy_options, target_policy_options : mapping of str to object, optional
         The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
     preset : str, optional
         "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
-        policies by name that have them.
+        a policy given by name, if it has them.
     rng, seed : int, optional
-        The seed, under two names.
+        Two names for the seed.
 
     Attributes
     ----------
@@ -165,9 +165,9 @@ class CMOMMT(World):
     awareness_range = LiveSetting("robots", "awareness_range")
     robot_speed = LiveSetting("robots", "speed")
     target_speed = LiveSetting("targets", "speed")
-    radius = FixedSetting("build another")
-    preset = FixedSetting("build another")
-    seed = FixedSetting("begin anew with reset(rng)")
+    radius = FixedSetting("build another model")
+    preset = FixedSetting("build another model")
+    seed = FixedSetting("start again with reset(rng)")
     delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
     policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
@@ -175,7 +175,7 @@ class CMOMMT(World):
 
     @property
     def target_policy(self) -> Any:
-        """``targets.policy``. Targets with an evasive policy sense robots."""
+        """``targets.policy``. Targets whose policy needs what they sense, sense robots."""
         return self.targets.policy
 
     @target_policy.setter
@@ -185,21 +185,22 @@ class CMOMMT(World):
         self._let_targets_sense()
 
     def _robot_policy(self, value: Any) -> Any:
-        """Return a policy of the robots. One by name takes those of the model's options that it has."""
+        """Return a policy for the robots; a policy given by name takes the model's options that it has."""
         return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
-        if isinstance(self.targets.policy, Evasive):
+        policy = self.targets.policy
+        if isinstance(policy, Policy) and "targets" in policy.needs:
             self.senses(self.targets, self.robots)
 
     def reset(self, rng: int | None = None) -> None:
-        """Begin anew, and collect the present values; see `World.reset`."""
+        """Start again, and collect the present values; see `World.reset`."""
         super().reset(rng)
         self._draw_target_speeds()
         self._stepper.begin_to_collect()
 
     def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
-        """Begin a run in the arrays that exist; see `StateKeeper.begin`."""
+        """Begin a run in the existing arrays; see `StateKeeper.begin`."""
         self._states.begin(seed, start, run, states, is_kept=True)
         self._draw_target_speeds()
 
@@ -270,7 +271,7 @@ def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:
 
 
 def _awareness(plan: dict[str, Any]) -> Awareness:
-    # Checked under every degree, so that a wrong one is never ignored.
+    # Checked for every degree, so that a wrong one is never ignored.
     delta = RingAwareness(plan["delta"]).delta
     degree = plan["awareness"]
     return awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)

@@ -27,21 +27,21 @@ Floats = npt.NDArray[np.float64]
 
 
 class Host(Protocol):
-    """What a world does for its groups and their agents; see `teamsight.agents.host`."""
+    """The operations of a world on its groups and agents; see `teamsight.agents.host`."""
 
     def adjust(self, group: Group, **changes: Any) -> None: ...
     def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
     def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
     def turn(self, agent: Any, heading: Floats) -> None: ...
     def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
-    def look(self) -> tuple[int, int]: ...
+    def find_neighbours(self) -> tuple[int, int]: ...
     def perceive(self, group: Group) -> None: ...
     def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
     def observers_of(self, agent: Any) -> list[Any]: ...
 
 
 class Decision(Protocol):
-    """A decision of a policy in Python, while it is being made; see `Deliberation`."""
+    """A decision of a Python policy while it is being made; see `Deliberation`."""
 
     def decide(self) -> Action: ...
     def state(self) -> Any: ...
@@ -73,7 +73,7 @@ class Group:
     bodies : Bodies
         The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
-        The arrays behind `sensing_range` and `awareness_range`, likewise.
+        The arrays behind `sensing_range` and `awareness_range`; not checked either.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     columns : mapping of str to Column
@@ -85,7 +85,7 @@ class Group:
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
-        The members to whom the random numbers belong: `Bodies.member`, and 0 after the last agent.
+        The members whose random numbers these are: `Bodies.member`, and 0 after the last agent.
     """
 
     def __init__(
@@ -123,9 +123,9 @@ class Group:
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
-        # During a step: the decision of a policy in Python. After a step that failed when kernels had decided:
-        # `has_decided`; then the policy state is one decision ahead, and `action` is that decision.
+        # During a step: the decision of a Python policy.
         self.deliberation: Decision | None = None
+        # After a failed step: whether the kernel had decided; the next step then carries out `action`.
         self.has_decided = False
 
     def restart(self, position: Floats, heading: Floats) -> None:
@@ -177,16 +177,16 @@ class Group:
     )  # fmt: skip
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
-        """Add a property of the user's own, which is saved and restored with the world.
+        """Add a property of your own, which is saved and restored with the world.
 
         It is also an attribute of each agent: after ``robots.add_column("battery", 1.0)``, ``robot.battery -= 0.1``.
 
         Parameters
         ----------
         name : str
-            A name that is not an attribute of the agents yet.
+            A name that is not yet an attribute of the agents.
         fill : object or array_like, shape (n, …)
-            The value for all agents, or for each. It sets the type of the column: 0 for whole numbers, 0.0 for any.
+            One value, or one for each agent. It determines the column's type: 0 for integers, 0.0 for floats.
 
         Returns
         -------
@@ -196,17 +196,17 @@ class Group:
         Raises
         ------
         TypeError, ValueError
-            If the name is not a text, or a column or another attribute; or if `fill` has another length.
+            If the name is not a string, or the name of a column or another attribute; or if `fill` has another length.
         """
         if not isinstance(name, str) or not name:
-            raise TypeError(f"name={name!r}: must be a text, such as 'battery'")
+            raise TypeError(f"name={name!r}: must be a string, such as 'battery'")
         if name in self.columns:
             raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
         if not all(is_free(agent, name) for agent in self.agents):
             raise ValueError(f"name={name!r}: the agents of {self.name!r} have this attribute; take another name")
         value = np.asarray(fill)
         if value.dtype.kind in "US":
-            # An array of texts would truncate longer ones.
+            # An array of strings would truncate longer ones.
             value = value.astype(object)
         if value.ndim and len(value) != len(self):
             raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
@@ -230,7 +230,7 @@ class Group:
 
     @property
     def is_compiled(self) -> bool:
-        """Whether the group decides without Python."""
+        """Whether the group decides in a kernel, without Python."""
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
         return kernel_decides and not self.decides_alone
 
@@ -254,7 +254,7 @@ class Group:
         return self.relations[kind].neighbours if kind in self.relations else self.perception.nothing
 
     def room(self, kind: str) -> NeighbourList:
-        """Return the whole arrays behind `neighbours`, with room for more."""
+        """Return the arrays behind `neighbours`, including the unused room."""
         return self.relations[kind].room if kind in self.relations else self.perception.nothing
 
     @property
@@ -275,7 +275,7 @@ class Group:
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:
-    """Return the groups of a group's team, itself included; empty without a team."""
+    """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []
 
 

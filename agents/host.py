@@ -1,4 +1,4 @@
-"""The host of groups and agents: what a world does for them. It adds, changes, moves and removes them."""
+"""The host of groups and agents: it adds, changes, moves and removes them."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from teamsight.policies.percept_of_one import PerceptOfOne
 
 
 class WorldHost:
-    """What a world does for its groups and agents; it implements `Host`.
+    """Operations of a world on its groups and agents; implements `Host`.
 
-    An operation that fails changes nothing: each checks and prepares everything first.
+    An operation that fails changes nothing: everything is checked and prepared first.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class WorldHost:
             self._engine.is_bound = False
         except BaseException:
             with deferred():
-                # The class may have added groups too while its agents were made.
+                # The __init__ of an agent may have added groups too.
                 added = groups[before:]
                 del groups[before:]
                 # mesa has also registered the agent whose __init__ failed.
@@ -68,7 +68,7 @@ class WorldHost:
         return group
 
     def adjust(self, group: Group, **changes: Any) -> None:
-        """Change what a group can do; see `World.adjust`."""
+        """Change the settings of a group; see `World.adjust`."""
         self._data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
         if group not in self._data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
@@ -89,7 +89,7 @@ class WorldHost:
             policy = policy_of(given["policy"], given.get("policy_options"))
         elif "policy_options" in given:
             shown = checks.shown(given["policy_options"])
-            raise ValueError(f"policy_options={shown}: is for a policy by name; give policy too")
+            raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
         try:
             group.rules = policy, awareness
             check_fit(group, team_of(self._data.groups, group))
@@ -154,13 +154,13 @@ class WorldHost:
         group.begin(state)
         self._engine.is_bound = False
 
-    def look(self) -> tuple[int, int]:
-        """Bring all neighbour lists up to date; return a value that differs whenever anything may have moved."""
+    def find_neighbours(self) -> tuple[int, int]:
+        """Update all neighbour lists; return a value that changes whenever anything may have moved."""
         self._engine.prepare()
-        return self._data.timeline.tick, self._engine.looks
+        return self._data.timeline.tick, self._engine.searches
 
     def perceive(self, group: Group) -> None:
-        """Bring ``group.percept`` up to date."""
+        """Update ``group.percept``."""
         self._engine.perceive(group)
 
     def decide(self, agent: Body, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:

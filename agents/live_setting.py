@@ -43,8 +43,8 @@ class FixedSetting:
     cure : str
         What to do instead.
     source : str, optional
-        The attribute of the model that has the present value, under the name of the parameter. By default the value is
-        that with which the model was built.
+        The attribute of the model that holds the present value, under the parameter's name. By default the value is
+        that given when the model was built.
     """
 
     def __init__(self, cure: str, source: str | None = None) -> None:
@@ -64,9 +64,9 @@ class FixedSetting:
 
 
 class SettingOfGroups:
-    """A setting that groups have and a world has not: setting it on a world raises.
+    """A setting of groups that a world does not have: setting it on a world raises an error.
 
-    In a subclass of `World` it is an ordinary attribute, so that models may have parameters of these names.
+    In a subclass of `World` it is an ordinary attribute, so that models can have parameters of these names.
     """
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -79,7 +79,8 @@ class SettingOfGroups:
             return vars(model)[self._name]
         except KeyError:
             name = self._name
-            raise AttributeError(f"{type(model).__name__!r} object has no attribute {name!r}; groups have") from None
+            kind = type(model).__name__
+            raise AttributeError(f"{kind!r} object has no attribute {name!r}; use that of a group") from None
 
     def __set__(self, model: Any, value: Any) -> None:
         if type(model) is self._owner:

@@ -16,7 +16,7 @@ _HIGH = 1
 
 
 class LazyGenerator:
-    """The attribute `rng` of a model: mesa's generator. When set to None, it is seeded anew on first use."""
+    """The attribute `rng` of a model: mesa's generator. After it is set to None, the next use seeds a new one."""
 
     def __get__(self, model: Any, owner: type | None = None) -> Any:
         if model is None:
@@ -30,10 +30,10 @@ class LazyGenerator:
 
 
 def take_over_step(model: mesa.Model) -> None:
-    """Wrap the user's ``step``.
+    """Wrap the user's ``step``, in place of mesa 3.5's wrapper.
 
-    mesa 3.5 steps through an event list, which silently does nothing once a step has raised and cannot count many steps
-    at once. The user's own mesa events are still processed at their times.
+    mesa 3.5 steps through an event list. After a step has raised, it silently does nothing; and it cannot count many
+    steps at once. The user's own mesa events are still processed at their times.
     """
     schedule = getattr(model, "_default_schedule", None)
     if schedule is not None:
@@ -45,7 +45,7 @@ def take_over_step(model: mesa.Model) -> None:
 def _counted_step(model: mesa.Model, *arguments: Any, **named: Any) -> None:
     steps, tick = model.steps, model.tick
     if has_events(model):
-        _let_happen(model, (steps + 1.0, _HIGH, model._step_event))
+        _process_until(model, (steps + 1.0, _HIGH, model._step_event))
     try:
         count_steps(model, 1)
         model._user_step(*arguments, **named)
@@ -60,10 +60,10 @@ def end_step(model: mesa.Model) -> None:
     if has_events(model):
         # As in mesa: high-priority events that this step scheduled for the next one precede it.
         model._step_event = _next_event_number(model)
-        _let_happen(model, (float(model.steps), math.inf, math.inf))
+        _process_until(model, (float(model.steps), math.inf, math.inf))
 
 
-def _let_happen(model: mesa.Model, until: tuple[float, float, float]) -> None:
+def _process_until(model: mesa.Model, until: tuple[float, float, float]) -> None:
     """Process mesa's events that precede (time, priority, number), as mesa's own step does around the user's."""
     events = model._event_list
     while has_events(model):
@@ -126,7 +126,7 @@ def set_next_identity(model: mesa.Model, identity: int) -> None:
 def signature_for_batches(model_class: type[mesa.Model]) -> inspect.Signature | None:
     """Return a signature with `rng` and `seed` for a class whose ``__init__`` passes them on by ``**kwargs``.
 
-    mesa 3.5's ``batch_run`` looks for the parameter `seed`. Without it, it replaces the user's `rng` by None.
+    If there is no parameter `seed`, mesa 3.5's ``batch_run`` replaces the user's `rng` by None.
     """
     signature = inspect.signature(model_class.__init__)
     own = list(signature.parameters.values())[1:]

@@ -58,8 +58,8 @@ class World(mesa.Model):  # type: ignore[misc]
 
     Notes
     -----
-    One step is: process due events → perceive → decide → advance → find neighbours → record. `step` makes one step,
-    `run` many at once, with the same kernels in the same order. So the result is the same to the last bit.
+    One step is: process due events → perceive → decide → move → find neighbours → record. `step` makes one step,
+    `run` makes many, with the same kernels in the same order and the same result to the last bit.
 
     An operation that fails changes nothing.
     """
@@ -202,22 +202,22 @@ class World(mesa.Model):  # type: ignore[misc]
         )  # fmt: skip
 
     def step(self) -> None:
-        """Make one step, unless an event stops the model before it."""
+        """Make one step, unless an event before it stops the model."""
         self._stepper.step()
 
     def run(self, steps: int) -> None:
-        """Make `steps` steps, in one compiled call where nothing needs Python between them.
+        """Make `steps` steps, in one compiled call unless something needs Python in between.
 
-        Fewer steps are made if the model stops `running`.
+        It stops early when `running` becomes False.
         """
         self._stepper.run(steps)
 
     def run_for(self, duration: int) -> None:
-        """Make this many steps: mesa's name for `run`."""
+        """Make this many steps; mesa's name for `run`."""
         self.run(duration)
 
     def run_until(self, end_time: int) -> None:
-        """Make steps until `tick` is `end_time`: mesa's name."""
+        """Make steps until `tick` is `end_time`."""
         self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
 
     @property
@@ -247,13 +247,13 @@ class World(mesa.Model):  # type: ignore[misc]
 
     @property
     def neighbours(self) -> NeighbourList:
-        """The neighbours of each of `teammates` now: those of its team within its awareness range, by row."""
+        """The present neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
         self._engine.prepare()
         return neighbours(self.groups)
 
     @property
     def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector: a `HistoryCollector`, or one that is set. It collects at once and after every step."""
+        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step."""
         return self.recording.collector
 
     @datacollector.setter
@@ -265,32 +265,32 @@ class World(mesa.Model):  # type: ignore[misc]
         self.recording.collector = collector
 
     def state(self) -> State:
-        """Return a copy of all that changes in a run; `restore` goes back to it. Pending events are not part of it."""
+        """Return a copy of all that changes in a run except pending events; `restore` goes back to it."""
         return self._states.save()
 
     def restore(self, saved: State) -> None:
-        """Go back to a saved state of this world, or of one that was made in the same way.
+        """Go back to a saved state of this world, or of one that was built in the same way.
 
-        Columns that were added since the state was saved stay as they are.
+        Columns that were added after the state was saved keep their values.
 
         Raises
         ------
         TypeError, ValueError
-            If `saved` is not a state, or of a world with another arena, other groups or other policies. Then nothing is
-            changed.
+            If `saved` is not a state, or is that of a world with another arena, other groups or other policies. Nothing
+            is changed then.
         """
         self._states.restore(saved)
 
     def reset(self, rng: int | None = None) -> None:
-        """Begin anew: place all remaining agents again and start the clock at 0, without events.
+        """Start again: place all remaining agents anew and set the clock to 0, without events.
 
-        Abilities are again those with which the groups were added. Policies, degrees of awareness and the user's own
-        columns stay as they are. `rng` is the seed; by default the present one.
+        Speeds, turning limits and ranges are those with which the groups were added. Policies, degrees of awareness and
+        columns stay. `rng` is the seed; by default the present one.
         """
         self._states.reset(rng)
 
     def close(self) -> None:
-        """Release the model; mesa 3.3 would otherwise keep every model that was ever made."""
+        """Release the model, which mesa 3.3 would otherwise keep in memory."""
         self.running = False
         mesa_compat.release(self)
 

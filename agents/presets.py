@@ -1,6 +1,6 @@
 """Presets: values for what the paper leaves open, chosen by calibration (docs/calibration.md).
 
-The policy options of a preset apply to policies by name that have them.
+The policy options of a preset apply to a policy given by name, if it has them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Fit: reading the policy and the degree of awareness that a user names or gives, and whether they go together."""
+"""Resolve the policy and the degree of awareness that a user names or gives, and check that they fit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = "policy") -> Any:
-    """Return the policy that a user names or gives for the parameter `name`.
+    """Return the policy that a user gives, as an object or by name.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
         return registry.policy_of(value, given, name)
     if given:
         raise ValueError(
-            f"{name}_options={checks.shown(given)}: is for a policy by name, and {name}={checks.shown(value)} is an "
-            "object; set its options where it is made"
+            f"{name}_options={checks.shown(given)}: applies to a policy given by name, and "
+            f"{name}={checks.shown(value)} is an object; set its options where it is made"
         )
     if isinstance(value, Policy):
         checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
@@ -51,7 +51,7 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
         raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
     if hasattr(value, "decide"):
         kind = type(value).__name__
-        raise TypeError(f"{name}={kind}: has decide but is no Policy; derive {kind} from teamsight.policies.Policy")
+        raise TypeError(f"{name}={kind}: has decide but is not a Policy; derive {kind} from teamsight.policies.Policy")
     if not callable(value):
         raise TypeError(
             f"{name}={checks.shown(value)}: must be a name, a Policy, or a callable f(percept, rng) -> (turn, distance)"
@@ -85,24 +85,24 @@ def checked_options(options: Mapping[str, Any] | None, name: str = "policy") -> 
 
 
 def shared_options(policy: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return those of the options that a policy by this name has; none for a policy that is an object."""
+    """Return the options that the policy of this name has; none for an object."""
     if not isinstance(policy, str) or policy not in POLICIES:
         return {}
     return {name: value for name, value in options.items() if name in options_of(policy)}
 
 
 def awareness_of(value: Awareness | str) -> Awareness:
-    """Return the degree of awareness that a user names or gives.
+    """Return the degree of awareness that a user gives, as an object or by name.
 
     Raises
     ------
     TypeError, ValueError
-        If it is none, or its name is unknown.
+        If it is not a degree of awareness, or its name is unknown.
     """
     if isinstance(value, str):
         return awareness_named(value)
     if not isinstance(value, Awareness):
-        shown = f"{checks.shown(value)}: is no degree of awareness; give one"
+        shown = f"{checks.shown(value)}: is not a degree of awareness; give one"
         if isinstance(value, type):
             shown = f"{value.__name__}: is a class; give an object"
         raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
@@ -110,12 +110,12 @@ def awareness_of(value: Awareness | str) -> Awareness:
 
 
 def check_fit(group: Group, team: list[Group]) -> None:
-    """Refuse a policy that asks for what the degree of awareness does not deliver.
+    """Refuse a policy that needs what the degree of awareness does not deliver.
 
     Raises
     ------
     ValueError
-        Naming a degree that would do.
+        Naming a degree that fits.
     """
     check_needs(group)
     policy, awareness = group.policy, group.awareness
@@ -126,12 +126,12 @@ def check_fit(group: Group, team: list[Group]) -> None:
     width = sum(awareness.width(size))
     if degree is not None and degree != awareness.name:
         raise ValueError(
-            f"policy={name}: learned from situations of awareness {degree!r}, and these robots have "
+            f"policy={name}: learned from situations of awareness {degree!r}, but these robots have "
             f"{awareness.name!r}{_fitting(awareness, inputs, size, degree)}{policy.remedy(awareness.name, width)}"
         )
     if inputs and inputs != width:
         raise ValueError(
-            f"policy={name}: reads {inputs} inputs, and awareness {awareness.name!r} gives {width} in a team of {size}"
+            f"policy={name}: reads {inputs} inputs, but awareness {awareness.name!r} gives {width} in a team of {size}"
             f"{_fitting(awareness, inputs, size, degree)}"
         )
 
@@ -153,7 +153,7 @@ def check_needs(group: Group) -> None:
 
 
 def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = None) -> str:
-    """Return the cure: another degree, of this name if one is asked for, that gives so many inputs."""
+    """Return the cure: a degree, of this name if given, with this number of inputs."""
     for degree in AWARENESS.values():
         if name in (None, degree.name) and degree.name != awareness.name and sum(degree().width(size)) == inputs:
             return _use(degree.name)

@@ -1,4 +1,4 @@
-"""Reused worlds: one built world serves all runs that differ in seed, radius, ranges and speeds only."""
+"""Reused worlds: runs that differ only in seed, radius, ranges and speeds use one built world."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
 from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
+from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
@@ -21,16 +22,15 @@ from teamsight.world.starts import Starts
 #: Parameters of `CMOMMT` that are written into the arrays of a built world.
 NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})
 
-# Seeds whose starts are computed in one call: more would save nothing, and cost memory in large worlds.
+# Seeds whose starts are computed in one call: more would not be faster, and cost memory in large worlds.
 _STARTS_PER_CALL = 64
 
 
 class ReusedWorlds:
-    """Begins runs one after the other, in one built world as long as they allow it.
+    """Begins one run after the other, reusing the last built world if possible.
 
-    A run in a reused world gives the same bits as one in a new world. Worlds are reused only when nothing but
-    `NUMBERS` and the seed differ, all components ship with this package, and nothing was added to the world meanwhile;
-    all others are built.
+    A run in a reused world gives the same bits as one in a new world. A world is reused if only the seed and `NUMBERS`
+    differ, all its components are this package's own, and nothing was added to it.
     """
 
     def __init__(self) -> None:
@@ -39,12 +39,12 @@ class ReusedWorlds:
         self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
 
     def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
-        """Announce the runs that will be begun, so that the starts of many can be computed in one call.
+        """Announce the coming runs, so that the starts of many can be computed in one call.
 
         Parameters
         ----------
         runs : iterable of (mapping, int)
-            Parameters and seed of each, in order. Other runs may be begun all the same.
+            Parameters and seed of each, in order. Other runs may come all the same.
         """
         self._expected = deque(runs)
 
@@ -65,7 +65,6 @@ class ReusedWorlds:
         TypeError, ValueError
             As for the model.
         """
-        # What was expected is only ever used with the parameters of the run.
         if self._expected and self._expected[0][1] == seed:
             self._expected.popleft()
         if self._built is not None and self._built.begin(model, parameters, seed, self._expected):
@@ -77,21 +76,21 @@ class ReusedWorlds:
         return world
 
     def close(self) -> None:
-        """Close the world that was begun last. Idempotent."""
+        """Close the present world. Idempotent."""
         if self._world is not None:
             self._world.close()
         self._world = self._built = None
 
 
 class _Built:
-    """A CMOMMT and the parameters that it was built with."""
+    """A CMOMMT and the parameters with which it was built."""
 
     def __init__(self, world: CMOMMT, parameters: Mapping[str, Any]) -> None:
         self.world = world
         self._numbers, kind = _divided(parameters)
         # Mappings are copied, because their owner may change them.
         self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
-        self._trace, self._names = _trace(world), {*vars(world)}
+        self._trace, self._names, self._settings = _trace(world), {*vars(world)}, {**world.settings}
         self._states = first_states(world._data)
         self._collector = world.recording.collector
         self._start: Starts | None = None
@@ -104,9 +103,11 @@ class _Built:
         seed: int,
         expected: Iterable[tuple[Mapping[str, Any], int]],
     ) -> bool:
-        """Begin a run if it can use this world; return whether it can."""
+        """Begin a run in this world if possible; return whether it was."""
         world = self.world
         if model is not CMOMMT or _trace(world) != self._trace or not vars(world).keys() <= self._names:
+            return False
+        if world.settings != self._settings:
             return False
         numbers, kind = _divided(parameters)
         if not _are_same(kind, self._kind):
@@ -115,22 +116,21 @@ class _Built:
             chosen = PRESETS.get(parameters.get("preset", ""), {})
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
-            self._numbers, self._runs = numbers, {}
+            self._numbers, self._runs, self._settings = numbers, {}, {**world.settings}
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
         room = world._engine.stretch.buffer.array
         world._begin(seed, self._start, run, self._states)
-        # The last run is no longer valid: the memory of its history serves this one.
+        # The last run is no longer valid, so its history's memory can be reused.
         world._engine.stretch.buffer.array = room
         world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
-        world.rng = None
         world._stepper.begin_to_collect()
         return True
 
     def _run_of(self, seed: int, following: Iterable[int]) -> int:
-        """Return which of the computed starts belongs to a seed."""
+        """Return the index of a seed among the computed starts, computing more if it is not there."""
         if seed not in self._runs:
             seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
             self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
@@ -148,25 +148,33 @@ def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
 
 
 def _trace(world: World) -> tuple[Any, ...]:
-    """Return what changes when something is added to a world, taken away from it or exchanged."""
-    groups = [(id(group), *map(id, group.rules), len(group), len(group.columns.arrays())) for group in world.groups]
+    """Return a value that changes when something is added to a world, removed or replaced."""
+    groups = [
+        (id(group), *map(id, group.rules), len(group), len(group.columns.arrays()), _attributes(group))
+        for group in world.groups
+    ]
     recording = world.recording
-    extras = world._engine.extras, mesa_compat.has_events(world)
-    return groups, len(recording.callbacks), type(recording.collector), *extras
+    mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
+    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas
+
+
+def _attributes(group: Group) -> int:
+    """Return how many attributes a group's agents have."""
+    return sum(map(len, map(vars, group.agents)))
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two mappings hold the same settings, as far as that can be known."""
+    """Whether two mappings certainly hold the same settings."""
     return one.keys() == other.keys() and all(_is_same(value, other[name]) for name, value in one.items())
 
 
 def _is_same(one: Any, other: Any) -> bool:
-    """Whether two settings are equal and will stay so."""
+    """Whether two settings are equal and cannot change."""
     if type(one) is not type(other):
         return False
     if isinstance(one, dict):
         return _are_same(one, other)
     if isinstance(one, (str, int, float)):
         return bool(one == other)
-    # Policies and degrees of awareness that ship with this package are frozen; lists and arrays may change.
+    # This package's policies and degrees of awareness are frozen; lists and arrays may change.
     return one is other and type(one).__module__.startswith("teamsight.")

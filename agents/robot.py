@@ -13,8 +13,8 @@ from teamsight.agents.body import Body
 class Robot(Body):
     """A robot of a team.
 
-    A subclass may override `decide`, which then replaces the group's policy, or `step`, which is called before each
-    step. The model then makes its steps one by one.
+    A subclass may override `decide`, to replace the group's policy, or `step`, which is called before each step. Then
+    the model makes its steps one by one.
     """
 
     team: ClassVar[str | None] = "robots"
@@ -31,6 +31,6 @@ class Robot(Body):
 
     @property
     def situation(self) -> npt.NDArray[np.float32]:
-        """The inputs of a learner, shape (width,): 16 sectors from the heading, and what the degree adds (§8)."""
-        moment = self.group.host.look()
+        """The inputs of a learner, shape (width,): 16 target sectors and what the degree of awareness adds (§8)."""
+        moment = self.group.host.find_neighbours()
         return np.array(self.group.perception.situate(self.group.awareness, moment)[self.row])

@@ -27,7 +27,7 @@ from teamsight.world.starts import Starts
 
 
 class GroupState(NamedTuple):
-    """What changes of a group in a run, and its description: name, policy and degree of awareness."""
+    """The state of a group, and its description: name, policy and degree of awareness."""
 
     name: str
     policy: str
@@ -52,7 +52,7 @@ class State(NamedTuple):
     history : History
         The completed steps.
     collected : HistoryCollector or None
-        The world's own data collector; a collector of the user's is not part of the state.
+        The world's own data collector; None if the user has set another.
     """
 
     seed: int
@@ -69,7 +69,7 @@ class StateKeeper:
     Parameters
     ----------
     model : mesa.Model
-        The model whose counters and random numbers go along.
+        The model, whose counters and random numbers are set too.
     data : WorldData
         The data of the world.
     engine : Engine
@@ -111,12 +111,12 @@ class StateKeeper:
             self._continue(saved.seed, saved.tick, saved.history)
 
     def reset(self, rng: int | None = None) -> None:
-        """Begin anew; see `World.reset`."""
+        """Start again; see `World.reset`."""
         data = self._data
         data.timeline.check_undecided("reset()", "plan it with world.clock.at(world.clock.now, world.reset)")
         seed = data.seed if rng is None else checks.seed(rng, None)
         collector = _emptied(self._recording.collector)
-        # All that can fail comes first, before anything changes.
+        # What can fail comes first, before anything changes.
         start, states = start_of(data, key_of(seed)[np.newaxis]), first_states(data)
         with deferred():
             self.begin(seed, start, 0, states, is_rewritable(data))
@@ -142,6 +142,7 @@ class StateKeeper:
         """
         restart_groups(self._data, start, run, states, is_kept)
         self._model.random.seed(seed)
+        self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
 
     def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
@@ -157,23 +158,25 @@ def _check_fits(saved: State, data: WorldData) -> None:
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.arena != _identified_arena(data.arena):
         raise ValueError(
-            f"restore(…): the state is of a world in {_named(saved.arena)}, this one is {data.arena}; make one "
-            "like that"
+            f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}; restore "
+            "it in a world built in the same way"
         )
     mine = [(*_identified(group), len(group)) for group in data.groups]
     theirs = [(old.name, old.policy, old.awareness, len(old.bodies)) for old in saved.groups]
     if mine != theirs:
-        raise ValueError(f"restore(…): the state is of a world with {_difference(theirs, mine)}; make one like that")
+        raise ValueError(
+            f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
+            "same way"
+        )
     for group, old in zip(data.groups, saved.groups, strict=True):
         if group.is_compiled and layout(old.policy_state) != layout(group.policy_state):
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
-                f"{layout(group.policy_state)}; make a world whose policies have the same constants"
+                f"{layout(group.policy_state)}; restore it in a world whose policies have the same options"
             )
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
-    """Return an empty collector with the same reporters."""
     if isinstance(collector, HistoryCollector):
         return collector.emptied()
     names = ("model_reporters", "agent_reporters", "agenttype_reporters")
@@ -183,14 +186,13 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
 def _identified(group: Group) -> tuple[str, str, str]:
     """Return the description of a group: its name, policy and degree of awareness, with their constants."""
     policy = repr(group.policy)
-    # A repr with an address in memory would differ from itself after saving.
+    # A repr that contains a memory address differs between processes.
     return group.name, type(group.policy).__name__ if " at 0x" in policy else policy, repr(group.awareness)
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:
-    """Return the first difference between the groups of two worlds."""
     if len(theirs) != len(mine):
-        return f"{len(theirs)} groups, and here are {len(mine)}"
+        return f"{len(theirs)} groups, and this one has {len(mine)}"
     one, other = next((one, other) for one, other in zip(theirs, mine, strict=True) if one != other)
     # For two policies of one class, the constants that differ.
     parts = [", ".join(map(str, group)).replace("(", ", ").replace(")", "").split(", ") for group in (one, other)]
@@ -199,7 +201,7 @@ def _difference(theirs: list[Any], mine: list[Any]) -> str:
 
 
 def _identified_arena(arena: Arena) -> tuple[Any, ...]:
-    """Return the description of an arena: equal for equal arenas, also after saving."""
+    """Return the description of an arena: equal for equal arenas, also in other processes."""
     box = tuple(np.ravel(arena.bounds).tolist())
     return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box)
 

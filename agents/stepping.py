@@ -20,8 +20,8 @@ from teamsight.core.interrupts import deferred
 class Stepper:
     """Advances a world.
 
-    Whatever interrupts a step, such as Ctrl-C or an exception in a user's policy, the world is afterwards where its
-    last completed step has left it, and `step` and `run` go on from there.
+    If a step is interrupted, by Ctrl-C or by an exception in a user's policy, the world stays as after the last
+    completed step, and `step` and `run` continue from there.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ class Stepper:
         self._model, self._data, self._engine, self._recording = model, data, engine, recording
         self._timeline = data.timeline
         self._overrides_step = overrides_step
-        # The reasons for single steps of which the user was warned.
+        # Why steps were made one by one; the user was warned of each reason.
         self.warned: set[str] = set()
 
     def step(self) -> None:
-        """Make one step, unless an event stops the model before it."""
+        """Make one step, unless an event before it stops the model."""
         timeline = self._timeline
         timeline.check_outside("step()")
         tick = timeline.tick
@@ -61,10 +61,10 @@ class Stepper:
             mesa_compat.count_steps(self._model, -1)
 
     def run(self, steps: int) -> None:
-        """Make `steps` steps, in one compiled call where nothing needs Python between them."""
+        """Make `steps` steps, in one compiled call unless something needs Python in between."""
         timeline, model = self._timeline, self._model
         timeline.check_outside("run()")
-        # An event may reset the world, and its tick with it: the number of steps stays the same.
+        # An event may reset the tick; the number of steps to make stays the same.
         end = timeline.tick - timeline.jumps + checks.count("steps", steps, least=0)
         reason = self._needs_python()
         if reason and steps > 0 and model.running and reason not in self.warned:
@@ -72,7 +72,7 @@ class Stepper:
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
         while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
             if reason or mesa_compat.has_events(model):
-                # mesa has put its own wrapper, which counts, around the method.
+                # The wrapper of `mesa_compat.take_over_step`, which counts the step.
                 mesa_step: Callable[[], None] = model.step
                 mesa_step()
             else:
@@ -85,10 +85,10 @@ class Stepper:
         return bool(self._model.running or not was_running)
 
     def _run_to_next_event(self, most: int) -> str:
-        """Process the events that are due and make the steps up to the next one; return why the next need Python."""
+        """Process due events and make the steps up to the next event; return why the steps after it need Python."""
         timeline, model = self._timeline, self._model
         if timeline.clock.ticks_until_event(timeline.tick) > 0:
-            # No function of the user's is called: the steps are made and counted as one.
+            # No function of the user's is called, so Ctrl-C can wait until the steps are made and counted.
             with deferred():
                 tick = timeline.tick
                 try:
@@ -102,7 +102,7 @@ class Stepper:
             mesa_compat.count_steps(model, 1)
             if not self._process_events():
                 return ""
-            # An event may have brought in what needs Python.
+            # An event may have added something that needs Python.
             reason = self._needs_python()
             if reason or mesa_compat.has_events(model):
                 self._make_step()
@@ -124,14 +124,14 @@ class Stepper:
                 self._engine.prepare()
                 with self._timeline.calling("an agent's own step"):
                     for agent in list(group.agents):
-                        # Another may have removed it meanwhile.
+                        # The step of another agent may have removed this one.
                         if agent._row >= 0:
                             agent.step()
         if all(group.is_compiled for group in self._data.groups):
             self._run_stretch(1)
         else:
             self.begin_to_collect()
-            before = self._rows_to_come()
+            before = self._no_rows()
             try:
                 self._engine.step()
             finally:
@@ -146,21 +146,21 @@ class Stepper:
     def _run_stretch(self, steps: int) -> None:
         self.begin_to_collect()
         with deferred():
-            before = self._rows_to_come()
+            before = self._no_rows()
             try:
                 self._engine.run(steps)
             finally:
                 self._collect(before)
 
     def begin_to_collect(self) -> None:
-        """Make everything ready, and collect the present values before the first step."""
+        """Prepare a step, and collect the present values before the first."""
         self._engine.prepare()
         collector = self._recording.collector
         if isinstance(collector, HistoryCollector) and not collector.has_begun:
             collector.collect(self._model)
 
-    def _rows_to_come(self) -> Rows:
-        """Return the rows of the present stretch that are still to be written: none yet."""
+    def _no_rows(self) -> Rows:
+        """Return an empty range of rows at the end of the present stretch."""
         stretch, history = self._engine.stretch, self._data.history
         return Rows(
             stretch, stretch.rows, stretch.rows, self._timeline.tick, stretch.observed_sum, history.max_neighbours,
@@ -173,7 +173,7 @@ class Stepper:
             self._recording.collector.collect_rows(rows)
 
     def _needs_python(self) -> str:
-        """Return why steps cannot be made in a compiled call; empty when they can."""
+        """Return why steps cannot be made in a compiled call; empty if they can."""
         if self._overrides_step:
             return f"{type(self._model).__name__} overrides step"
         if self._recording.callbacks:
@@ -191,5 +191,4 @@ class Stepper:
 
 
 def _overrides_step(group: Group) -> bool:
-    """Whether the group's agents override mesa's ``step``."""
     return bool(group.agents) and type(group.agents[0]).step is not mesa.Agent.step

@@ -60,19 +60,19 @@ def teammates(groups: list[Group]) -> Teammates:
     teams = on_teams(groups)
     names = list(dict.fromkeys(group.team for group in teams))
     bodies = [group.bodies for group in teams]
-    nobody, nowhere = np.zeros(0), np.zeros((0, 2))
+    empty, no_points = np.zeros(0), np.zeros((0, 2))
     return Teammates(
-        np.concatenate([np.full(len(group), names.index(group.team)) for group in teams] or [nobody.astype(np.int64)]),
-        np.concatenate([body.identity for body in bodies] or [nobody.astype(np.int64)]),
-        np.concatenate([body.position for body in bodies] or [nowhere]),
-        np.concatenate([body.heading for body in bodies] or [nowhere]),
-        np.concatenate([body.speed for body in bodies] or [nobody]),
-        np.concatenate([group.ranges[1] for group in teams] or [nobody]),
+        np.concatenate([np.full(len(group), names.index(group.team)) for group in teams] or [empty.astype(np.int64)]),
+        np.concatenate([body.identity for body in bodies] or [empty.astype(np.int64)]),
+        np.concatenate([body.position for body in bodies] or [no_points]),
+        np.concatenate([body.heading for body in bodies] or [no_points]),
+        np.concatenate([body.speed for body in bodies] or [empty]),
+        np.concatenate([group.ranges[1] for group in teams] or [empty]),
     )
 
 
 def neighbours(groups: list[Group]) -> NeighbourList:
-    """Return the neighbours of each of `teammates`: those of its team within its awareness range, by row."""
+    """Return the neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
     teams = on_teams(groups)
     rows, row = {}, 0
     for group in teams:
@@ -82,7 +82,7 @@ def neighbours(groups: list[Group]) -> NeighbourList:
     for group in teams:
         relation = group.relations["teammates"]
         graph = relation.graph
-        # The relation counts through the groups of this team only.
+        # The relation numbers the agents of this team only.
         row_of = np.concatenate([rows[other.number] for other in relation.observed])
         found.append(NeighbourList(edges + graph.start[1:], row_of[graph.identity], graph.offset, graph.distance))
         edges += len(graph.identity)

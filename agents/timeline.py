@@ -1,4 +1,4 @@
-"""The timeline of a world: the present tick, the events that are due, and what of the user's is being called."""
+"""The timeline of a world: the present tick, due events, and which of the user's functions is being called."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Timeline:
     def check_outside(self, what: str) -> None:
         """Refuse to advance the world while a function of the user's is called."""
         if self._inside:
-            raise RuntimeError(f"{what}: called in {self._inside}, in the middle of a step; call it between steps")
+            raise RuntimeError(f"{what}: called in {self._inside}, during a step; call it between steps")
 
     def check_undecided(self, what: str, cure: str) -> None:
         """Refuse to change groups while they decide."""
         if self._inside == DECIDE:
-            raise RuntimeError(f"{what}: called in {DECIDE}, while others are still to decide; {cure}")
+            raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {cure}")
 
     def process_events(self) -> None:
         """Process all events that are due."""

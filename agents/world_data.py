@@ -11,7 +11,7 @@ from teamsight.world.noise import key_of
 
 
 class WorldData:
-    """Place, agents, time and record of a world. Its parts share one object of this class and not the world itself.
+    """The arena, agents, time and history of a world. Its parts share this object, and do not refer to the world.
 
     Parameters
     ----------

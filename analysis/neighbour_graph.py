@@ -204,7 +204,7 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
     steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
     if all(group.team is None for group in model.groups):
         raise ValueError(
-            f"model={model!r}: no group is on a team at tick {model.tick}, so nobody has neighbours; add a group of "
+            f"model={model!r}: no group is on a team at tick {model.tick}, so no agent has neighbours; add a group of "
             "Robot, or of an agent class with a team"
         )
 

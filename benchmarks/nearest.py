@@ -31,8 +31,8 @@ from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.nearest import k_nearest, search_table
 
 INPUTS = 32
-PAIRS = (600, 10_000, 1_000_000)
-# For each number of pairs, how many queries make up a round; what is slow is asked less.
+TRANSITIONS = (600, 10_000, 1_000_000)
+# For each number of transitions, how many queries make up a round; fewer where a query is slow.
 QUERIES = {600: 10_000, 10_000: 1_000, 1_000_000: 100}
 GOALS = {600: (2.0, 10.0), 10_000: (1.0, None), 1_000_000: (1.0, None)}
 
@@ -49,7 +49,7 @@ class Case(NamedTuple):
 def main() -> int:
     """Measure all cases; the exit status is 1 when a goal is missed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="fewer rounds, and no million pairs")
+    parser.add_argument("--quick", action="store_true", help="fewer rounds, and no million transitions")
     parser.add_argument("--out", type=Path, help="write all numbers to this JSON file")
     options = parser.parse_args()
     faiss.omp_set_num_threads(1)
@@ -57,10 +57,10 @@ def main() -> int:
     rounds = 5 if options.quick else 9
     rows: list[Row] = []
     with console.status("measuring …"):
-        for pairs in PAIRS[:-1] if options.quick else PAIRS:
-            for kind, (memory, queries) in {"explored": explored(pairs), "uniform": uniform(pairs)}.items():
+        for transitions in TRANSITIONS[:-1] if options.quick else TRANSITIONS:
+            for kind, (memory, queries) in {"explored": explored(transitions), "uniform": uniform(transitions)}.items():
                 for k in (10, 1):
-                    rows += compare(Case(f"{pairs:,} × {INPUTS} {kind}, k = {k}", memory, queries, k), rounds)
+                    rows += compare(Case(f"{transitions:,} × {INPUTS} {kind}, k = {k}", memory, queries, k), rounds)
         for inputs in (INPUTS, INPUTS // 2):
             rows.append(in_a_kernel(inputs, rounds))
     console.print(table_of(rows))
@@ -71,22 +71,22 @@ def main() -> int:
     return 0 if all(row.is_met is not False for row in rows) else 1
 
 
-def explored(pairs: int) -> tuple[LazyMemory, Any]:
+def explored(transitions: int) -> tuple[LazyMemory, Any]:
     """Return a memory that robots explored, and what a larger team would ask it: readings most of which are 1."""
-    plan = Exploration(runs=-(-pairs // 600))
-    asking = Exploration(robots=15, targets=15, radius=4.0, runs=-(-QUERIES[pairs] // 1_800), seed=1)
+    plan = Exploration(runs=-(-transitions // 600))
+    asking = Exploration(robots=15, targets=15, radius=4.0, runs=-(-QUERIES[transitions] // 1_800), seed=1)
     memory = explore(plan)
-    memory = memory.sample(pairs, seed=0) if len(memory) > pairs else memory
+    memory = memory.sample(transitions, seed=0) if len(memory) > transitions else memory
     asked = explore(asking).situation
-    return memory, np.ascontiguousarray(np.random.default_rng(0).permutation(asked)[: QUERIES[pairs]])
+    return memory, np.ascontiguousarray(np.random.default_rng(0).permutation(asked)[: QUERIES[transitions]])
 
 
-def uniform(pairs: int) -> tuple[LazyMemory, Any]:
+def uniform(transitions: int) -> tuple[LazyMemory, Any]:
     """Return a memory of uniform random situations and queries alike, where nothing can be left out."""
     rng = np.random.default_rng(0)
-    situation = rng.random((pairs, INPUTS), np.float32)
-    memory = LazyMemory.of(situation, np.zeros((pairs, 2), np.float32), situation, {})
-    return memory, rng.random((QUERIES[pairs], INPUTS), np.float32)
+    situation = rng.random((transitions, INPUTS), np.float32)
+    memory = LazyMemory.of(situation, np.zeros((transitions, 2), np.float32), situation, {})
+    return memory, rng.random((QUERIES[transitions], INPUTS), np.float32)
 
 
 def compare(case: Case, rounds: int) -> list[Row]:
@@ -98,9 +98,9 @@ def compare(case: Case, rounds: int) -> list[Row]:
         np.testing.assert_allclose(found, distances["teamsight"], rtol=1e-5, atol=1e-6, err_msg=f"{name}, {case.name}")
     work = {name: cost_of(search, len(case.queries)) for name, search in searches.items()}
     taken = interleave(work, rounds)
-    pairs = len(case.memory)
+    transitions = len(case.memory)
     rows = [median(f"{case.name}: queries a second", "/s", [1 / seconds for seconds in taken["teamsight"]])]
-    for name, goal in zip(("faiss", "scikit-learn"), GOALS[pairs], strict=True):
+    for name, goal in zip(("faiss", "scikit-learn"), GOALS[transitions], strict=True):
         goals = {} if goal is None else {"least": goal}
         rows.append(ratio(f"{case.name}: as fast as {name}", taken[name], taken["teamsight"], **goals))
     return rows
@@ -150,7 +150,7 @@ ONE_BY_ONE = Entry(_one_by_one)
 
 
 def in_a_kernel(inputs: int, rounds: int) -> Row:
-    """Return how many situations a second a policy's kernel can look up, one at a time, in a memory of 600 pairs."""
+    """Return how many situations a second a policy's kernel can look up, one at a time, among 600 transitions."""
     memory, asked = explored(600)
     queries = np.ascontiguousarray(asked[:, :inputs])
     k = 10

@@ -13,7 +13,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class NumpyACmommt(Policy):
-    """Follow targets that no teammate is nearer to, keep away from teammates, and search where no force acts."""
+    """Follow targets that no teammate is nearer to, keep away from teammates, and redraw the heading without forces."""
 
     draws = 1
 

@@ -1,8 +1,8 @@
 """CMOMMT under A-CMOMMT as a mesa user would write it: agents in a ContinuousSpace, rules in plain Python.
 
-The model is that of ``teamsight.CMOMMT()`` by default: pairwise awareness, nearest weights, redrawn search, tracks of
-lost targets, a disc whose wall reflects. It is written to be read, and to be as quick as that allows: one query of the
-space for each robot and step, few NumPy calls on few numbers. Run it alone to see its speed:
+The model is that of ``teamsight.CMOMMT()`` by default: pairwise awareness, ``weights="nearest"``, ``idle="redraw"``,
+tracks of lost targets, a disc whose wall reflects. It is written to be easy to read, and as fast as that allows: one
+query of the space for each robot and step, few NumPy calls on few numbers. Run it alone to see its speed:
 
     python benchmarks/plain_mesa.py
 """
@@ -137,7 +137,7 @@ class Robot(Body):
                 self.teammates.append((x, y, distance))
 
     def decide(self) -> None:
-        """Follow the sum of all forces, or search."""
+        """Follow the sum of all forces; go in a random direction where there is none."""
         x = y = 0.0
         for mate_x, mate_y, distance in self.teammates:
             if 0.0 < distance < DR2:

@@ -1,4 +1,4 @@
-"""δ from recorded positions: first record a run, as a tracking system would real robots, then read the file."""
+"""δ from recorded positions: record a simulated run, as a tracking system records robots, then read the file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def main() -> None:
         record(path)
         report = delta_from_trajectories(read_trajectories(path), awareness_range=1.0, risk=0.05, window=100)
     print(report)
-    print(f"δ = {report.delta}; to rely on: {report.delta_safe}")
+    print(f"δ = {report.delta} (point estimate), {report.delta_safe} (with confidence)")
 
 
 if __name__ == "__main__":

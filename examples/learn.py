@@ -17,7 +17,7 @@ from teamsight.policies.memory import LazyMemory
 
 
 def keep(memory: LazyMemory) -> npt.NDArray[np.float64]:
-    """A reward of your own: −1 for each target that only this robot sensed, and that it has lost."""
+    """A reward of your own: −1 for each target that only this robot sensed, and no longer senses."""
     return -np.asarray(memory.fact("alone_lost"), float)
 
 

@@ -14,9 +14,9 @@ def main() -> None:
     print(over_time.to_string(index=False, float_format="{:.2f}".format))
 
     graph = neighbour_graph.to_networkx(model.neighbours, identity=model.teammates.identity)
-    groups = sorted(map(len, nx.connected_components(graph)), reverse=True)
-    print(f"now: {graph.number_of_edges()} pairs of neighbours, groups of {groups}")
-    print(f"the best connected robot is {max(graph, key=graph.degree)}; the largest degree yet {model.max_neighbours}")
+    sizes = sorted(map(len, nx.connected_components(graph)), reverse=True)
+    print(f"now: {graph.number_of_edges()} pairs of neighbours, components of {sizes} robots")
+    print(f"robot {max(graph, key=graph.degree)} has most neighbours; largest number so far: {model.max_neighbours}")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Compose a new kind of robot: carriers that run out of charge, in a team with scouts that sense farther.
+"""Define a new kind of robot: carriers that run out of charge, in a team with scouts that have longer ranges.
 
 A subclass of Robot may override `decide` and call the group's policy by ``super().decide``.
 """

@@ -1,6 +1,6 @@
-"""A policy of your own, three ways: a compiled kernel, NumPy for a whole group, and a plain function for one robot.
+"""Three ways to write a policy: a compiled kernel, NumPy for a whole group, and a plain function for one robot.
 
-All three do the same: lean from the present heading towards the sensed targets and away from perceived teammates.
+All three do the same: turn from the present heading towards the sensed targets and away from perceived teammates.
 """
 
 from __future__ import annotations

@@ -55,28 +55,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES",
-    "ACmommt",
-    "Action",
-    "Centroid",
-    "CompiledPolicy",
-    "Evasive",
-    "Evolved",
-    "LazyQ",
-    "LinearQ",
-    "NeighbourList",
-    "Percept",
-    "PerceptOfOne",
-    "PessimisticLazyQ",
-    "Policy",
-    "PolicyState",
-    "RandomWalk",
-    "SheppardLazyQ",
-    "Stationary",
-    "TabularQ",
-    "check_policy",
-    "turned",
-]
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "LazyQ", "LinearQ",
+    "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyState", "RandomWalk",
+    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "turned",
+]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())
 

@@ -17,17 +17,18 @@ def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
     Raises
     ------
     TypeError, ValueError
-        If it did not; the message names the rule, the robot `i` and the answer.
+        If it returned anything else; the message names the rule, the robot `i` and the answer.
     """
     try:
         turn, distance = answer
         turn, distance = float(turn), float(distance)
     except (TypeError, ValueError):
         raise TypeError(
-            f"{name}: robot {i} got {checks.shown(answer)}; a rule for one robot returns two numbers, (turn, distance)"
+            f"{name}: returned {checks.shown(answer)} for robot {i}; a rule for one robot returns two numbers, "
+            "(turn, distance)"
         ) from None
     if not (math.isfinite(turn) and math.isfinite(distance)):
-        raise ValueError(f"{name}: robot {i} got (turn, distance) = ({turn}, {distance}); both must be finite")
+        raise ValueError(f"{name}: returned (turn, distance) = ({turn}, {distance}) for robot {i}; both must be finite")
     return turn, distance
 
 
@@ -40,7 +41,7 @@ def check_action(name: str, action: Action, size: int) -> None:
         Naming the policy, the value and the limit.
     """
     if not isinstance(action, tuple) or len(action) != 2:
-        raise TypeError(f"{name}: an action is Action(heading, distance), not {type(action).__name__}")
+        raise TypeError(f"{name}: returned {type(action).__name__} as action; it must be Action(heading, distance)")
     for part, array, shape in (("heading", action[0], (size, 2)), ("distance", action[1], (size,))):
         if np.shape(array) != shape:
             raise ValueError(f"{name}: action.{part} has the shape {np.shape(array)}; {size} robots need {shape}")

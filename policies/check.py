@@ -18,7 +18,7 @@ from teamsight.policies.guarded_decision import try_decision
 from teamsight.policies.interface import Percept, Policy
 from teamsight.policies.percept_of_one import Rule, percept_of_one
 
-# A kernel may fail only after many decisions, as when a counter leaves its array. With larger tables this takes long.
+# A kernel may fail only after many decisions, as when a counter exceeds its array. With larger tables this takes long.
 _MANY_STEPS = 64
 _LARGE_TABLE = 1_000_000
 
@@ -84,10 +84,10 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
     Raises
     ------
     TypeError
-        If it is no policy, or does not return an `Action` and a state, or, for a function, two numbers.
+        If it is not a policy, or does not return an `Action` and a state, or, for a function, two numbers.
     ValueError
         If an action has the wrong shape, is not finite, or has headings that are not unit vectors; if the policy
-        changes its arguments, or returns different actions for equal arguments; and if a kernel reads or writes outside
+        changes its arguments, or returns different actions for equal arguments; or if a kernel reads or writes outside
         of its arrays.
     """
     name = getattr(policy, "__name__", type(policy).__name__)
@@ -95,7 +95,7 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         raise TypeError(f"{name}: is a class; give an object, {name}()")
     if not isinstance(policy, Policy):
         if hasattr(policy, "decide") or not callable(policy):
-            raise TypeError(f"{name}: is no policy; derive it from teamsight.policies.Policy, or give a function")
+            raise TypeError(f"{name}: is not a policy; derive it from teamsight.policies.Policy, or give a function")
         for size in sizes:
             _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))
         return
@@ -117,7 +117,7 @@ def _guarded_decisions() -> Iterator[None]:
 
 
 def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
-    """Check some decisions in full, and many more of a kernel for its use of arrays."""
+    """Check some decisions in full, and, for a kernel, the array accesses of many more."""
     rng = np.random.default_rng(size)
     state = policy.start(size)
     for step in range(steps):
@@ -151,8 +151,8 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
     if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
     if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
-        nobody = no_neighbours(len(percept.heading))
-        alone = policy.decide(percept._replace(teammates=nobody, relayed=nobody), state, noise)[0]
+        none = no_neighbours(len(percept.heading))
+        alone = policy.decide(percept._replace(teammates=none, relayed=none), state, noise)[0]
         if any(not np.array_equal(a, b) for a, b in zip(action, alone, strict=True)):
             raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after

@@ -1,4 +1,4 @@
-"""Compiled policies: a kernel that decides for a whole group, and the record that hands it the percept."""
+"""Compiled policies: a kernel that decides for a whole group, and the record of its arguments."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ def decide_at(address: int) -> int:
 
 _ENTRIES: dict[Callable[..., Any], Entry] = {}
 
-#: Called with what `CompiledPolicy.decide` is called with, before the kernel runs; `check_policy` tries it there.
+#: If set, called with the arguments of `CompiledPolicy.decide` before the kernel runs; `check_policy` sets it.
 before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] | None = None
 
 
 class CompiledPolicy(Policy):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
 
-    A subclass defines `kernel` and `parameters` and, where the defaults do not fit, `table`, `start` and the attributes
-    of `Policy`.
+    A subclass defines `kernel` and `parameters` and, if the defaults do not fit, `table`, `start` and the attributes of
+    `Policy`.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class CompiledPolicy(Policy):
         return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 0, 0), np.int64))
 
     def check_percept(self, percept: Percept) -> None:
-        """Raise an error for a percept that the kernel cannot read; for percepts that were not made by a world."""
+        """Raise an error for a percept, not made by a world, that the kernel cannot read."""
 
     @classmethod
     def entry(cls) -> Entry:
@@ -124,22 +124,24 @@ class CompiledPolicy(Policy):
 
 
 def check_state(policy: CompiledPolicy, state: Any, size: int) -> None:
-    """Refuse a state that a kernel would read beyond its end.
+    """Refuse a state that is too short for a kernel, or of another type.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no `PolicyState` of arrays with a row for each robot and the right types.
+        If it is not a `PolicyState` of arrays with a row for each robot and the right types.
     """
     name = f"{type(policy).__name__}.start({size})"
     if not isinstance(state, PolicyState):
-        raise TypeError(f"{name} returned {type(state).__name__}; a compiled policy needs PolicyState(floats, ints)")
+        raise TypeError(f"{name}: returned {type(state).__name__}; it must return PolicyState(floats, ints)")
     for part, array, dtype in (("floats", state.floats, np.float64), ("ints", state.ints, np.int64)):
         if not isinstance(array, np.ndarray) or array.dtype != dtype:
             kind = getattr(array, "dtype", type(array).__name__)
             raise TypeError(f"{name}.{part}: has the type {kind}; it must be {dtype.__name__}")
         if array.ndim != 3 or len(array) != size or not array.flags.c_contiguous:
-            raise ValueError(f"{name}.{part}: has the shape {array.shape}; it must be dense, ({size}, slots, fields)")
+            raise ValueError(
+                f"{name}.{part}: has the shape {array.shape}; it must be C-contiguous, ({size}, slots, fields)"
+            )
 
 
 def pack_decision(
@@ -152,5 +154,4 @@ def pack_decision(
 
 
 def _dense(value: Any) -> Any:
-    """Return a percept whose arrays are dense: a caller's may be views with gaps."""
     return type(value)(*map(_dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)

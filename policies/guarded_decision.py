@@ -1,4 +1,4 @@
-"""Decisions of compiled policies on guarded arrays: what a kernel reads and writes, and whether it may."""
+"""Decisions of compiled policies on guarded arrays, which reveal forbidden reads and writes of a kernel."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ from teamsight.policies.compiled import DECISION, CompiledPolicy, check_state, d
 from teamsight.policies.interface import Action, Floats, Percept, PolicyState
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
-_TABLE = "the table is what `knowledge` returns"
+_TABLE = "the policy's `table` determines the shape"
 _DECLARED = "declare as many as it needs in start(size)"
-
 
 #: The axes of percepts and scenes, by the name of their length; for errors.
 PERCEPT_AXES = {
     "n": _ROBOT,
-    "2": Axis("components", "they are 0, x, and 1, y"),
+    "2": Axis("components", "0 is x, and 1 is y"),
     "n + 1": Axis("elements", "there is one more than robots; robot i's are start[i] and start[i + 1]"),
-    "k": Axis("neighbours", "robot i sees those from start[i] up to, not including, start[i + 1]"),
+    "k": Axis("neighbours", "those of robot i are start[i] up to, not including, start[i + 1]"),
     "width": Axis("inputs", "declare as many as it needs as `inputs`"),
     "p": Axis("parameters", "add what it needs to `parameters`"),
 }
@@ -38,7 +37,7 @@ _GUARDED = GuardedRecord(
         "rows": Axis("rows", _TABLE), "columns": Axis("columns", _TABLE),
         "slots": Axis("slots", _DECLARED), "fields": Axis("fields", _DECLARED),
         "intslots": Axis("slots", _DECLARED), "intfields": Axis("fields", _DECLARED),
-        "ticks": Axis("ticks", "the kernel is given those of one"), "1": Axis("ticks", "there is one"),
+        "ticks": Axis("ticks", "the kernel receives one"), "1": Axis("ticks", "there is one"),
         "draws": Axis("draws", "declare as many as it needs as `draws`"),
         "lanes": Axis(
             "robots", "rows of noise can be longer than there are robots: stop at percept.heading.shape[0]"
@@ -47,7 +46,7 @@ _GUARDED = GuardedRecord(
     {"noise": "n"},
 )  # fmt: skip
 
-# An action that no kernel computes, to see what was not written.
+# A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
 
@@ -67,7 +66,7 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
 
 
 def check_declared(policy: CompiledPolicy) -> None:
-    """Refuse parameters and knowledge that are no arrays of numbers of one and of two dimensions.
+    """Refuse parameters that are not a one-dimensional, and a table that is not a two-dimensional array of numbers.
 
     Raises
     ------
@@ -77,7 +76,7 @@ def check_declared(policy: CompiledPolicy) -> None:
     for member, dimensions in (("parameters", 1), ("table", 2)):
         value = getattr(policy, member)
         try:
-            # Knowledge can be large; it is not copied.
+            # A table can be large; it is not copied.
             array = value if isinstance(value, np.ndarray) else np.asarray(value, float)
         except (TypeError, ValueError):
             array = np.array("")
@@ -89,36 +88,36 @@ def check_declared(policy: CompiledPolicy) -> None:
             )
 
 
-def try_decision(policy: CompiledPolicy, percept: Percept, memory: PolicyState, noise: Floats) -> None:
+def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
     """Run a policy's kernel on guarded arrays.
 
     Parameters
     ----------
     policy : CompiledPolicy
-        Whose kernel.
-    percept, memory, noise
-        As `CompiledPolicy.decide` takes them; they stay as they are.
+        The policy.
+    percept, state, noise
+        The arguments of `CompiledPolicy.decide`; they are not changed.
 
     Raises
     ------
     TypeError
         If the kernel cannot be compiled.
     ValueError
-        If it uses memory, parameters or noise that the policy did not declare, writes into what it may only read, or
-        leaves a part of the action unwritten.
+        If it uses state, parameters or noise that the policy did not declare, writes into read-only arrays, or leaves a
+        part of the action unwritten.
     """
     entry = _entry(policy)
     if entry is None:
         return
     name, size = type(policy).__name__, len(percept.heading)
     check_declared(policy)
-    check_state(policy, memory, size)
+    check_state(policy, state, size)
     found = []
-    # In a world, rows of noise are longer than there are robots. What stands there must not matter.
+    # In a world, rows of noise are longer than there are robots. The numbers behind must have no effect.
     for beyond in (np.nan, 0.5):
         long = np.full((len(noise), (size // 8 + 2) * 8), beyond)
         long[:, :size] = noise
-        found.append(_run(entry, policy, percept, memory, long))
+        found.append(_run(entry, policy, percept, state, long))
     (action, after), (other, otherwise) = found
     _check_written(name, action)
     pairs = zip((*action, *after), (*other, *otherwise), strict=True)
@@ -134,28 +133,28 @@ def _check_written(name: str, action: Action) -> None:
         is_written = (array.view(np.uint64) != _UNWRITTEN).reshape(len(array), -1).all(axis=1)
         if not is_written.all():
             raise ValueError(
-                f"{name}: its kernel leaves action.{part} of robot {np.argmin(is_written)} unwritten, so that a world "
-                "would go on with an older one; write it for every robot at each decision"
+                f"{name}: its kernel leaves action.{part} of robot {np.argmin(is_written)} unwritten, so that the last "
+                "one would be repeated; write it for every robot at each decision"
             )
 
 
 def _run(
-    entry: Entry, policy: CompiledPolicy, percept: Percept, memory: PolicyState, noise: Floats
+    entry: Entry, policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats
 ) -> tuple[Action, PolicyState]:
-    """Run the kernel once on arrays between fences; return the action and what is remembered afterwards."""
+    """Run the kernel once on arrays between fences; return the action and the new state."""
     name, fences = type(policy).__name__, Fences()
     size = len(percept.heading)
     blank = np.full((size, 3), _UNWRITTEN).view(np.float64)
     action = Action(fences.put("action.heading", blank[:, :2]), fences.put("action.distance", blank[:, 2]))
-    after: PolicyState = _fenced(fences, "arrays.state", memory)
+    after: PolicyState = _fenced(fences, "arrays.state", state)
     fenced: Percept = _fenced(fences, "percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
     run_guarded(name, "its kernel", entry, record, _GUARDED.arrays)
     if broken := fences.broken():
         raise ValueError(
-            f"{name}: its kernel writes next to {broken}, or into it where it may only read; index arrays within their "
-            "shape"
+            f"{name}: its kernel writes next to {broken}, or into it although it is read-only; index arrays within "
+            "their shape"
         )
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())
 

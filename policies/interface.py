@@ -1,4 +1,4 @@
-"""The interface of policies: the percept that a policy gets, the action it returns, the state it may keep."""
+"""The interface of policies: the percept, the action and the state."""
 
 from __future__ import annotations
 
@@ -111,11 +111,11 @@ class Policy(ABC):
         Name of the only degree of awareness under which the policy works. Learners declare it, because situations of
         equal width can mean different things.
     needs : tuple of str, default ()
-        Fields of the percept without which the policy is useless: "targets", "teammates", "relayed". A world whose
-        degree of awareness never fills them refuses the policy.
+        Fields of the percept that the policy requires: "targets", "teammates", "relayed". A world whose degree of
+        awareness never fills them refuses the policy.
     effort : int, default 0
-        Numbers that a decision of one robot compares, for policies that search a table. Runs are distributed over
-        workers by it.
+        Numbers that a decision of one robot compares, for policies that search a table. The worker pool estimates the
+        time of a run from it.
     """
 
     draws: int = 0
@@ -148,8 +148,6 @@ class Policy(ABC):
         noise : ndarray, shape (draws, n), float64
             Uniform numbers in (0, 1), one row per draw.
         """
-
-
 
 
 def turned(heading: Floats, rotation: npt.ArrayLike) -> Floats:

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from dataclasses import dataclass, fields
 from functools import cached_property
 from hashlib import blake2b
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -47,18 +47,25 @@ class Learner(CompiledPolicy):
     memory : LazyMemory
         The transitions.
     reward : callable
-        What is to be learned; see `teamsight.policies.rewards`.
+        The reward function; see `teamsight.policies.rewards`.
     inputs : int, optional
-        Number of components of a situation that are used: the robot's own (collective, for `NoAwareness`), or all of
-        them (cooperative, for the degree of awareness of the exploration), which is the default.
+        Number of components of a situation that are used: the robot's own (collective, for `NoAwareness`), or, by
+        default, all (cooperative, for the degree of awareness of the exploration).
     discount : float, default 0.7
         Discount factor γ, in [0, 1].
+
+    Attributes
+    ----------
+    title : str
+        What figures call the learner; by default its name.
 
     Raises
     ------
     TypeError, ValueError
         If a parameter is outside its limits, or the reward does not return a finite number for each transition.
     """
+
+    title: ClassVar[str] = ""
 
     memory: LazyMemory
     reward: Reward = own_reward
@@ -76,7 +83,7 @@ class Learner(CompiledPolicy):
 
     @property
     def degree(self) -> str | None:  # type: ignore[override]
-        """Name of the degree of awareness of the situations used; None if the memory does not say."""
+        """Name of the degree of awareness of the situations used; None if it is not in the memory's settings."""
         return "none" if self.inputs == self.memory.own else self.memory.settings.get("degree")
 
     def remedy(self, degree: str, width: int) -> str:
@@ -106,12 +113,12 @@ class Learner(CompiledPolicy):
     def __repr__(self) -> str:
         names = [part.name for part in fields(self) if part.init and part.name not in ("memory", "reward")]
         constants = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
-        # Different reward functions may share a name; the learned numbers tell such policies apart.
+        # Different reward functions may share a name; the digest of the learned numbers distinguishes such policies.
         return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {constants}, learned={self._digest})"
 
 
 def components(memory: LazyMemory, inputs: int | None) -> int:
-    """Return how many components of the memory's situations are used; None stands for all.
+    """Return the number of components of situations that are used: `inputs`, or all for None.
 
     Raises
     ------

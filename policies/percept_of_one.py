@@ -65,7 +65,7 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
     Raises
     ------
     TypeError, ValueError
-        If a field has a wrong type or shape, or its arrays differ in length, so that a kernel would read beyond them.
+        If a field has a wrong type or shape, or its arrays differ in length.
     """
     if not isinstance(percept, PerceptOfOne):
         kind = type(percept).__name__

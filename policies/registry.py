@@ -1,4 +1,4 @@
-"""The policies that have a name; each is imported when it is first used."""
+"""The policies by name; each is imported when it is first used."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ POLICIES = {
     "stationary": "teamsight.policies.handmade.stationary:Stationary",
 }
 
-# Policies are immutable, so that all worlds share those without options.
+# Policies are immutable, so all worlds share those without options.
 _MADE: dict[str, Policy] = {}
 
 
@@ -67,7 +67,7 @@ def options_of(name: str) -> tuple[str, ...]:
 
 
 def label(policy: Any) -> str:
-    """Return the text by which messages refer to a policy: its name in quotes, its class, or its function."""
+    """Return the name of a policy in messages: its name in quotes, its class, or its function."""
     for name, made in _MADE.items():
         if made is policy:
             return repr(name)

@@ -85,7 +85,7 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
     Raises
     ------
     TypeError, ValueError
-        If it does not; the message names the function, the transition and the value.
+        If it returns anything else; the message names the function, the transition and the value.
     """
     if not callable(reward):
         raise TypeError(f"reward={reward!r}: must be a callable reward(memory) -> array of shape (transitions,)")
@@ -94,7 +94,7 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
         raise TypeError(f"{name}: is a class; give an object, {reward.__name__}()")
     answer: Any = reward(memory)
     if answer is None:
-        raise TypeError(f"{name}: returned None; is `return` missing?")
+        raise TypeError(f"{name}: returned None; return one number for each transition")
     try:
         if np.iscomplexobj(answer):
             # The conversion would drop the imaginary part.
@@ -109,8 +109,8 @@ def rewards_of(memory: LazyMemory, reward: Reward) -> Floats:
     wrong = np.flatnonzero(~np.isfinite(found))
     if len(wrong):
         raise ValueError(
-            f"{name}: is {found[wrong[0]]} for transition {wrong[0]} and not finite for {len(wrong)} of {size}; return "
-            "0 where nothing is rewarded"
+            f"{name}: is {found[wrong[0]]} for transition {wrong[0]}, and not finite for {len(wrong)} of {size}; "
+            "return 0 for no reward"
         )
     return found
 
@@ -141,16 +141,16 @@ def tabulate(reward: Reward, most: int) -> Floats:
         If it reads other facts.
     """
     gained, lost = (np.ravel(part) for part in np.mgrid[: most + 1, : most + 1])
-    nowhere = np.ones((len(gained), 1))
+    empty = np.ones((len(gained), 1))
     memory = LazyMemory.of(
-        nowhere, np.zeros((len(gained), 2)), nowhere, {"gained": gained, "lost": lost}, own=1, settings={}
+        empty, np.zeros((len(gained), 2)), empty, {"gained": gained, "lost": lost}, own=1, settings={}
     )
     try:
         found = rewards_of(memory, reward)
     except (KeyError, ValueError) as error:
         raise ValueError(
-            f"reward {name_of(reward)}: a robot that learns while it acts knows only how many targets it gained and "
-            f"lost itself, at most {most} each ({error})"
+            f"reward {name_of(reward)}: for a robot that learns while it acts, it must depend only on the facts gained "
+            f"and lost, at most {most} each ({error})"
         ) from error
     table = np.empty((most + 1, most + 1))
     table[memory.fact("gained").astype(int), memory.fact("lost").astype(int)] = found

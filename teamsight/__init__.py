@@ -11,7 +11,7 @@ import os
 
 from teamsight.core.lazy_names import lazy_names
 
-# Nothing slow is imported: until `teamsight.__main__` handles Ctrl-C, each millisecond counts.
+# Nothing slow is imported, because `teamsight.__main__` should handle Ctrl-C soon.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness

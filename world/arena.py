@@ -1,4 +1,4 @@
-"""Arenas: where bodies can be, what happens at the wall, and the shortest way from one place to another.
+"""Arenas: where bodies can be, what happens at the wall, and the shortest way between two positions.
 
 A new arena is a subclass of `Arena` in a file of its own; `teamsight.check_arena` checks whether it keeps the contract.
 """
@@ -19,10 +19,10 @@ from teamsight.world.walls import confine_box, confine_disc, confine_torus
 
 Points = npt.NDArray[np.float64]
 
-#: A period that no distance ever reaches: ``way - ENDLESS * rint(way / ENDLESS)`` is `way`, to the last bit.
+#: A period longer than any distance: ``way - ENDLESS * rint(way / ENDLESS)`` is `way`, to the last bit.
 ENDLESS = 1e300
 
-# For arenas that do not say themselves how points are moved inside.
+# For arenas that do not override `inside`.
 _HALVINGS = 50
 _DIRECTIONS = 64
 
@@ -30,14 +30,15 @@ _DIRECTIONS = 64
 class Arena(ABC):
     """A bounded part of the plane, centred on the origin.
 
-    A subclass defines `confine`, `size`, `area`, `bounds`, `contains` and `place`. Where the arena repeats, it also
-    defines `period`; where it is not star-shaped around the origin, `inside`.
+    A subclass defines `confine`, `size`, `area`, `bounds`, `contains` and `place`. If the arena repeats, it also
+    defines `period`; if it is not star-shaped around the origin, `inside`.
 
     Attributes
     ----------
     confine : kernel
-        ``confine(x, y, step_x, step_y, heading_x, heading_y, size)`` returns the place that a step reaches from a place
-        inside, and the heading there, after meeting the wall: four numbers. `size` is an array of the arena's `size`.
+        ``confine(x, y, step_x, step_y, heading_x, heading_y, size)`` returns the position that a step from a position
+        inside reaches, and the heading there, after any contact with the wall: four numbers. `size` is an array of the
+        arena's `size`.
     """
 
     confine: ClassVar[Callable[..., Any]]
@@ -45,7 +46,7 @@ class Arena(ABC):
     @property
     @abstractmethod
     def size(self) -> tuple[float, ...]:
-        """The numbers that `confine` reads, any number of them, such as lengths of sides [length]."""
+        """The numbers that `confine` reads, such as lengths of sides [length]; any number of them."""
 
     @property
     @abstractmethod
@@ -59,7 +60,7 @@ class Arena(ABC):
 
     @property
     def period(self) -> tuple[float, float]:
-        """The distance after which the arena repeats along x and along y; 0 along an axis where it does not."""
+        """The distance after which the arena repeats along x and along y; 0 along an axis that does not repeat."""
         return 0.0, 0.0
 
     @abstractmethod
@@ -68,20 +69,33 @@ class Arena(ABC):
 
     @abstractmethod
     def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
-        """Map numbers uniform in (0, 1) to places uniform over the area at least `margin` from the wall."""
+        """Map uniform numbers in (0, 1) to positions uniform over the area, at least `margin` from the wall.
+
+        Parameters
+        ----------
+        u, v : array_like, shape (...)
+            Uniform numbers in (0, 1).
+        margin : float
+            The least distance from the wall [length].
+
+        Returns
+        -------
+        ndarray, shape (..., 2), float64
+            Positions [length].
+        """
 
     def inside(self, points: Points, margin: float = 0.0) -> Points:
-        """Move points to places that are at least `margin` from the wall; points that already are stay.
+        """Move points that are outside, or nearer to the wall than `margin`, to positions inside.
 
-        Along an axis where the arena repeats there is no wall: points are wrapped. By default points move towards the
-        origin, which suits arenas that are star-shaped around it, and keep the margin to two thousandths.
+        Along an axis that repeats there is no wall: points are wrapped. By default points move towards the origin,
+        which suits arenas that are star-shaped around it; the margin is accurate to 0.2 %.
 
         Parameters
         ----------
         points : ndarray, shape (n, 2), float64
             Positions anywhere [length].
         margin : float
-            The least distance from the wall [length]; at most what fits.
+            The least distance from the wall [length], which must fit into the arena.
 
         Returns
         -------
@@ -99,21 +113,32 @@ class Arena(ABC):
         return np.asarray(np.where(is_open, points, points * near[:, None]))
 
     def _is_free(self, points: Points, margin: float) -> npt.NDArray[np.bool_]:
-        """Return whether the points and circles of places around them are inside."""
+        """Return for each point whether it and a circle around it are inside."""
         angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
         around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
-        # Across the seam of an axis that repeats, the arena goes on.
+        # The arena continues across the seam of an axis that repeats.
         places = self.displacement(np.zeros(2), points[:, None] + around)
         return np.asarray(np.all(self.contains(places), axis=1))
 
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
-        """Return the shortest way from each `start` to its `end`, shape (..., 2) [length]."""
+        """Return the shortest way from each position to another.
+
+        Parameters
+        ----------
+        start, end : array_like, shape (..., 2)
+            Positions [length].
+
+        Returns
+        -------
+        ndarray, shape (..., 2), float64
+            Displacements [length].
+        """
         way = np.asarray(end, float) - np.asarray(start, float)
         period = kernel_period(self)
         return np.asarray(way - period * np.rint(way / period)) if any(self.period) else way
 
     def check_reach(self, reach: float) -> None:
-        """Refuse a range within which a body would be found twice.
+        """Refuse a range within which a body could be found twice.
 
         Raises
         ------
@@ -129,9 +154,9 @@ class Arena(ABC):
 
 
 def kernel_period(arena: Arena) -> Points:
-    """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis where it does not repeat.
+    """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis that does not repeat.
 
-    Where it does not repeat at all, both are 0, which says that nothing has to be wrapped.
+    If neither axis repeats, both are 0: nothing needs wrapping.
     """
     period = np.array(arena.period, float)
     return np.where(period > 0, period, ENDLESS) if period.any() else period
@@ -176,7 +201,7 @@ class Disc(Arena):
     def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
         radius = max(self.radius - margin, 0.0) * np.sqrt(np.asarray(u, float))
         angle = 2 * np.pi * np.asarray(v, float)
-        # The polar form can round to a hair beyond the wall.
+        # The polar form can round to just beyond the wall.
         radius = np.minimum(radius, self.radius * (1 - 1e-15))
         return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
 
@@ -236,7 +261,7 @@ class Box(_Rectangle):
 
 @dataclass(frozen=True)
 class Torus(_Rectangle):
-    """A rectangle without walls: what leaves on one side comes back on the other.
+    """A rectangle without walls: a body that leaves on one side enters on the other.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ class Abilities(NamedTuple):
     speed, turn_cosine, turn_sine : ndarray, shape (n,), float64
         The largest distance [length] and the turning limit of a step.
     sensing_range, awareness_range : ndarray, shape (n,), float64
-        How far each senses targets and teammates [length].
+        Distances within which each senses targets and teammates [length].
     """
 
     speed: Column
@@ -40,17 +40,17 @@ class Bodies:
     member : ndarray, shape (n,), int64
         The agent's number within its group, never reused. It selects the agent's noise.
     position : ndarray, shape (n, 2), float64
-        Places [length].
+        Positions [length].
     heading : ndarray, shape (n, 2), float64
-        Directions that they face: unit vectors.
+        Unit vectors.
     moved : ndarray, shape (n, 2), float64
         The displacement of the last step [length].
     speed : ndarray, shape (n,), float64
         The largest distance of a step [length].
     turn_cosine, turn_sine : ndarray, shape (n,), float64
-        The turning limit, as `motion.turn_limit` gives it.
+        The turning limit; see `motion.turn_limit`.
     arena_size : ndarray, shape (sizes,), float64
-        The numbers of the arena, for its wall.
+        The arena's `size`, for `confine`.
     """
 
     identity: npt.NDArray[np.int64]
@@ -67,7 +67,7 @@ class Bodies:
         return len(self.identity)
 
     def rows(self, which: npt.NDArray[Any]) -> Bodies:
-        """Return a copy of some rows, selected by number or by mask."""
+        """Return a copy of some rows, selected by index or by mask."""
         own = {name: array for name, array in vars(self).items() if name != "arena_size"}
         columns = {name: np.ascontiguousarray(array[which]) for name, array in own.items()}
         return Bodies(**columns, arena_size=self.arena_size)

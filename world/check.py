@@ -1,4 +1,4 @@
-"""The check of the arena contract. Its part for walls is in `teamsight.world.check_confine`."""
+"""The check of the arena contract; `teamsight.world.check_confine` checks the walls."""
 
 from __future__ import annotations
 
@@ -18,32 +18,31 @@ _CELLS = 4
 _PLACES = 40_000
 _DIRECTIONS = 16
 _MOVED = 2_000
-# `Arena.inside` may miss the margin by this share.
+# The relative error that `Arena.inside` may have in the margin.
 _COARSE = 2e-3
 
-# The least and the largest numbers in (0, 1) that noise can give, and some in between.
+# The smallest and the largest number in (0, 1) that noise can give, and some in between.
 _EDGES = (2.0**-54, 1e-9, 0.25, 0.5, 0.75, 1 - 1e-9, 1 - 2.0**-53)
 
 
 def check_arena(arena: Arena, *, seed: int = 1) -> None:
-    """Check whether an arena keeps the contract of `Arena`, with many places and steps.
+    """Check whether an arena keeps the contract of `Arena`, with many positions and steps.
 
-    Checked are: `size`, `bounds`, `period` and `area`, also against each other; that `contains` takes positions of all
-    shapes; that `place` returns places inside, uniform over the area, and as far from the wall as its margin asks; that
-    `inside` moves points inside and leaves alone those that already are; and that `confine` ends every step inside and
-    keeps headings unit vectors.
+    It checks that `size`, `bounds`, `period` and `area` are consistent; that `contains` takes positions of all shapes;
+    that `place` returns positions inside, uniform over the area and at least the margin from the wall; that `inside`
+    moves points inside and keeps those that are; and that `confine` ends every step inside with a unit heading.
 
     Parameters
     ----------
     arena : Arena
         The arena to check.
     seed : int, default 1
-        Seed of the places and steps.
+        Seed of the positions and steps.
 
     Raises
     ------
     TypeError
-        If it is no `Arena`, a member has the wrong type, or `confine` cannot be compiled.
+        If it is not an `Arena`, a member has the wrong type, or `confine` cannot be compiled.
     ValueError
         If it breaks the contract. The message names the arena, the call, its result and the cure.
     """
@@ -63,13 +62,12 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
 
 
 def _flat(value: Any) -> str:
-    """Return what a member answered, in one line of reasonable length."""
+    """Return the repr of a value, in one line of at most 120 characters."""
     text = " ".join(repr(value).split())
     return text if len(text) < 120 else f"{text[:117]}…"
 
 
 def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.float64]:
-    """Return the numbers of a member."""
     try:
         numbers = np.array([float(number) for number in value])
     except (TypeError, ValueError):
@@ -80,7 +78,6 @@ def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.flo
 
 
 def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
-    """Return the two numbers of a member, at least `least` each."""
     numbers = _numbers(name, value, "two numbers")
     if numbers.shape != (2,) or (numbers < least).any():
         limit = " of at least 0" if least == 0 else ""
@@ -97,7 +94,8 @@ def _check_numbers(name: str, arena: Arena) -> None:
     low, high = (_pair(f"{name}.bounds[{i}]", corner, -np.inf) for i, corner in enumerate(bounds))
     if not (low < high).all():
         raise ValueError(
-            f"{name}.bounds={low.tolist()}, {high.tolist()}: the second, upper right corner must lie beyond the first"
+            f"{name}.bounds={low.tolist()}, {high.tolist()}: the first corner must be the lower left, the second the "
+            "upper right one"
         )
     period = _pair(f"{name}.period", arena.period, 0.0)
     for axis, (side, repeats) in enumerate(zip(high - low, period, strict=True)):
@@ -114,7 +112,7 @@ def _check_numbers(name: str, arena: Arena) -> None:
 
 
 def _check_contains(name: str, arena: Arena, samples: Points) -> None:
-    """Check that positions of all shapes are answered alike."""
+    """Check that `contains` gives the same result for positions of all shapes."""
     few = samples[:6]
     answers = []
     for positions in (few, few.reshape(2, 3, 2), few[:0]):
@@ -130,7 +128,7 @@ def _check_contains(name: str, arena: Arena, samples: Points) -> None:
     if any(one.shape != () for one in single):
         raise ValueError(f"{name}.contains of one position has the shape {single[0].shape}; it must be (), one bool")
     if not (np.array_equal(answers[0], answers[1]) and np.array_equal(answers[0], [bool(one) for one in single])):
-        raise ValueError(f"{name}.contains answers differently for one position and several; work along the last axis")
+        raise ValueError(f"{name}.contains differs between one position and several; work along the last axis")
 
 
 def _contains(name: str, arena: Arena, positions: Points) -> npt.NDArray[Any]:
@@ -148,7 +146,7 @@ def _shown(error: Exception) -> str:
 
 
 def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> None:
-    """Check that the bounds bound, and that the area is the share of the box that is inside."""
+    """Check that nothing is inside beyond the bounds, and that `area` agrees with `contains`."""
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     sides = high - low
     around = rng.uniform(low - sides, high + sides, (_SAMPLES, 2))
@@ -156,23 +154,23 @@ def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generato
     outside = np.flatnonzero(beyond & np.asarray(arena.contains(around)))
     if len(outside):
         raise ValueError(
-            f"{name}.contains({around[outside[0]].tolist()}) is True, beyond the bounds {low.tolist()}, "
-            f"{high.tolist()}; widen the bounds"
+            f"{name}.contains({around[outside[0]].tolist()}) is True, although that is beyond the bounds "
+            f"{low.tolist()}, {high.tolist()}; widen the bounds"
         )
     share, box = float(np.mean(arena.contains(samples))), float(sides.prod())
     if abs(share - arena.area / box) > _TOLERANCE:
         raise ValueError(
-            f"{name}.area={arena.area:g}: contains() says {share * box:.4g}, a share of {share:.3f} of the bounds; "
+            f"{name}.area={arena.area:g}: by contains() it is {share * box:.4g}, a share of {share:.3f} of the bounds; "
             f"they must agree to {_TOLERANCE:g} of the bounds"
         )
 
 
 def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> Points:
-    """Check where numbers are placed; return places inside."""
+    """Check `place`; return positions inside."""
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     edges = np.stack(np.meshgrid(_EDGES, _EDGES), axis=-1).reshape(-1, 2)
     u, v = np.concatenate([edges, rng.random((_PLACES, 2)).clip(2.0**-54, 1 - 2.0**-53)]).T
-    # A margin that surely fits, and one that surely does not: then the places that are left.
+    # No margin, one that surely fits, and one that surely does not.
     small = 0.01 * min(np.sqrt(arena.area), float((high - low).min()))
     for margin in (0.0, small, 10.0 * float((high - low).max())):
         places = _placed(name, arena, u, v, margin)
@@ -180,13 +178,13 @@ def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Genera
         if not inside.all():
             k = int(np.argmin(inside))
             place = f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}"
-            raise ValueError(f"{place}, outside by contains(); {_INSIDE}")
+            raise ValueError(f"{place}, which is outside according to contains(); {_INSIDE}")
         if margin == small:
             k, ahead = _nearest_to_wall(arena, places, margin)
             if ahead is not None:
                 raise ValueError(
                     f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}, nearer to the wall than the margin: "
-                    f"{ahead} is outside; keep places at least the margin away"
+                    f"{ahead} is outside; return positions at least the margin from the wall"
                 )
     places = _placed(name, arena, u, v, 0.0)
     _check_uniform(name, arena, places[len(edges) :], samples)
@@ -194,7 +192,7 @@ def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Genera
     return places
 
 
-_INSIDE = "map all of (0, 1) × (0, 1) inside, also where rounding adds a little"
+_INSIDE = "map all of (0, 1) × (0, 1) inside, also after rounding"
 
 
 def _placed(name: str, arena: Arena, u: Any, v: Any, margin: float) -> Points:
@@ -202,7 +200,7 @@ def _placed(name: str, arena: Arena, u: Any, v: Any, margin: float) -> Points:
         places = np.asarray(arena.place(u, v, margin), float)
     except Exception as error:
         raise ValueError(
-            f"{name}.place of numbers of shape {np.shape(u)}, margin={margin:g} raises {_shown(error)}; take numbers "
+            f"{name}.place of numbers of shape {np.shape(u)}, margin={margin:g} raises {_shown(error)}; accept numbers "
             "and arrays, and any margin"
         ) from error
     if places.shape != (*np.shape(u), 2):
@@ -222,10 +220,10 @@ def _placing(name: str, u: Any, v: Any, margin: float, k: int) -> str:
 
 
 def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, list[float] | None]:
-    """Return the row of a place nearer to the wall than the margin, and a point outside; None if there is no such."""
+    """Return the row of a position nearer to the wall than the margin and a point outside, or None instead of it."""
     for angle in 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS:
         ahead = places + margin * (1 - 1e-6) * np.array([np.cos(angle), np.sin(angle)])
-        # Along an axis that repeats, the arena goes on.
+        # Along an axis that repeats, the arena continues.
         is_free = np.asarray(arena.contains(arena.displacement(np.zeros(2), ahead)))
         if not is_free.all():
             k = int(np.argmin(is_free))
@@ -234,7 +232,7 @@ def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, 
 
 
 def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
-    """Check where points are moved that are anywhere, and that those far from the wall stay."""
+    """Check that `inside` moves points from anywhere inside, and keeps those that are."""
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     sides = high - low
     few = places[rng.permutation(len(places))[:_MOVED]]
@@ -247,24 +245,24 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
                 f"{name}.inside of points of shape {points.shape} has the shape {moved.shape}; it must be the same, "
                 "and finite"
             )
-        # Points on the wall may be outside by a rounding.
+        # Points on the wall may be outside by a rounding error.
         moved = moved * (1 - 1e-9)
         is_inside = np.asarray(arena.contains(moved))
         nearer = _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
         k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
         if not is_inside[k] or ahead is not None:
             raise ValueError(
-                f"{name}.inside({points[k].tolist()}, margin={margin:g}) is {moved[k].tolist()}, outside or nearer to "
-                "the wall than the margin; define inside() for this shape"
+                f"{name}.inside({points[k].tolist()}, margin={margin:g}) is {moved[k].tolist()}, which is outside or "
+                "nearer to the wall than the margin; define inside() for this shape"
             )
     far = np.abs(arena.displacement(few, arena.inside(few))).max(axis=1) > 1e-9 * sides.max()
     if far.any():
         k = int(np.argmax(far))
-        raise ValueError(f"{name}.inside({few[k].tolist()}) moves a point that is inside; return it as it is")
+        raise ValueError(f"{name}.inside({few[k].tolist()}) moves a point that is inside; return it unchanged")
 
 
 def _check_uniform(name: str, arena: Arena, places: Points, samples: Points) -> None:
-    """Compare the share of places in each cell of a grid over the box with the share of the area."""
+    """Compare the share of positions in each cell of a grid over the bounds with its share of the area."""
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     inside = samples[np.asarray(arena.contains(samples))]
     edges = [np.linspace(low[axis], high[axis], _CELLS + 1) for axis in range(2)]
@@ -273,6 +271,6 @@ def _check_uniform(name: str, arena: Arena, places: Points, samples: Points) -> 
     if abs(found[worst] - wanted[worst]) > _TOLERANCE:
         x, y = (low + (np.array(worst) + 0.5) * (high - low) / _CELLS).tolist()
         raise ValueError(
-            f"{name}.place puts {found[worst]:.3f} of all places into the cell around ({x:.3g}, {y:.3g}), which has "
-            f"{wanted[worst]:.3f} of the area; places must be uniform over the area (in a disc, radius ∝ √u)"
+            f"{name}.place puts {found[worst]:.3f} of all positions into the cell around ({x:.3g}, {y:.3g}), which has "
+            f"{wanted[worst]:.3f} of the area; positions must be uniform over the area (in a disc, radius ∝ √u)"
         )

@@ -1,4 +1,4 @@
-"""The check of the wall of an arena: every step from a place inside ends inside."""
+"""The check of `Arena.confine`: every step from a position inside ends inside."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from teamsight.world.motion import advance_entry
 
 
 class Steps(NamedTuple):
-    """The record of some steps: where they begin, where they end and the size of the arena.
+    """The record of some steps.
 
     Attributes
     ----------
     given : ndarray, shape (k, 6), float64
-        x, y, the step and the heading of each.
+        Position, step and heading of each.
     reached : ndarray, shape (k, 4), float64
-        Written: x, y and the heading of each.
+        Written: position and heading after each step.
     size : ndarray, shape (sizes,), float64
         The size of the arena.
     """
@@ -37,7 +37,7 @@ class Steps(NamedTuple):
 STEPS = Record(Steps)
 steps_at = STEPS.at
 
-# Steps in units of the arena's extent: none, some too short to change a place, up to many crossings.
+# Steps in units of the arena's extent: none, some too short to change a position, up to many crossings.
 _LENGTHS = (0.0, 5e-324, 1e-300, 1e-17, 1e-12, 1e-6, 0.01, 0.3, 1.0, 7.3, 1e3)
 _DIRECTIONS = 24
 _HALVINGS = 60
@@ -69,14 +69,14 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 
 
 def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
-    """Refuse an arena whose `confine` returns a place outside, or a heading that is no unit vector.
+    """Refuse an arena whose `confine` returns a position outside, or a heading that is not a unit vector.
 
     Parameters
     ----------
     arena : Arena
         The arena.
     places : ndarray, shape (n, 2), float64
-        Places inside.
+        Positions inside.
     extent : float
         The longer side of the box around the arena [length].
     rng : numpy.random.Generator
@@ -92,10 +92,10 @@ def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Ge
 
 
 def _at_the_wall(arena: Arena, places: Points, extent: float) -> Points:
-    """Return the last places inside on the way from others in all directions; corners among them, where there are."""
+    """Return positions at the wall, found from `places` in all directions, with corners and the centre."""
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    # The directions of the axes are exact, so that the way along them ends on the wall itself.
+    # The directions along the axes are exact, so that positions found there lie on the wall itself.
     ways = np.stack([np.cos(angle), np.sin(angle)], axis=-1).round(15)
     inside = np.repeat(places, _DIRECTIONS, axis=0)
     way = np.tile(ways, (len(places), 1))
@@ -112,7 +112,7 @@ def _at_the_wall(arena: Arena, places: Points, extent: float) -> Points:
 
 
 def _headings(begin: Points, rng: np.random.Generator) -> list[Points]:
-    """Return headings: at random, along the axes, away from the origin and across."""
+    """Return headings: random, along the axes, away from the origin, and perpendicular to that."""
     angle = rng.uniform(0, 2 * np.pi, len(begin))
     length = np.hypot(begin[:, 0], begin[:, 1])[:, None]
     outward = np.divide(begin, length, out=np.tile([1.0, 0.0], (len(begin), 1)), where=length > 0)
@@ -122,7 +122,7 @@ def _headings(begin: Points, rng: np.random.Generator) -> list[Points]:
 
 
 def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> npt.NDArray[np.float64]:
-    """Make the steps, and return where they end and the headings there, shape (n, 4)."""
+    """Make the steps; return the positions and headings after them, shape (n, 4)."""
     given = np.ascontiguousarray(np.concatenate([begin, step, heading], axis=1))
     reached = _confined(arena, given)
     finite = np.asarray(np.isfinite(reached).all(axis=1))
@@ -130,15 +130,15 @@ def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> 
     unit: npt.NDArray[np.bool_] = np.abs(reached[:, 2] ** 2 + reached[:, 3] ** 2 - 1.0) <= 1e-6
     for kept, what in (
         (finite, "which is not finite; return four finite numbers"),
-        (inside, "which lies outside by contains(); return a place inside, or on the wall"),
-        (unit, "whose heading is no unit vector; turn it, as a mirror does, without changing its length"),
+        (inside, "which is outside according to contains(); return a position inside, or on the wall"),
+        (unit, "whose heading is not a unit vector; reflect it without changing its length"),
     ):
         if not kept.all():
-            raise ValueError(f"{_question(arena, given, reached, int(np.argmin(kept)))}, {what}")
+            raise ValueError(f"{_result(arena, given, reached, int(np.argmin(kept)))}, {what}")
     return reached
 
 
-def _question(arena: Arena, given: Any, reached: Any, k: int) -> str:
+def _result(arena: Arena, given: Any, reached: Any, k: int) -> str:
     x, y, step_x, step_y, heading_x, heading_y = given[k].tolist()
     to = reached[k].tolist()
     return (
@@ -148,11 +148,11 @@ def _question(arena: Arena, given: Any, reached: Any, k: int) -> str:
 
 
 def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
-    """Check that a step which does not reach the wall leads where it leads in the open."""
+    """Check that a step far from the wall ends at position + step, with its heading."""
     angle = rng.uniform(0, 2 * np.pi, len(places))
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     for length in (0.0, 1e-3 * extent):
-        # No wall within the step's length, in any of many directions, nor at twice that.
+        # Free: in many directions, no wall at the step's length nor at twice that.
         free = np.ones(len(places), bool)
         for share in (1.0, 2.0):
             for way in _circle(places, share * length):
@@ -163,8 +163,8 @@ def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.rand
         wrong = (wrong | (np.abs(reached[:, 2:] - heading).max(axis=1) > 1e-9)) & free
         if wrong.any():
             given = np.concatenate([places, step, heading], axis=1)
-            question = _question(arena, given, reached, int(np.argmax(wrong)))
-            raise ValueError(f"{question}, although no wall is near; add the step to the place and keep the heading")
+            result = _result(arena, given, reached, int(np.argmax(wrong)))
+            raise ValueError(f"{result}, although no wall is near; add the step to the position and keep the heading")
 
 
 def _circle(places: Points, radius: float) -> list[Points]:
@@ -173,7 +173,7 @@ def _circle(places: Points, radius: float) -> list[Points]:
 
 
 def _check_walk(arena: Arena, begin: Points, extent: float, rng: np.random.Generator) -> None:
-    """Check that many steps, each from where the last one ended, stay inside."""
+    """Check that walks of many steps stay inside."""
     place, heading = begin, _headings(begin, rng)[0]
     for _ in range(_WALK):
         reached = _check_steps(arena, place, extent * rng.choice([0.01, 0.2, 0.9]) * heading, heading)
@@ -181,7 +181,7 @@ def _check_walk(arena: Arena, begin: Points, extent: float, rng: np.random.Gener
 
 
 def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return where steps, shape (n, 6), lead, shape (n, 4)."""
+    """Return the positions and headings after these steps; shapes as in `Steps`."""
     rule, name = type(arena).confine, type(arena).__name__
     if rule not in _ENTRIES:
         made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule), steps_at=_GUARDED.at)

@@ -17,9 +17,9 @@ _ROUNDING = 1e-9
 class Clock(simpy.Environment):  # type: ignore[misc]
     """A SimPy environment whose time advances with the steps of a world.
 
-    SimPy's own classes accept it, as in ``simpy.Resource(world.clock)``. Physics makes one step from each whole tick to
-    the next. An event at time t takes effect before the step that starts at the first whole tick not before t; `now` is
-    its exact time while it happens, and the present tick at all other times.
+    SimPy's own classes accept it, as in ``simpy.Resource(world.clock)``. Each step leads from one whole tick to the
+    next. An event at time t is processed before the step that starts at the first whole tick ≥ t. `now` is the
+    exact time of an event while it is processed, and otherwise the present tick.
     """
 
     def at(self, time: float, action: Callable[[], Any]) -> None:
@@ -37,14 +37,14 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         ValueError
             If `time` is not finite or has passed.
         TypeError
-            If `action` cannot be called, or `time` is no number.
+            If `action` cannot be called, or `time` is not a number.
         """
         if not callable(action):
             shown = f"at({checks.shown(time)}, {checks.shown(action)})"
             raise TypeError(f"{shown}: the second argument must be callable, such as a function")
         moment = checks.number("time", time)
         if moment < self.now:
-            raise ValueError(f"time={moment:g}: has passed; it must be at least now, {self.now:g}")
+            raise ValueError(f"time={moment:g}: has passed; it must be at least the present time, {self.now:g}")
         simpy.Timeout(self, moment - self.now).callbacks.append(lambda _: action())
 
     def process(self, generator: Generator[Any, Any, Any]) -> Any:
@@ -53,7 +53,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If it is no generator.
+            If it is not a generator.
         """
         if not hasattr(generator, "throw"):
             raise TypeError(
@@ -62,65 +62,65 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         return simpy.Process(self, generator)
 
     def timeout(self, delay: float, value: Any = None) -> Any:
-        """Return an event that happens after `delay` [ticks], finite and at least 0; for use in a process.
+        """Return an event that happens after `delay` [ticks], for use in a process.
 
         Parameters
         ----------
         delay : float
-            Time from now [ticks].
+            Time from now [ticks], finite and at least 0.
         value : object, optional
-            What the event gives to the process that waits for it.
+            The value of the event, which the waiting process receives.
         """
         return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
 
     def schedule(self, event: Any, priority: Any = simpy.events.NORMAL, delay: float = 0) -> None:
-        """Put an event into the queue, `delay` [ticks] from now; SimPy's own classes call this.
+        """Put an event into the queue; SimPy's own classes call this.
 
         Parameters
         ----------
         event : simpy.Event
-            What happens.
+            The event.
         priority : int
-            Among events of one time, the lowest first.
+            Of simultaneous events, that with the lowest priority comes first.
         delay : float
-            When, from now.
+            Time from now [ticks].
 
         Raises
         ------
         ValueError
-            If the delay is negative or no number.
+            If the delay is negative, infinite or NaN.
         """
         if not 0 <= delay < math.inf:
             raise ValueError(f"delay={delay}: must be a finite number, at least 0")
         super().schedule(event, priority, delay)
 
     def step(self) -> None:
-        """Refused, as `run` is.
+        """Refused; see `run`.
 
         Raises
         ------
         TypeError
             Always.
         """
-        raise TypeError("clock.step(): the world drives its clock; call world.step()")
+        raise TypeError("clock.step(): the clock advances with its world; call world.step()")
 
     def run(self, until: Any = None) -> Any:
-        """Refused: physics would stand still meanwhile.
+        """Refused, because the world would not advance.
 
         Raises
         ------
         TypeError
             Always.
         """
-        raise TypeError("clock.run(…): the world drives its clock; call world.run(steps)")
+        raise TypeError("clock.run(…): the clock advances with its world; call world.run(steps)")
 
     def ticks_until_event(self, tick: int) -> float:
-        """Return how many whole steps can be made from `tick` before the next event takes effect; inf without one."""
+        """Return the number of steps from `tick` to the next event; infinite without one."""
         time = self.peek()
         return math.inf if math.isinf(time) else max(math.ceil(time - _ROUNDING) - tick, 0)
 
     def advance(self, tick: int) -> bool:
-        """Let everything happen that is due at or before `tick`; return whether anything did."""
+        """Process all events that are due by `tick`; return whether there were any."""
         happened = False
         try:
             while self.peek() <= tick + _ROUNDING:
@@ -131,10 +131,10 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         return happened
 
     def begin(self, tick: int) -> None:
-        """Drop all events and set the time to `tick`. Resources stay usable; processes that wait do so for ever."""
+        """Drop all events and set the time to `tick`. Resources stay usable; waiting processes never continue."""
         self._queue.clear()
         self._now = tick
 
     def set(self, tick: int) -> None:
-        """Set the time between two steps to `tick`; what is due by then happens with the next `advance`."""
+        """Set the time to `tick`, between two steps; the next `advance` processes the events due by then."""
         self._now = tick

@@ -7,10 +7,10 @@ from typing import Any, Protocol
 from teamsight.core import checks
 
 SHORTEST, LONGEST = 1e-9, 1e9
-"""The limits of all lengths [length]; choose another unit for shorter or longer ones."""
+"""The limits of all lengths [length]; for others choose another unit."""
 
 FINEST = 1e-9
-"""The shortest range, as a share of the arena's extent; shorter ones are lost in the rounding of positions."""
+"""The shortest range, as a share of the arena's extent; positions are rounded to about 1e-16 of it."""
 
 FARTHEST = 1e3
 """The longest step, in extents of the arena."""
@@ -29,18 +29,18 @@ def length(name: str, value: float) -> float:
     Raises
     ------
     TypeError, ValueError
-        If it is no number, or outside `SHORTEST` and `LONGEST`.
+        If it is not a number from `SHORTEST` to `LONGEST`.
     """
     result = checks.number(name, value, above=0)
     if not SHORTEST <= result <= LONGEST:
         raise ValueError(
-            f"{name}={result:g}: lengths are {SHORTEST:g} to {LONGEST:g}; take another unit of length for all of them"
+            f"{name}={result:g}: must be from {SHORTEST:g} to {LONGEST:g}; choose another unit for all lengths"
         )
     return result
 
 
 class Bounded(Protocol):
-    """An arena, as far as its limits depend on it."""
+    """The part of `Arena` on which limits depend."""
 
     @property
     def bounds(self) -> Any: ...
@@ -74,7 +74,7 @@ class Limits:
         Raises
         ------
         TypeError, ValueError
-            If it is no length, or too short or too long for the arena.
+            If it is not a length, or too short or too long for the arena.
         """
         result = length(name, value)
         limit = FINEST * self._extent
@@ -96,7 +96,7 @@ class Limits:
         Raises
         ------
         TypeError, ValueError
-            If it is no finite number of at least 0, or too high for the arena.
+            If it is not a finite number of at least 0, or too high for the arena.
         """
         result = checks.number(name, value, least=0)
         limit = FARTHEST * self._extent

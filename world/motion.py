@@ -1,4 +1,4 @@
-"""Motion: face where the action says, as far as the body can turn, then go, as far as it can, and meet the wall."""
+"""Motion: turn towards the aim, within the turning limit; move, within the speed; and stay inside the arena."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Move(NamedTuple):
     position, heading, moved, speed, turn_cosine, turn_sine
         As in `Bodies`.
     aim : ndarray, shape (n, 2), float64
-        Where each wants to face: a unit vector; (0, 0) keeps the heading.
+        The heading that each action asks for: a unit vector; (0, 0) keeps the heading.
     distance : ndarray, shape (n,), float64
-        How far each wants to go [length]; below 0 counts as 0, above the body's speed as its speed.
+        The distance that each action asks for [length]; limited to the range from 0 to the body's speed.
     arena_size : ndarray, shape (sizes,), float64
         The size of the arena, for its wall.
     period : ndarray, shape (2,), float64
@@ -56,7 +56,7 @@ def turn(
 ) -> tuple[float, float]:
     """Turn a heading towards an aim, both unit vectors, by at most the angle with this cosine and sine.
 
-    A limit of half a turn or more has cosine −2. An aim straight behind is turned to on the left.
+    A limit of half a turn or more has cosine −2. If the aim is straight behind, the turn is to the left.
     """
     along = heading_x * aim_x + heading_y * aim_y
     if along >= cosine:
@@ -72,14 +72,14 @@ def turn(
 
 @inlined
 def is_action(heading_x: float, heading_y: float, distance: float) -> bool:
-    """Whether a heading is a unit vector or (0, 0), and a distance a number."""
+    """Whether a heading is a unit vector or (0, 0), and a distance is not NaN."""
     square = heading_x * heading_x + heading_y * heading_y
     return (abs(square - 1.0) < 1e-6 or square == 0.0) and distance == distance
 
 
 @inlined
 def _beyond_box(box: Any, x: float, y: float) -> bool:
-    # Not "beyond a side": what is no number is on no side.
+    # So written, it is also True for NaN.
     return not (box[0, 0] <= x <= box[1, 0] and box[0, 1] <= y <= box[1, 1])
 
 
@@ -92,7 +92,7 @@ def _advance(address: int) -> int:
     move = move_at(address)
     position, heading, moved, speed = move.position, move.heading, move.moved, move.speed
     aim, turn_cosine, turn_sine = move.aim, move.turn_cosine, move.turn_sine
-    # Read once: the compiler cannot know that what the loop writes leaves the arrays of the arena alone.
+    # Read once: for the compiler, the loop's writes could change the period.
     period_x = move.period[0]
     period_y = move.period[1]
     outside = 0
@@ -126,19 +126,19 @@ def _advance(address: int) -> int:
 
 
 _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
-# Their walls are tested with this package.
+# The package's own arenas.
 _TESTED = (Disc, Box, Torus)
 
 
 def is_watched(arena: Arena) -> bool:
-    """Whether an arena is a user's own, so that a wall which leaks is looked for in every step."""
+    """Whether an arena is user-defined, so that every step checks that bodies stay inside."""
     return type(arena) not in _TESTED
 
 
 def advance_entry(arena: Arena) -> Entry:
-    """Return the compiled step of bodies in arenas of this kind.
+    """Return the compiled step of bodies in arenas of this class.
 
-    In an arena of a user's own it returns how many bodies it has led out of the box around the arena.
+    In a user-defined arena it returns the number of bodies that have left the box around the arena; else 0.
     """
     rule = type(arena).confine
     watch = _beyond_box if is_watched(arena) else _nowhere
@@ -154,13 +154,13 @@ def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Pa
     Parameters
     ----------
     arena : Arena
-        Where they move.
+        The arena.
     bodies : Bodies
-        Who moves.
+        The bodies.
     aim : ndarray, shape (n, 2), float64
-        Where each wants to face.
+        As in `Move`.
     distance : ndarray, shape (n,), float64
-        How far each wants to go [length].
+        As in `Move` [length].
     """
     period, box = kernel_period(arena), np.array(arena.bounds, float)
     return MOVE.pack(Move(
@@ -170,12 +170,12 @@ def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Pa
 
 
 def turn_limit(limit: float) -> tuple[float, float]:
-    """Return the cosine and sine that `turn` takes for a turning limit [rad a step]."""
+    """Return the cosine and sine of a turning limit [rad per step] for `turn`."""
     if limit >= math.pi:
         return -2.0, 0.0
     return math.cos(limit), math.sin(limit)
 
 
 def limit_of_turn(cosine: npt.NDArray[np.float64], sine: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the turning limits [rad a step] of which these are the cosines and sines; see `turn_limit`."""
+    """Return the turning limits [rad per step] with these cosines and sines; see `turn_limit`."""
     return np.where(cosine < -1.0, math.pi, np.arctan2(sine, cosine))

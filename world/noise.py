@@ -1,7 +1,6 @@
-"""Counter-based noise: every random number is a pure function of where it is used.
+"""Counter-based noise: every random number is a pure function of (key, stream, identity, tick, channel).
 
-A value depends on (key, stream, identity, tick, channel) alone. So it does not depend on how a run is divided into
-calls, on the other agents in the world, or on the order in which robots are visited.
+So it does not depend on how a run is divided into calls, on the other agents in the world, or on their order.
 
 Notes
 -----
@@ -77,7 +76,7 @@ def philox(
     counter_0: np.uint64, counter_1: np.uint64, counter_2: np.uint64, counter_3: np.uint64, k0: np.uint64, k1: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
     """Return the block of Philox 4×32-10 at this counter: four 32-bit words, each held in 64 bits."""
-    # The masks change nothing; they let the compiler see that every factor has 32 bits, so that it can use SIMD lanes.
+    # The masks change nothing, but show the compiler that factors have 32 bits, so that it uses SIMD lanes.
     c0 = counter_0 & _LOW
     c1 = counter_1 & _LOW
     c2 = counter_2 & _LOW
@@ -137,7 +136,7 @@ _FILL = Entry(_fill)
 def uniforms(
     key: npt.NDArray[np.uint64], stream: int, tick: int, identity: npt.NDArray[np.int64], channels: int
 ) -> npt.NDArray[np.float64]:
-    """Return uniform numbers in (0, 1), one row a channel.
+    """Return uniform numbers in (0, 1), one row per channel.
 
     Parameters
     ----------
@@ -148,7 +147,7 @@ def uniforms(
     identity : ndarray, shape (n,), int64
         The agents.
     channels : int
-        How many numbers for each.
+        The number of values for each agent.
 
     Returns
     -------
@@ -161,6 +160,6 @@ def uniforms(
 
 
 def generator(key: npt.NDArray[np.uint64], stream: int, tick: int, identity: int) -> np.random.Generator:
-    """Return the generator of one agent at one tick, for policies that are plain Python callables."""
+    """Return the generator of one agent at one tick, for policies that are callables for one robot."""
     words = int(key[0]) | int(key[1]) << 32
     return np.random.Generator(np.random.Philox(key=words, counter=[0, tick, identity, stream]))

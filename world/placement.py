@@ -35,14 +35,14 @@ def uniform(arena: Arena, numbers: Points) -> Points:
 
 
 def spread(arena: Arena, numbers: Points, radius: float) -> Points:
-    """Place bodies so that discs around them neither overlap nor cross the wall, and as evenly as it fits otherwise.
+    """Place bodies so that discs around them neither overlap nor cross the wall; if that is impossible, evenly.
 
     Parameters
     ----------
     arena : Arena
-        Where.
+        The arena.
     numbers : ndarray, shape (2, n), float64
-        Uniform numbers in (0, 1), from which the search for a good arrangement starts.
+        Uniform numbers in (0, 1), which determine the first arrangement.
     radius : float
         The radius of the discs [length]: a sensing range.
 
@@ -54,9 +54,9 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
     Notes
     -----
     *Source:* §6, "a group of stationary non overlapping robots". The paper does not say how they were placed. Here
-    bodies that are too close push each other apart, first from random places, then from an even arrangement: each body
-    in the centre of the part of the arena that is nearest to it (Lloyd's method). If both leave an overlap, the even
-    arrangement over the whole arena is the answer.
+    bodies that are too close push each other apart, first from random positions, then from an even arrangement, in
+    which each body is at the centre of the points nearest to it (Lloyd's method). If discs still overlap, the even
+    arrangement over the whole arena is returned.
     """
     margin = radius if _fits(arena, radius) else 0.0
     points = arena.place(numbers[0], numbers[1], margin)
@@ -74,7 +74,6 @@ def _fits(arena: Arena, radius: float) -> bool:
 
 
 def _closest(arena: Arena, points: Points) -> float:
-    """Return the smallest distance between two of the points."""
     reach = 2 * math.sqrt(arena.area / max(len(points), 1))
     wraps = [side / 2 for side in arena.period if side > 0]
     graph = proximity_graph(points, None, min([reach, *wraps]), arena)
@@ -86,14 +85,14 @@ def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> P
     limits = [side / 2 for side in arena.period if side > 0]
     points = np.array(points)
     search = Search(points, np.full(len(points), min([apart, *limits])), len(points), 0, arena)
-    everybody = np.arange(len(points))
+    every = np.arange(len(points))
     for _ in range(_SWEEPS):
         search.x[:], search.y[:] = points.T
         if not search.run():
             break
         graph = search.graph
         push = -0.5 * (apart - graph.distance)[:, None] * (graph.offset / np.maximum(graph.distance, 1e-9)[:, None])
-        observer = np.repeat(everybody, graph.degree)
+        observer = np.repeat(every, graph.degree)
         total = [np.bincount(observer, along, len(points)) for along in push.T]
         points[:] = arena.inside(points + np.transpose(total), margin)
     return points
@@ -102,7 +101,7 @@ def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> P
 def _even_out(arena: Arena, points: Points, margin: float) -> Points:
     from scipy.spatial import cKDTree
 
-    # A lattice of equal parts of the area stands for the arena.
+    # Samples of equal parts of the area represent the arena.
     count = _SAMPLES * max(len(points), 25)
     step = np.arange(count)
     samples = arena.place((step + 0.5) / count, (step * 0.6180339887498949) % 1.0, margin)
@@ -126,5 +125,5 @@ def _even_out(arena: Arena, points: Points, margin: float) -> Points:
 
 
 def _shifted(points: Points, period: Points) -> Points:
-    """Return points as a tree wants them: in 0..period along an axis that repeats."""
+    """Return points as `cKDTree` requires them: in [0, period) along an axis that repeats."""
     return np.where(period > 0, (points + period / 2) % np.where(period > 0, period, 1.0), points)

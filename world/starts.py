@@ -1,4 +1,4 @@
-"""Starts: the positions and headings with which runs begin, each a function of the run's noise key."""
+"""Starts: the initial positions and headings of runs, each a function of the run's noise key."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ request_at = REQUEST.at
 
 
 class Founders(NamedTuple):
-    """The agents with which a group begins.
+    """The agents of a group at the start of a run.
 
     Attributes
     ----------
@@ -55,12 +55,12 @@ class Founders(NamedTuple):
 
 
 class Starts(NamedTuple):
-    """Where all founders of a world begin, for each of k runs.
+    """The initial positions and headings of all agents, for each of k runs.
 
     Attributes
     ----------
     position : ndarray, shape (k, n, 2), float64
-        [length]; the groups one after the other.
+        [length]; one group after the other.
     heading : ndarray, shape (k, n, 2), float64
         Unit vectors.
     """
@@ -70,7 +70,7 @@ class Starts(NamedTuple):
 
 
 def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Starts:
-    """Place the founders of all groups for several runs at once.
+    """Place the agents of all groups for several runs at once.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     Returns
     -------
     Starts
-        Each run is a function of its own key alone; computing several at once saves time only.
+        Each run depends on its own key only; computing several at once saves time.
 
     Raises
     ------
@@ -140,6 +140,7 @@ def _places(arena: Arena, group: Founders, numbers: Points) -> Points:
     if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
         wrong = tuple(places[int(np.argmin(inside))].tolist())
         raise ValueError(
-            f"{arena}: its place() leads to {wrong}, outside by contains(); check the arena with check_arena()"
+            f"{arena}: place() returns {wrong}, which is outside according to contains(); check the arena with "
+            "check_arena()"
         )
     return places

@@ -1,4 +1,4 @@
-"""The walls of the arenas that ship: kernels that end a step inside, and turn the heading where a wall reflects it."""
+"""The walls of the package's arenas: kernels that end a step inside, and reflect the heading at a wall."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _bounce(
         # The path meets the wall where |place + share · step| = radius.
         a = step_x * step_x + step_y * step_y
         if a == 0.0:
-            # The whole step led to the wall, where rounding has left the place a hair outside.
+            # The step ends on the wall, but rounding has put the position just outside.
             break
         b = x * step_x + y * step_y
         c = min(x * x + y * y - square, 0.0)
@@ -55,7 +55,7 @@ def _bounce(
 
 @inlined
 def fold(place: float, half: float) -> tuple[float, float]:
-    # The mirror images of a segment repeat every 4 · half. Find the place in the first, and whether it is reversed.
+    # The mirror images of a segment repeat every 4 · half. Return the position in the first, and −1 if it is mirrored.
     if place >= -half and place <= half:
         return place, 1.0
     shifted = (place + half) % (4.0 * half)
@@ -78,7 +78,7 @@ def wrap(place: float, side: float) -> float:
     if place >= -0.5 * side and place < 0.5 * side:
         return place
     place -= side * math.floor(place / side + 0.5)
-    # Rounding can leave a place a hair outside.
+    # Rounding can put a position just outside.
     return place if place >= -0.5 * side and place < 0.5 * side else -0.5 * side
 
 

@@ -44,7 +44,7 @@ _ENTRIES: dict[tuple[str, Callable[..., object]], Entry] = {}
 
 
 def perceive_entry(awareness: Awareness) -> Entry | None:
-    """Return the entry that writes the percept under this degree, or None where nothing is to be written."""
+    """Return the entry that writes the percept under this degree, or None if there is nothing to write."""
     rule = type(awareness).perceive
     if rule is None:
         return None

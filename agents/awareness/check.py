@@ -16,7 +16,7 @@ _NO_IDENTITY = -7_777_777
 _UNWRITTEN = np.uint32(0x7FC5_EED5)
 # The largest reading whose distances are finite; see teamsight.policies.memory.transitions.
 _MOST = 1e30
-# Nothing changes between two calls, so the room that the first asks for must suffice.
+# Nothing changes between two calls, so the room that the first call returns must suffice.
 _MOST_CALLS = 3
 
 # Sizes of the groups of the team, the group, the number of targets, the side of the square [sensing ranges].
@@ -35,7 +35,7 @@ _SCENES = (
 
 
 def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
-    """Check whether a degree of awareness keeps the contract of `Awareness`, on made-up scenes.
+    """Check whether a degree of awareness keeps the contract of `Awareness`, on random scenes.
 
     Its kernels run with bounds checks: on single robots, sparse and crowded teams, teams of one group and of several,
     and with buffers that are too small at first, as in a world.
@@ -50,10 +50,10 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
     Raises
     ------
     TypeError
-        If it is no `Awareness`, a member is missing or has the wrong type, or a kernel cannot be compiled.
+        If it is not an `Awareness`, a member is missing or has the wrong type, or a kernel cannot be compiled.
     ValueError
-        If a kernel leaves its arrays or what it may write, if `width` differs from what `situate` writes, if a reading
-        is not finite, or if what `perceive` writes or returns is inconsistent.
+        If a kernel accesses elements outside its arrays or writes read-only ones, if `width` differs from what
+        `situate` writes, if a reading is not finite, or if what `perceive` writes or returns is inconsistent.
     """
     name = type(degree).__name__
     if not isinstance(degree, Awareness):
@@ -99,18 +99,17 @@ def _width(name: str, degree: Awareness, team_size: int) -> int:
 
 
 def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
-    """Check the percept, with too little room at first."""
     if type(degree).perceive is None:
         return
-    # A world has no buffers for a group without a team. Otherwise it begins with room for all teammates in range.
+    # A world has no buffers for a group without a team; for others, it begins with room for all teammates in range.
     ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
     for room in (0, 1, len(sample.teammates.identity)) if sample.groups else ():
         found = _perceived(name, degree, sample, room)
         for kind, one, other in zip(("teammates", "relayed"), found, ample, strict=True):
             if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True)):
                 raise ValueError(
-                    f"{name}: perceive writes other {kind} when there was too little room before; write the same "
-                    "whatever the buffers held"
+                    f"{name}: perceive writes different {kind} after a call with too little room; do not depend on the "
+                    "content of the buffers"
                 )
     for kind, seen, known in (
         ("teammates", ample[0], sample.team_identity),
@@ -118,16 +117,16 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
     ):
         if len(seen.identity) and kind not in degree.delivers:
             raise ValueError(f"{name}.delivers={degree.delivers!r}: perceive writes {kind}; add {kind!r}")
-        _check_sightings(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "teammates")
+        _check_neighbours(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "teammates")
 
 
 def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[NeighbourList, NeighbourList]:
-    """Let the degree perceive with this room and, as often as it asks, with more; return what it shows."""
+    """Return what `perceive` writes with this room, or with as much more as it asks for."""
     scene, size = GuardedScene(degree, sample), len(sample.heading)
     for _ in range(_MOST_CALLS):
         shown = _blank(size, 0 if degree.shows_teammates else room)
         relayed = _blank(size, room)
-        # What it never writes stays as a world makes it: nobody.
+        # A list that it never writes is empty, as in a world.
         if degree.shows_teammates or "teammates" not in degree.delivers:
             shown.start[:] = 0
         if "relayed" not in degree.delivers:
@@ -139,19 +138,19 @@ def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple
             raise ValueError(f"{name}: perceive returns {need} for robots without a team; it must be 0")
         room = max(need + need // 4, 16)
     else:
-        raise ValueError(f"{name}: perceive asks for more room each time, at last for {need}; return what is needed")
+        raise ValueError(f"{name}: perceive asks for more room on every call, last for {need}; return what is needed")
     for kind, seen in (("teammates", shown), ("relayed", relayed)):
         _check_start(f"{name}: perceive writes {kind}.start", seen.start, len(seen.distance))
         if seen.start[-1] > need:
             raise ValueError(
-                f"{name}: perceive returns {need}, and writes {seen.start[-1]} {kind}; return how many entries the "
-                "longer of teammates and relayed needs"
+                f"{name}: perceive returns {need}, but writes {seen.start[-1]} {kind}; return the number of entries "
+                "that the longer of teammates and relayed needs"
             )
     return _filled(shown), _filled(relayed)
 
 
 def _blank(size: int, room: int) -> NeighbourList:
-    """Return buffers in which one sees what was not written."""
+    """Return buffers filled with values that show what was not written."""
     return NeighbourList(
         np.full(size + 1, _NO_IDENTITY), np.full(room, _NO_IDENTITY), np.full((room, 2), np.nan), np.full(room, np.nan)
     )
@@ -171,7 +170,7 @@ def _check_start(what: str, start: Any, room: int) -> None:
         )
 
 
-def _check_sightings(what: str, seen: NeighbourList, known: Any, *, ascending: bool) -> None:
+def _check_neighbours(what: str, seen: NeighbourList, known: Any, *, ascending: bool) -> None:
     for i in range(len(seen.start) - 1):
         mine = slice(seen.start[i], seen.start[i + 1])
         identity, offset, distance = seen.identity[mine], seen.offset[mine], seen.distance[mine]
@@ -188,8 +187,8 @@ def _check_sightings(what: str, seen: NeighbourList, known: Any, *, ascending: b
         strange = (identity != -1) & ~np.isin(identity, known)
         if strange.any():
             raise ValueError(
-                f"{what} of robot {i} with the identity {identity[np.argmax(strange)]}, which nobody has; copy that of "
-                "the scene, or write -1 to hide it"
+                f"{what} of robot {i} with the identity {identity[np.argmax(strange)]}, which no agent has; copy it "
+                "from the scene, or write -1 to hide it"
             )
         shown = identity[identity != -1]
         if ascending and (np.diff(shown) <= 0).any():
@@ -212,7 +211,7 @@ def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
         i, j = np.argwhere(unwritten)[0].tolist()
         raise ValueError(
             f"{place.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
-            f"or mend width({sample.team_size})"
+            f"or correct width({sample.team_size})"
         )
     wrong = ~(np.abs(situation) <= _MOST)
     if wrong.any():

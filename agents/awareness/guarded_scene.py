@@ -26,7 +26,7 @@ _AXES = PERCEPT_AXES | {
     "width": Axis("inputs", "width(team_size) says how many there are"),
     **{f"{kind}.{name} k": _ENTRY for kind in ("teammates", "relayed") for name in ("identity", "offset", "distance")},
 }
-# A degree that shows all teammates has no room for others: there, also `start` may only be read.
+# The teammates of a degree that shows all of them, including `start`, may only be read.
 _GUARDED = {
     hides: GuardedRecord(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)
 }
@@ -48,7 +48,7 @@ def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plai
 
 
 class GuardedScene:
-    """A made-up scene in guarded arrays, on which the kernels of a degree of awareness run.
+    """A random scene in guarded arrays, on which the kernels of a degree of awareness run.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class GuardedScene:
         answer = run_guarded(name, kernel, entry, self._record, guarded_record.arrays)
         if broken := self._fences.broken():
             raise ValueError(
-                f"{name}: {kernel} writes next to {broken}, or into it where it may only read; index arrays within "
+                f"{name}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
                 "their shape"
             )
         return answer

@@ -24,18 +24,18 @@ class Width(NamedTuple):
 
 
 class TeamGroup(NamedTuple):
-    """What a group of a team knows, for its teammates.
+    """One group of a team.
 
     Attributes
     ----------
     first : int
-        The place in the team of the group's first robot.
+        The index in the team of the group's first robot.
     heading : ndarray, shape (n, 2), float64
         Unit vectors.
     sensing_range : ndarray, shape (n,), float64
         [length].
     targets : NeighbourList
-        What its robots sense.
+        The targets that its robots sense.
     """
 
     first: int
@@ -61,9 +61,9 @@ class Scene(NamedTuple):
     targets, teammates : NeighbourList
         All in range.
     place : ndarray, shape (k,), int64
-        For each entry of `teammates`, its place in the team.
+        For each entry of `teammates`, its index in the team.
     first : int
-        The place in the team of the group's first robot.
+        The index in the team of the group's first robot.
     team : ndarray, shape (groups,), int64
         The groups of the team; kernels read them with `team_group_at`.
     """
@@ -87,19 +87,19 @@ class Awareness(ABC):
     Attributes
     ----------
     name : str
-        The name by which it can be given.
+        The name under which a user can choose it.
     order : str
         The paper's name for it.
     formula : str
-        The paper's formula for its inputs d, of n (own inputs), δ, σ and N (team size).
+        The paper's formula for the number of inputs d, with n own inputs, δ sectors, σ readings per teammate, N robots.
     shows : str
         What it shows of teammates, for legends.
     shows_teammates : bool
         Whether the percept holds every teammate in range, with identity and exact offset.
     perceive : kernel or None
         ``perceive(scene, parameters, teammates, relayed)`` writes the neighbour lists of the percept: `teammates`
-        (unless `shows_teammates`) and `relayed`. It returns the number of entries that the longer of them needs. If
-        this is more than there is room for, it is called again with more room. None if there is nothing to write.
+        (unless `shows_teammates`) and `relayed`. It returns the number of entries that the longer list needs. If there
+        is less room than that, it is called again with more. None if there is nothing to write.
     situate : kernel
         ``situate(scene, parameters, situation)`` writes the situations, the vectors for learners, shape (n, width).
     delivers : tuple of str
@@ -126,12 +126,18 @@ class Awareness(ABC):
 
     @staticmethod
     def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
-        """Return d, the inputs of a robot as `formula` has them; the paper counts the robot itself as a teammate."""
-        raise NotImplementedError("a degree that can be given by name defines dimensions()")
+        """Return d, the number of inputs by `formula`; the paper counts the robot itself as a teammate.
+
+        Parameters
+        ----------
+        own, delta, sigma, team_size : int
+            The paper's n, δ, σ and N.
+        """
+        raise NotImplementedError("dimensions: a degree in the registry must define it; add the method")
 
     @classmethod
     def adding(cls, added: int) -> Self:
-        """Return the degree with the option that adds this number of inputs; without such an option, the default."""
+        """Return the degree whose option adds this number of inputs; the default if no option does."""
         return cls()
 
     @classmethod

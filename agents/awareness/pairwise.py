@@ -18,7 +18,7 @@ SIGMA = 2
 
 @kernel
 def slot_of(place: int, own: int) -> int:
-    """Return the number, among the teammates of the robot at place `own`, of the robot at `place` in the team."""
+    """Return the index of robot `place` of a team among the teammates of robot `own`."""
     return place - 1 if place > own else place
 
 
@@ -45,7 +45,7 @@ class PairwiseAwareness(Awareness):
     """Θ(N): each teammate in awareness range, with identity and exact offset.
 
     The situation holds, for every teammate in the order of identities, its distance over the awareness range and its
-    bearing, anticlockwise from the heading, as a share of a full turn. Both are 1 while the teammate is out of range.
+    bearing, anticlockwise from the heading, as a fraction of a full turn. Both are 1 if the teammate is out of range.
 
     Notes
     -----

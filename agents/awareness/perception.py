@@ -1,4 +1,4 @@
-"""Perception: what the robots of a group are shown of their teammates, and the situation vectors for learners."""
+"""Perception: the arrays with what a group's robots perceive of teammates, and the situation vectors for learners."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ class Perception:
     Parameters
     ----------
     size : int
-        How many robots.
+        The number of robots.
 
     Attributes
     ----------
     nothing : NeighbourList
-        For what a group does not sense.
+        An empty list.
     shown, relayed : NeighbourList
         Room for teammates, and for the targets that they sense.
     situation : ndarray, shape (n, width), float32
         The vectors for learners; of width 0 unless the policy reads them.
     room : int
-        How many entries `shown` and `relayed` have room for.
+        The number of entries for which `shown` and `relayed` have room.
     is_situated : bool
         Whether the policy reads situation vectors.
     record : Packed
-        What the kernels of the degree work on; see `teamsight.agents.engine.binding`.
+        The argument of the degree's kernels; see `teamsight.agents.engine.binding`.
     """
 
     def __init__(self, size: int) -> None:
@@ -51,9 +51,9 @@ class Perception:
         awareness : Awareness
             The degree that writes them.
         team_size : int
-            How many robots the team has.
+            The number of robots in the team.
         teammates : int
-            How many neighbours among teammates there is room for; −1 for a group without a team.
+            The number of neighbours for which there is room; −1 for a group without a team.
         inputs : int
             The width of the situation vector that the policy reads; 0 for none.
         """
@@ -66,16 +66,16 @@ class Perception:
                 self.shown = neighbour_room(size, self.room)
         self.width = sum(awareness.width(max(team_size, 1)))
         self.is_situated = bool(inputs)
-        # In a large team the vectors of a degree that shows everybody are huge: they wait until somebody asks.
+        # Situations can be huge in a large team: if the policy does not read them, `situate` makes them on demand.
         self.situation = np.zeros((size, self.width if inputs else 0), np.float32)
         self._situated_at = None
 
     def grow(self, need: int) -> None:
-        """Make room for this many entries and some more, once the group is bound again."""
+        """Make room for at least this many entries; it takes effect when the group is bound again."""
         self.room = max(need + need // 4, 16)
 
     def perceive(self, awareness: Awareness) -> bool:
-        """Bring what is shown up to the present neighbour lists; return whether there was room."""
+        """Update the arrays to the present neighbour lists; return whether there was room."""
         entry = perceive_entry(awareness)
         need = entry(self.record) if entry else 0
         if need > self.room:

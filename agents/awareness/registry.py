@@ -21,7 +21,7 @@ _HOMES = {
 
 
 class _Degrees(Mapping[str, "type[Awareness]"]):
-    """The classes by name. Names alone import nothing."""
+    """The classes by name, each imported on access."""
 
     def __getitem__(self, name: str) -> type[Awareness]:
         module, _, attribute = _HOMES[name].partition(":")
@@ -50,7 +50,7 @@ def awareness_named(name: str, options: Mapping[str, Any] | None = None) -> Awar
     name : str
         A key of `AWARENESS`.
     options : mapping of str to object, optional
-        Options of degrees; those that this one does not have are left out, as are those that are None.
+        Options of degrees; those that this degree does not have, and those that are None, are ignored.
 
     Raises
     ------

@@ -62,7 +62,7 @@ def _perceive(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
 @kernel
 def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     situate_targets(scene, parameters, situation)
-    # Readings are of the true surroundings: in the percept, teammates are at the centres of their sectors.
+    # Read from the true surroundings; the percept puts teammates at the centres of their sectors.
     seen = scene.teammates
     for i in range(situation.shape[0]):
         edges = (seen.start[i], seen.start[i + 1])
@@ -89,8 +89,8 @@ class RingAwareness(Awareness):
 
     Notes
     -----
-    *Source:* §3.4 and §8. *Departs:* Fig. 1 asks for δ < N, while the paper itself sets δ = 16 for N from 1 on; here
-    any δ ≥ 1 is accepted for any team.
+    *Source:* §3.4 and §8. *Departs:* Fig. 1 requires δ < N, but the paper uses δ = 16 from N = 1 on; here any δ ≥ 1 is
+    accepted for any team.
     """
 
     delta: int = 16
@@ -109,7 +109,7 @@ class RingAwareness(Awareness):
         if delta > MOST_SECTORS:
             raise ValueError(
                 f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
-                "sector; 360 are a degree of arc each"
+                "sector; 360 sectors of one degree are enough for most uses"
             )
         object.__setattr__(self, "delta", delta)
 

@@ -1,4 +1,4 @@
-"""Made-up teams among targets, for the check of degrees of awareness, with neighbour lists made in Python."""
+"""Random teams and targets for the check of degrees of awareness, with neighbour lists made in Python."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Sample(NamedTuple):
     targets, teammates : NeighbourList
         All within range of the group's robots.
     place : ndarray, shape (k,), int64
-        For each entry of `teammates`, its place in the team.
+        For each entry of `teammates`, its index in the team.
     first : int
-        The place in the team of the group's first robot.
+        The index in the team of the group's first robot.
     groups : list of (first, heading, sensing_range, targets)
         The same of each group of the team.
     team_identity, target_identity : ndarray, int64
@@ -51,22 +51,22 @@ class Sample(NamedTuple):
 def sample_scene(
     sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False
 ) -> Sample:
-    """Return a made-up sample.
+    """Return a random sample.
 
     Parameters
     ----------
     sizes : tuple of int
         Sizes of the groups of the team.
     group : int
-        Which group's scene.
+        The index of the group whose scene it is.
     targets : int
-        How many targets.
+        The number of targets.
     side : float
-        The side of the square in which all are [sensing ranges]: the longer, the fewer see each other.
+        The side of the square that contains all agents [sensing ranges].
     rng : numpy.random.Generator
-        Where the numbers come from.
+        The generator.
     coincide : bool, default False
-        Whether all robots stand in one place, and the first target with them.
+        Whether all robots and the first target are at one place.
     """
     size = sum(sizes)
     robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
@@ -101,16 +101,16 @@ def sample_scene(
 
 
 def without_team(sample: Sample) -> Sample:
-    """Return the scene of the same group where it has no team, as targets have none."""
+    """Return the scene of the same group without a team, as targets are."""
     none = no_neighbours(len(sample.heading))
-    nobody = np.zeros(0, np.int64)
-    return sample._replace(teammates=none, place=nobody, first=0, groups=[], team_identity=nobody)
+    empty = np.zeros(0, np.int64)
+    return sample._replace(teammates=none, place=empty, first=0, groups=[], team_identity=empty)
 
 
 def _neighbour_list(
     observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], own: int | None = None
 ) -> tuple[NeighbourList, Integers]:
-    """Return who is within reach, and where each stands among the observed; `own` is where the observers stand."""
+    """Return the neighbours, and their indices among the observed; `own` is that of the first observer."""
     start, index, offsets = [0], [], []
     for i, position in enumerate(observers):
         for j, other in enumerate(observed):

@@ -1,4 +1,4 @@
-"""Rings of range sensors: sectors around a robot, each with the distance to the nearest body in it."""
+"""Rings of range sensors: sectors around a robot, each measuring the distance to the nearest body in it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def read_ring(
     Parameters
     ----------
     row : ndarray, shape (width,), float32
-        Written from `first` on: for each sector the distance over the range, or 1 if nothing is in it.
+        Written from `first` on: for each sector the smallest distance, divided by the range; 1 if the sector is empty.
     first, sectors : int
         The first element of the ring, and the number of its sectors.
     heading : ndarray, shape (2,), float64

@@ -16,7 +16,7 @@ from teamsight.core.kernel import kernel
 
 @kernel
 def group_of(team: Any, place: int) -> int:
-    """Return the group of a team to which the robot at this place belongs: an address for `team_group_at`."""
+    """Return the address, for `team_group_at`, of the group to which the robot with this index in the team belongs."""
     at = 0
     group = team_group_at(team[at])
     while place >= group.first + group.heading.shape[0]:
@@ -67,12 +67,12 @@ class SharedAwareness(Awareness):
     """o(N): as Θ(N), and the targets that each teammate in range senses, as relayed targets.
 
     The situation holds, for every teammate in the order of identities, that teammate's own 16 target sectors, relative
-    to its own heading. All are 1 while the teammate is out of range.
+    to that teammate's heading. All are 1 if the teammate is out of range.
 
     Notes
     -----
     *Source:* §3.2, "sharing the n inputs of the other N robots". *Departs:* the paper writes o(N) for nN inputs, which
-    by the usual notation are Θ(N) with a larger constant; and the array has n(N − 1), for N − 1 teammates.
+    in the usual notation is Θ(N) with a larger constant. The array has n(N − 1) inputs, for N − 1 teammates.
     """
 
     name = "shared"

@@ -1,1 +1,1 @@
-"""Columns: properties of the user's own, one element for each agent of a group."""
+"""Columns: user-defined properties, one element for each agent of a group."""

@@ -12,7 +12,7 @@ from teamsight.agents.columns.read_only import unwritable
 
 
 class _Group(Protocol):
-    """A group, as far as its columns are concerned."""
+    """The part of `Group` that columns use."""
 
     columns: Columns
     name: str
@@ -62,7 +62,7 @@ class ColumnAttribute:
     def __delete__(self, holder: Any) -> None:
         group, is_group = _group_of(holder)
         if self._name in group.columns:
-            raise AttributeError(f"{self._name}: is a column of {group.name!r}; del group.columns[…] drops it")
+            raise AttributeError(f"{self._name}: is a column of {group.name!r}; remove it with del group.columns[…]")
         if is_group or holder.__dict__.pop(self._name, self) is self:
             raise AttributeError(self._name)
 
@@ -83,6 +83,6 @@ def is_free(agent: Any, name: str) -> bool:
 
 
 def _group_of(holder: Any) -> tuple[_Group, bool]:
-    """Return the group of an agent, or the group itself, and whether it is the group itself."""
+    """Return the group of an agent, or the given group; and whether a group was given."""
     group = vars(holder).get("group")
     return (holder, True) if group is None else (group, False)

@@ -1,4 +1,4 @@
-"""Columns: properties of the user's own, one element for each agent of a group."""
+"""Columns: user-defined properties, one element for each agent of a group."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Array = npt.NDArray[Any]
 class Column(NDArrayOperatorsMixin):
     """A property of the agents of a group, used like an array of shape (n, …).
 
-    Each use reads and writes the elements of the agents that are in the group at that time. So a column stays valid
-    when agents are removed and states are restored; an array would not.
+    Each use reads or writes the elements of the agents that are then in the group. So, unlike an array, a column stays
+    valid when agents are removed and states are restored.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Columns(MutableMapping[str, Column]):
         return dict(self._arrays)
 
     def replace(self, arrays: dict[str, Array]) -> None:
-        """Use these arrays from now on; other columns stay as they are."""
+        """Replace the arrays of these columns; others stay."""
         self._arrays |= arrays
 
     def __getitem__(self, name: str) -> Column:
@@ -134,13 +134,12 @@ class Columns(MutableMapping[str, Column]):
 
 
 def _assign(name: str, array: Array, index: Any, value: Any) -> None:
-    """Set elements. Refuse values that the array would silently round."""
     new = np.asarray(value)
     whole = array.dtype.kind in "iu" and new.dtype.kind in "iu"
     if not whole and array.dtype != object and not np.can_cast(new.dtype, array.dtype, "same_kind"):
         raise TypeError(
             f"{name}={checks.shown(value)}: the column has the type {array.dtype}, which cannot hold this value; "
-            f"make the column with another fill, such as add_column({name!r}, {_fill_for(new)})"
+            f"add the column with another fill, such as add_column({name!r}, {_fill_for(new)})"
         )
     array[index] = value
 

@@ -1,4 +1,4 @@
-"""Places: read-only rows of arrays."""
+"""Read-only rows of arrays."""
 
 from __future__ import annotations
 

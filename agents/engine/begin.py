@@ -1,7 +1,7 @@
 """Begin a run: put a world that exists back to tick 0, under another seed.
 
-The kernels' records hold addresses of arrays. As long as everything in a world ships with this package, a new run
-writes into these same arrays, and nothing is bound again.
+The kernels' records hold addresses of arrays. If all policies, degrees of awareness and the arena are this package's
+own, a new run reuses these arrays without binding them again.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from teamsight.world.starts import Starts, starts
 
 
 def start_of(data: WorldData, keys: npt.NDArray[np.uint64]) -> Starts:
-    """Return where the founders of a world's groups begin under each of some keys.
+    """Return the initial positions and headings of all groups for each key.
 
     Raises
     ------
@@ -49,13 +49,13 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any], 
     data : WorldData
         The data of the world.
     start : Starts
-        Where the founders begin.
+        Initial positions and headings.
     run : int
-        Which run of `start`.
+        The index of the run in `start`.
     states : list
-        From `first_states`.
+        What `first_states` returned.
     keep : bool
-        Whether the arrays that the records describe are kept; see `is_rewritable`.
+        Whether to keep the arrays to which the records point; see `is_rewritable`.
     """
     first = 0
     for group, state in zip(data.groups, states, strict=True):
@@ -72,8 +72,7 @@ def restart_groups(data: WorldData, start: Starts, run: int, states: list[Any], 
 def is_rewritable(data: WorldData) -> bool:
     """Whether a new run can use the records as they are.
 
-    Policies, degrees of awareness and arenas of a user's own may return other parameters than when they were bound, so
-    a world that has any of them is bound again.
+    The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
     """
     return not is_watched(data.arena) and all(map(_is_shipped, data.groups))
 

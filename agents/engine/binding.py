@@ -1,8 +1,8 @@
-"""Binding: how a world is laid out in memory for the compiled loop. The page to read before the loop.
+"""Binding: how a world is laid out in memory for the compiled loop. Read this file before the loop.
 
-Records hold the addresses of arrays; `teamsight.agents.engine.records` says what is in them. This module fills them,
-from the world down: its groups (noise → percept → decision → motion), the searches for neighbours, the logs of
-transitions. Arrays can then be rewritten in place; whoever replaces one binds again.
+Records hold the addresses of arrays; `teamsight.agents.engine.records` defines their fields. This module fills them,
+from the world down: its groups (noise → percept → decision → motion), the neighbour searches, the transition logs.
+Arrays can then be rewritten in place; after replacing one, bind again.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ class Binding:
     data : WorldData
         The world.
     relations : list of Relation
-        Who observes whom.
+        Which group observes which.
     stretch : Stretch
-        Where steps are recorded.
+        Records the steps.
     trail : Trail or None
-        Where positions are kept.
+        Records positions.
     logs : list of TransitionLog
-        Where transitions are recorded.
+        Record transitions.
 
     Attributes
     ----------
     world : Packed of WorldArrays
-        The record that the loop is called with.
+        The argument of the loop.
     progress : ndarray of `PROGRESS`, shape (1,)
-        How far the world has got.
+        The state of the loop.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Binding:
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
-        """Bind all groups: each is a part of what the others of its team are shown."""
+        """Bind all groups, each with the groups of its team."""
         teams = {group.number: _team_group(group) for group in self._data.groups if "teammates" in group.relations}
         return [
             self._group(group, [teams[other.number] for other in team_of(self._data.groups, group)])
@@ -102,7 +102,7 @@ class Binding:
         ]
 
     def _group(self, group: Group, team: list[Packed[TeamGroup]]) -> GroupArrays:
-        """Noise → percept → decision → motion."""
+        """Bind a group: noise → percept → decision → motion."""
         perception = group.perception
         teammates = group.relations.get("teammates")
         perception.make_room(
@@ -124,7 +124,7 @@ class Binding:
         )  # fmt: skip
 
     def _decision(self, group: Group) -> Packed[Decision] | None:
-        """The percept as the policy's kernel sees it; None where Python decides, or the decision stands."""
+        """Bind the policy's kernel; None if the policy is Python, or the group has decided already."""
         if not group.is_compiled or group.has_decided:
             return None
         shown, relayed = group.perception.shown, group.perception.relayed
@@ -138,7 +138,7 @@ class Binding:
         )  # fmt: skip
 
     def _relation(self, relation: Relation) -> RelationArrays:
-        """Who observes whom: the search for neighbours and what is counted afterwards."""
+        """Bind a neighbour search and the counters that follow it."""
         rows = [np.arange(len(group)) + self._first_body[group.number] for group in relation.observed]
         search = relation.search
         return RelationArrays(
@@ -150,7 +150,7 @@ class Binding:
         )  # fmt: skip
 
     def _log(self, log: TransitionLog) -> LogArrays:
-        """What is recorded of the transitions of a group."""
+        """Bind the log of a group's transitions."""
         group, numbers = log.group, range(len(self._relations))
         sensing = [r for r in numbers if self._relations[r].kind == "targets"]
         own = [r for r in sensing if self._relations[r].observers is group]
@@ -185,7 +185,7 @@ class Binding:
             record.put(self._log(log))
 
     def record_into(self, stretch: Stretch, trail: Trail | None) -> None:
-        """Let the loop write into the present arrays of the history and of the positions kept."""
+        """Make the loop write into the present buffers of the history and of the positions."""
         world = self.world.value
         self.progress["row"] = stretch.buffer.rows
         if world.history is not stretch.buffer.array:
@@ -203,7 +203,7 @@ class Binding:
 
 
 def _side(group: Members) -> str | int:
-    """All groups that are on a team count together what they observe."""
+    """Groups with the same side count together what they observe: all groups on teams have one side."""
     return group.number if group.team is None else "teams"
 
 
@@ -213,7 +213,7 @@ def _team_group(group: Group) -> Packed[TeamGroup]:
 
 
 def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:
-    """What is true around a group, and where its degree of awareness writes what is shown of it."""
+    """The true surroundings of a group, and the arrays that its degree of awareness writes."""
     scene = Scene(
         group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
         teammates.search.room.identity if teammates else np.zeros(0, np.int64),

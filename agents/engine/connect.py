@@ -1,4 +1,4 @@
-"""Connecting: the relations of a world, which say who senses whom and who is aware of whom."""
+"""Make the relations of a world: which group senses which, and which is aware of which."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from teamsight.agents.world_data import WorldData
 
 
 def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation]:
-    """Return the relations of a world and let each group know its own.
+    """Return the relations of a world, and set those of each group.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation
     Raises
     ------
     ValueError
-        If an agent is outside the arena, or a policy does not fit its degree of awareness; no group has changed then.
+        If an agent is outside the arena, or a policy does not fit its degree of awareness. No group is changed then.
     """
     check_places(data)
     teams = {group.number: team_of(data.groups, group) for group in data.groups}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.connect import connect
-from teamsight.agents.engine.failures import check_places, failure, insatiable
+from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.python_policies import Deliberation
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Work for about a quarter of a second.
 _BODY_STEPS_A_CALL = 4_000_000
-# A degree of awareness that asks for more room more often than this, each time being given a quarter more, is wrong.
+# How often in one step a degree of awareness may ask for larger buffers; each time they grow by a quarter.
 _MOST_GROWTH = 8
 
 
@@ -44,14 +44,14 @@ class Engine:
         Whether the records describe the groups as they are.
     is_seen : bool
         Whether the neighbour lists are those of the present positions.
-    looks : int
-        How often neighbours were searched for between steps.
+    searches : int
+        The number of neighbour searches between steps.
     stretch : Stretch
         The history of the steps since groups last changed.
     trails : list of Trail
-        The positions kept.
+        The recorded positions.
     transitions : TransitionLogs
-        The transitions recorded.
+        The recorded transitions.
     """
 
     def __init__(self, data: WorldData) -> None:
@@ -62,7 +62,7 @@ class Engine:
         self.is_bound = self.is_seen = self._is_recorded = False
         self._phase = 0
         self._binding: Binding
-        self.looks = 0
+        self.searches = 0
         self.trails: list[Trail] = []
         self.transitions = TransitionLogs()
         self.stretch: Stretch = data.history.begin([])
@@ -100,7 +100,7 @@ class Engine:
         if not self.is_seen:
             self._call(SEE)
             self.is_seen, self._is_recorded = True, False
-            self.looks += 1
+            self.searches += 1
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -109,18 +109,18 @@ class Engine:
             if group.perception.perceive(group.awareness):
                 return
             self._binding.rebind()
-        raise insatiable(group)
+        raise endless_growth(group)
 
     def run(self, steps: int) -> None:
         """Make at most `steps` steps in one compiled call; all policies have kernels.
 
-        After a step that failed it makes that one only, on the decisions that stand.
+        If the last step failed, only that step is made again, with the actions already decided.
         """
         resumed = any(group.has_decided for group in self._data.groups)
         if resumed:
             steps = 1
         self._make_room(steps)
-        # A step in which bodies have moved but neighbours found no room is completed first.
+        # A step whose neighbour search ran out of room after the move is completed first.
         self._binding.progress["steps"] = steps - self._phase
         self._call(RUN)
         if resumed:
@@ -157,7 +157,7 @@ class Engine:
         self._decide_again()
 
     def _decide(self, groups: list[Group]) -> list[Action]:
-        """Return the actions of groups whose policies are Python."""
+        """Return the actions of the groups with Python policies."""
         data = self._data
         for group in groups:
             group.deliberation = Deliberation(group, data.timeline.tick, data.key, group.noise(data.timeline.tick))
@@ -165,7 +165,7 @@ class Engine:
             return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
 
     def _decide_again(self) -> None:
-        """Let all kernels decide again in the next step, after the decisions of a failed step were carried out."""
+        """Let all kernels decide again in the next step, once the actions of a failed step were carried out."""
         for group in self._data.groups:
             if group.has_decided:
                 group.has_decided = False
@@ -173,7 +173,7 @@ class Engine:
 
     @property
     def longest_call(self) -> int:
-        """The number of steps per call: enough to make calls cheap, and few enough to handle Ctrl-C soon."""
+        """The number of steps per call: enough to make calls cheap, few enough to respond to Ctrl-C."""
         return max(_BODY_STEPS_A_CALL // max(sum(map(len, self._data.groups)), 1), 1)
 
     def record_positions(self, every: int) -> None:
@@ -196,7 +196,7 @@ class Engine:
         is_kept : bool
             Whether all arrays are the same objects, so that the records are still valid.
         """
-        # Trails and logs begin with the binding.
+        # Binding begins trails and logs, so with either it is done again.
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.is_on)
         self.is_seen = self._is_recorded = False
         self._phase = 0
@@ -210,12 +210,12 @@ class Engine:
 
     @property
     def extras(self) -> tuple[int, int, bool]:
-        """What reused worlds compare: the number of sensing relations, and what is recorded."""
+        """The number of sensing relations, and what is recorded; `ReusedWorlds` compares them."""
         return len(self._sensed), self._every, self.transitions.is_on
 
     def adapt(self) -> None:
-        """Adapt to another arena and other ranges, which have been written into the arrays."""
-        # Cells are as wide as the range.
+        """Adapt to a new arena size and new ranges, which have been written into the arrays."""
+        # The width of cells is the range.
         if any(relation.search.has_cells for relation in self.relations):
             self.is_bound = False
 
@@ -234,9 +234,9 @@ class Engine:
             self._binding.rebind_logs()
 
     def _call(self, entry: Entry) -> None:
-        """Call the loop until it is done; enlarge buffers whenever it asks for room.
+        """Call the loop until it is done, enlarging the buffers that are full.
 
-        Ctrl-C is raised afterwards, when the world is where its last completed step has left it.
+        Ctrl-C is raised afterwards, so that no step is left incomplete.
         """
         binding, grown = self._binding, ((0, 0, 0), 0)
         with deferred():
@@ -245,19 +245,19 @@ class Engine:
                     where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
                     if status in (BAD_ACTION, OUTSIDE):
                         raise self._fail(status, where)
-                    # Noise, percepts and neighbours depend on the present state only: they are computed again.
+                    # What was computed so far in this step depends on the present state only; it is computed again.
                     self._grow(status, where, need)
                     place = status, where, tick
                     grown = place, grown[1] + 1 if grown[0] == place else 1
                     if grown[1] > _MOST_GROWTH:
-                        raise insatiable(self._data.groups[where])
+                        raise endless_growth(self._data.groups[where])
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
                 self._check_places()
 
     def _fail(self, status: int, where: int) -> ValueError:
-        """Return the exception for a step that cannot be made; its decisions are kept."""
+        """Return the exception for a step that cannot be made; the decided actions are kept."""
         groups = self._data.groups
         for group in groups if status == OUTSIDE else groups[: where + 1]:
             group.has_decided = group.is_compiled
@@ -282,10 +282,9 @@ class Engine:
             self._binding.rebind()
 
     def _read_back(self) -> None:
-        """Read back the tick and the number of rows written."""
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
-        # 1 only when there was no room for neighbours: the step is then completed by the next call.
+        # 1 only if there was no room for neighbours; the next call completes the step.
         self._phase = int(progress["phase"])
         buffer = self.stretch.buffer
         self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows

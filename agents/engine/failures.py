@@ -1,4 +1,4 @@
-"""Exceptions for steps that cannot be made. Then no body has moved and the clock has not advanced."""
+"""Exceptions for steps that cannot be made. No body has moved and the clock has not advanced."""
 
 from __future__ import annotations
 
@@ -21,37 +21,38 @@ def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
     data : WorldData
         The data of the world.
     status, where : int
-        What the loop returned, and the index of the group.
+        The result of the loop, and the index of the group.
     tick : int
         The number of completed steps.
     """
     group = data.groups[where]
     if status == OUTSIDE:
         return ValueError(
-            f"{data.arena}: its wall lets {group.name} out at tick {tick}; check the arena with check_arena()"
+            f"{data.arena}: confine left an agent of {group.name} outside at tick {tick}; check the arena with "
+            "check_arena()"
         )
     return ValueError(
-        f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading no "
-        "unit vector; check the policy with check_policy(), and a degree of awareness of your own for readings that "
-        "are NaN. To go on, give the group another policy, restore() a state or reset()"
+        f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading is not "
+        "a unit vector; check the policy with check_policy(), and a degree of awareness of your own with "
+        "check_awareness(). To continue, give the group another policy, restore() a state or reset()"
     )
 
 
-def insatiable(group: Group) -> ValueError:
-    """Return the exception for a degree of awareness that asks for more room however much it is given."""
+def endless_growth(group: Group) -> ValueError:
+    """Return the exception for a degree of awareness that asks for more room on every call."""
     return ValueError(
-        f"awareness={group.awareness!r}: its perceive asks for more room each time, for {group.name}; check it with "
-        "check_awareness()"
+        f"awareness={group.awareness!r}: perceive asks for more room on every call, for {group.name}; check the degree "
+        "with check_awareness()"
     )
 
 
 def check_places(data: WorldData) -> None:
-    """Refuse agents that are outside an arena of a user's own; others have none outside.
+    """Raise if an agent is outside a user-defined arena; others are not checked.
 
     Raises
     ------
     ValueError
-        Naming the group and the place.
+        Naming the group and the position.
     """
     arena = data.arena
     if not is_watched(arena):
@@ -61,6 +62,6 @@ def check_places(data: WorldData) -> None:
         if not inside.all():
             place = tuple(group.bodies.position[int(np.argmin(inside))].tolist())
             raise ValueError(
-                f"{arena}: an agent of {group.name} is at {place}, outside by contains(); its wall or place() "
-                "leaks: check the arena with check_arena()"
+                f"{arena}: an agent of {group.name} is at {place}, which is outside according to contains(); check "
+                "confine and place() of the arena with check_arena()"
             )

@@ -20,7 +20,7 @@ from teamsight.agents.engine.records import (
     relation_at,
     world_at,
 )
-from teamsight.agents.recording.transition_kernels import note_after, note_before
+from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.world.motion import is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
@@ -29,7 +29,7 @@ from teamsight.world.proximity.search import search
 
 @kernel
 def _perceive(address: int) -> int:
-    """Make the noise of this tick and bring the percepts of all groups up to date."""
+    """Draw the noise of this tick and update the percepts of all groups."""
     world = world_at(address)
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
@@ -61,7 +61,7 @@ def _are_actions(address: int) -> bool:
 
 @kernel
 def _decide(address: int) -> int:
-    """Let the policies decide that have kernels, and check the actions of all groups before anybody moves."""
+    """Run the policies that have kernels, and check the actions of all groups before any body moves."""
     world = world_at(address)
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
@@ -75,7 +75,7 @@ def _decide(address: int) -> int:
 
 @kernel
 def _keep(address: int, back: bool) -> None:
-    """Keep where all bodies are, or put them back there."""
+    """Save the positions of all bodies, or restore them."""
     world = world_at(address)
     at = 0
     for g in range(world.groups.shape[0]):
@@ -97,7 +97,7 @@ def _keep(address: int, back: bool) -> None:
 def _move(address: int) -> int:
     world = world_at(address)
     for number in range(world.logs.shape[0]):
-        note_before(world.logs[number])
+        record_before(world.logs[number])
     if world.undo.shape[0] > 0:
         _keep(address, False)
     for g in range(world.groups.shape[0]):
@@ -111,8 +111,8 @@ def _move(address: int) -> int:
 
 
 @kernel
-def _look(address: int) -> int:
-    """Search for all neighbours anew."""
+def _find_neighbours(address: int) -> int:
+    """Search for the neighbours of all relations."""
     world = world_at(address)
     for r in range(world.relations.shape[0]):
         relation = relation_at(world.relations[r])
@@ -135,7 +135,7 @@ def _look(address: int) -> int:
 
 @kernel
 def _record_relation(address: int, row: Any, stamp: int) -> None:
-    """Write how many neighbours there are, the most of one observer and how many of the observed are met."""
+    """Write the number of neighbours, the most of one observer, and the number of bodies observed first here."""
     here = relation_at(address)
     start, identity = here.neighbours.start, here.neighbours.identity
     observers = start.shape[0] - 1
@@ -170,13 +170,13 @@ def _leave_trail(address: int) -> None:
 @kernel
 def _finish(address: int) -> int:
     """Search for neighbours after a move and record the step."""
-    status = _look(address)
+    status = _find_neighbours(address)
     if status != DONE:
         return status
     world = world_at(address)
     progress = world.progress[0]
     for number in range(world.logs.shape[0]):
-        note_after(world.logs[number])
+        record_after(world.logs[number])
     for r in range(world.relations.shape[0]):
         _record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
     progress.row += 1
@@ -222,11 +222,11 @@ def _end_step(address: int) -> int:
 
 
 def _see(address: int) -> int:
-    status = _look(address)
+    status = _find_neighbours(address)
     if status != DONE:
         return status
     world = world_at(address)
-    # No step has the stamp -1; but it may be that of the last look.
+    # No step has the stamp -1, but the last call of this function had it.
     for r in range(world.relations.shape[0]):
         met = relation_at(world.relations[r]).met
         for body in range(met.shape[0]):

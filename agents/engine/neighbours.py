@@ -1,4 +1,4 @@
-"""A relation: one group observes others within a range. All percepts are made from relations."""
+"""A relation: one group observes others within a range. Percepts are made from relations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from teamsight.world.proximity.search import Search
 
 
 class Members(Protocol):
-    """What a relation needs of a group."""
+    """The part of `Group` that a relation uses."""
 
     number: int
     team: str | None
@@ -25,16 +25,16 @@ class Members(Protocol):
 
 
 class Relation:
-    """Who of the observed groups is within the range of each observer.
+    """Which agents of the observed groups are within the range of each observer.
 
     Parameters
     ----------
     kind : {"targets", "teammates"}
-        What the observed are to the observers.
+        The role of the observed.
     observers : Group
-        Who observes.
+        The group that observes.
     observed : list of Group
-        Who is observed, in this order.
+        The groups that are observed, in this order.
     reach : ndarray, shape (n,), float64
         The range of each observer [length].
     arena : Arena
@@ -43,11 +43,11 @@ class Relation:
     Attributes
     ----------
     first : dict of int to int
-        For each observed group's number, the place of its first agent among the observed.
+        For each observed group's number, the index of its first agent among the observed.
     everyone : ndarray, shape (observed,), int64
         The identities of the observed.
     identity : ndarray, shape (k,), int64
-        Room for the identities of all neighbours; the search itself finds places among the observed.
+        Room for the identities of all neighbours; the search itself finds indices among the observed.
     """
 
     def __init__(
@@ -63,18 +63,18 @@ class Relation:
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
 
     def grow(self, edges: int) -> None:
-        """Make room for this many neighbours and some more; records must be bound again."""
+        """Make room for at least this many neighbours; records must be bound again."""
         self.search.grow(edges)
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
 
     @property
     def graph(self) -> NeighbourList:
-        """The neighbours by their places among the observed."""
+        """The neighbours by their indices among the observed."""
         return self.search.graph
 
     @property
     def neighbours(self) -> NeighbourList:
-        """The neighbours by their identities, as policies see them."""
+        """The neighbours by their identities, as policies receive them."""
         return filled(self.room)
 
     @property

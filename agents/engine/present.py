@@ -1,4 +1,4 @@
-"""Present values: what the relations of a world show between its steps."""
+"""Look-ups in the relations of a world between its steps."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Decisions in Python: NumPy policies, callables for one robot, and agents that override `decide`.
 
-Nothing that a group remembers changes before all groups have decided and the step is made: an error in the middle
-leaves the world where its last completed step left it.
+No policy state changes before the step is complete: after an error, the world is as the last completed step left it.
 """
 
 from __future__ import annotations
@@ -34,23 +33,23 @@ class Deliberation:
     Parameters
     ----------
     group : Group
-        Who decides.
+        The group that decides.
     tick : int
-        When.
+        The present tick.
     key : ndarray, shape (2,), uint64
         The key of the world's noise.
     noise : ndarray, shape (draws, n), float64, optional
-        The group's numbers for this tick, if they have been made.
+        The group's random numbers for this tick, if they have been drawn.
     """
 
     def __init__(self, group: Group, tick: int, key: Key, noise: npt.NDArray[np.float64] | None = None) -> None:
         self.group, self.tick, self.key = group, tick, key
         self._noise = noise
         self._percept: Percept | None = None
-        self._handed: list[PerceptOfOne] = []
+        self._given: list[PerceptOfOne] = []
         self._whole: tuple[Action, Any] | None = None
-        # For each robot whose policy was asked, its own new state; None for that in the decision of the whole group.
-        self._asked: dict[int, Any] = {}
+        # The rows that used the group's policy, each with its new state; None for that of the whole group's decision.
+        self._decided: dict[int, Any] = {}
 
     @property
     def percept(self) -> Percept:
@@ -61,7 +60,7 @@ class Deliberation:
 
     @property
     def noise(self) -> npt.NDArray[np.float64]:
-        """The numbers that the policy is given, shape (draws, n)."""
+        """The policy's random numbers, shape (draws, n)."""
         if self._noise is None:
             group = self.group
             stream = stream_number(Stream.POLICY, group.number)
@@ -76,18 +75,18 @@ class Deliberation:
             return self._of_each(rules, f"{type(group.agents[0]).__name__}.decide" if rules else "")
         if not isinstance(group.policy, Policy):
             return self._of_each([group.policy] * len(group), _name(group.policy))
-        self._asked = dict.fromkeys(range(len(group)))
+        self._decided = dict.fromkeys(range(len(group)))
         return self._decision_of_all()[0]
 
     def state(self) -> Any:
-        """Return what the group remembers after this decision."""
+        """Return the policy state after this decision."""
         group, size = self.group, len(self.group)
-        whole = np.array([row for row, part in self._asked.items() if part is None], np.int64)
+        whole = np.array([row for row, part in self._decided.items() if part is None], np.int64)
         state = group.policy_state
         if len(whole):
             after = self._decision_of_all()[1]
             state = after if len(whole) == size else put_rows(state, whole, take_rows(after, whole, size), size)
-        for row, part in self._asked.items():
+        for row, part in self._decided.items():
             if part is not None:
                 state = put_rows(state, np.array([row]), part[0], size)
         return state
@@ -98,32 +97,32 @@ class Deliberation:
         Parameters
         ----------
         row : int
-            Which robot.
+            The robot's row.
         percept : PerceptOfOne
-            What it knows.
+            Its percept.
         rng : numpy.random.Generator
             For policies that are callables for one robot.
         """
         group = self.group
         if not isinstance(group.policy, Policy):
             return check_answer(_name(group.policy), group.policy(percept, rng), row)
-        if row < len(self._handed) and percept is self._handed[row]:
-            # The usual case, in which the robot hands on what it was given: one decision serves the whole group.
+        if row < len(self._given) and percept is self._given[row]:
+            # The usual case, an unchanged percept: one decision serves the whole group.
             action, _ = self._decision_of_all()
-            self._asked[row] = None
+            self._decided[row] = None
             return _turn(percept.heading, action.heading[row]), float(action.distance[row])
         self._check_situation(row, percept)
         own, rows = percept_of_group_of_one(percept), np.array([row])
         before = take_rows(group.policy_state, rows, len(group))
         action, after = _ask(group.policy, own, before, np.ascontiguousarray(self.noise[:, rows]))
-        self._asked[row] = (after,)
+        self._decided[row] = (after,)
         return _turn(percept.heading, action.heading[0]), float(action.distance[0])
 
     def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
-        """Refuse changed neighbour lists where the policy reads the situation, which was computed from the old ones."""
-        if row >= len(self._handed) or not self.group.policy.inputs:
+        """Refuse changed neighbour lists if the policy reads the situation, which was computed from the old ones."""
+        if row >= len(self._given) or not self.group.policy.inputs:
             return
-        given = self._handed[row]
+        given = self._given[row]
         names = ("targets", "teammates", "relayed")
         changed = [name for name in names if getattr(percept, name) is not getattr(given, name)]
         if changed and percept.situation is given.situation:
@@ -140,11 +139,11 @@ class Deliberation:
     def _of_each(self, rules: list[Rule], name: str) -> Action:
         group, percept = self.group, self.percept
         stream = stream_number(Stream.CALLABLE, group.number)
-        self._handed = [percept_of_one(percept, i) for i in range(len(rules))]
+        self._given = [percept_of_one(percept, i) for i in range(len(rules))]
         answers = np.zeros((len(group), 2))
         for i, rule in enumerate(rules):
             rng = generator(self.key, stream, self.tick, int(group.bodies.member[i]))
-            answers[i] = check_answer(name, rule(self._handed[i], rng), i)
+            answers[i] = check_answer(name, rule(self._given[i], rng), i)
         return Action(turned(percept.heading, answers[:, 0]), answers[:, 1])
 
 
@@ -156,16 +155,16 @@ def policy_decision(
     Parameters
     ----------
     agent : Body
-        Who asks.
+        The agent.
     percept : PerceptOfOne
-        What it knows; the percept of this step, or a changed one.
+        The percept of this step, or a changed one.
     rng : numpy.random.Generator
         For policies that are callables for one robot.
     tick, key
-        The moment and the key of the world's noise.
+        The present tick and the key of the world's noise.
     """
     row = agent.row
-    # Between steps a policy can be called too; its new state is dropped.
+    # A policy can also be called between steps; its new state is dropped.
     deliberation = agent.group.deliberation or Deliberation(agent.group, tick, key)
     return deliberation.policy_decides(row, percept, rng)
 
@@ -197,7 +196,6 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
 
 
 def _protected(percept: Percept) -> Percept:
-    """Return the percept with arrays that cannot be written to."""
     parts: list[Any] = [_protected_list(part) if isinstance(part, tuple) else readonly(part) for part in percept]
     return Percept(*parts)
 

@@ -22,39 +22,39 @@ Integers = npt.NDArray[np.int64]
 
 HISTORY_COLUMNS = 3
 
-#: What a call of the loop returns: done, or why it cannot go on.
+#: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(5)
 
 PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])
-"""How far a world has got: the only numbers that the loop changes.
+"""The state of the loop.
 
-``steps`` are still to be made. ``phase`` is 1 when bodies have moved and the neighbour lists are still those before.
-``row`` and ``trail_row`` are the next rows of the history and of the positions kept. ``where`` is the group or the
-relation at which the loop has stopped, ``need`` how many entries it needs room for.
+``steps`` are still to be made. ``phase`` is 1 if bodies have moved but neighbours have not been searched for.
+``row`` and ``trail_row`` are the next rows of the history and of the recorded positions. ``where`` is the group or the
+relation at which the loop stopped, ``need`` the number of entries for which it needs room.
 """
 
 
 class GroupArrays(NamedTuple):
-    """The record of a group: what it does in a step, in this order. An entry is 0 where there is nothing to do.
+    """The record of a group: what it does in a step, in this order. An entry is 0 if there is nothing to do.
 
     Attributes
     ----------
     noise : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     block : ndarray, shape (1,), int64
-        Which four ticks: the tick // 4; −1 for none.
+        The block of four ticks, tick // 4; −1 for none.
     members : ndarray, shape (lanes,), int64
-        Whose numbers; 0 after the last robot.
+        The members to whom the numbers belong; 0 after the last robot.
     stream : int
         The stream of the numbers.
     perceive, situate, sensing
         The kernels of the degree of awareness, and their record.
     room : int
-        How many entries `perceive` can write.
+        The number of entries that `perceive` can write.
     decide, decision
         The policy's kernel and its record.
     is_sound : bool
-        Whether no action needs to be checked.
+        Whether actions need no check.
     advance, move
         The motion and its record.
     """
@@ -88,17 +88,17 @@ class RelationArrays(NamedTuple):
     search : Packed of Searching
         The search for neighbours.
     groups : list of Packed of Places
-        Where the observed groups are; copied to `x` and `y` before a search.
+        The positions of the observed groups; copied to `x` and `y` before a search.
     everyone : ndarray, shape (observed,), int64
         The identities of the observed.
     rows : ndarray, shape (observed,), int64
-        Where in `met` each of them is.
+        The index of each of them in `met`.
     met : ndarray, shape (bodies,), int64
-        The step, counted from 1, at which each body of the world was last observed by the observers' side.
+        The step, counted from 1, in which each body of the world was last observed by the observers' side.
     neighbours : NeighbourList
-        What was found; its identities are numbers of the observed.
+        The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
-        The same as identities of agents.
+        The same neighbours by the identities of agents.
     """
 
     search: Packed[Searching]
@@ -118,19 +118,19 @@ class LogArrays(NamedTuple):
     Attributes
     ----------
     group, relation
-        Whose log it is, and the relation in which the group senses targets; None where it senses none.
+        The recorded group, and the relation in which it senses targets; None if it senses none.
     team : list of Packed
         The relations in which its team senses targets.
     situate, sensing
         The kernel that writes situation vectors, and its record, which is the log's own.
     now : ndarray, shape (n, width), float32
-        Where it writes them.
+        The vectors that it writes.
     row : ndarray, shape (1,), int64
         The next row of the four arrays that follow.
     kept_start, kept_identity
-        Whom the robots sensed before the move; as in `NeighbourList`.
+        The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
-        How many robots of the team sense each body of the world, before and after the move.
+        The number of robots of the team that sense each body of the world, before and after the move.
     """
 
     group: Packed[GroupArrays]
@@ -158,21 +158,21 @@ class WorldArrays(NamedTuple):
     key : ndarray, shape (2,), uint64
         The key of the noise.
     progress : ndarray of `PROGRESS`, shape (1,)
-        How far the world has got.
+        The state of the loop.
     groups, relations, logs : list of Packed
-        Its parts.
+        The world's parts.
     history : ndarray, shape (steps, relations, 3), int64
-        For each step and relation: how many neighbours there are, the most of one observer, and how many of the
-        observed are seen for the first time in the step by the observers' side.
+        For each step and relation: the number of neighbours, the most of one observer, and the number of bodies that
+        the observers' side observes in no earlier relation.
     present : ndarray, shape (relations, 3), int64
-        The same for the present positions, before the first step that is recorded.
+        The same for the present positions, before the first recorded step.
     every : int
-        Keep positions each so many steps; 0 for never.
+        The number of steps from one recording of positions to the next; 0 for none.
     trail : ndarray, shape (rows, bodies, 2), float64
-        The positions kept.
+        The recorded positions.
     undo : ndarray, shape (bodies, 6), float64
-        Where all bodies were before a move, so that one which leads out of the arena can be undone; empty in arenas
-        that are tested.
+        Position, heading and motion of all bodies before a move, with which a move out of the arena is undone; empty in
+        the package's own arenas.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]

@@ -1,4 +1,4 @@
-"""Rows of a policy's state: one for each robot, however the policy has put its arrays together."""
+"""Rows of a policy's state: one for each robot, in arrays nested in tuples, lists and dicts."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
     Parameters
     ----------
     state : object
-        Arrays with a row for each robot, alone or in tuples, lists and dicts; all else is returned as it is.
+        Arrays with a row for each robot, alone or in tuples, lists and dicts; all else is returned unchanged.
     rows : ndarray of int or bool
-        Which robots.
+        The robots.
     size : int
-        How many robots the state is of.
+        The number of robots in `state`.
     """
     if isinstance(state, np.ndarray):
         return np.ascontiguousarray(state[rows]) if state.shape[:1] == (size,) else state
@@ -30,18 +30,18 @@ def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
 
 
 def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
-    """Return the state with the rows of some robots replaced; the state given stays as it is.
+    """Return a copy of the state with the rows of some robots replaced.
 
     Parameters
     ----------
     state : object
         As for `take_rows`.
     rows : ndarray of int or bool
-        Which robots.
+        The robots.
     part : object
-        Their state, as `take_rows` returns it. What has no row for each robot replaces that of all.
+        Their state, as `take_rows` returns it. Values without rows are replaced for all robots.
     size : int
-        How many robots `state` is of.
+        The number of robots in `state`.
     """
     if isinstance(state, np.ndarray) and state.shape[:1] == (size,):
         changed = state.copy()
@@ -56,7 +56,7 @@ def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
 
 
 def layout(state: Any) -> str:
-    """Return what kind of arrays a state is made of; a policy that remembers otherwise could not go on from it."""
+    """Return a description of the types and shapes in a state; a policy can continue only from a state with its own."""
     if isinstance(state, np.ndarray):
         return f"{state.dtype}{list(state.shape)}"
     if isinstance(state, dict):

@@ -17,14 +17,14 @@ REPORTERS = {
 
 @dataclass(slots=True)
 class Rows:
-    """Rows of a stretch that are not collected yet, and sums over all rows before them.
+    """Rows of a stretch that are still to be collected, and sums over all rows before them.
 
     Attributes
     ----------
     stretch : Stretch
         The stretch.
     first, last : int
-        The first row, and the one after the last.
+        The first row, and the row after the last.
     tick : int
         The step of the last row.
     observed, largest : int
@@ -54,8 +54,8 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         super().__init__(model_reporters=REPORTERS)
 
     def emptied(self) -> HistoryCollector:
-        """Return a collector that has collected nothing, without the checks of a new one."""
-        # By hand, because `copy.copy` takes ten times as long.
+        """Return an empty collector with the same reporters."""
+        # Ten times as fast as `copy.copy`.
         other = object.__new__(HistoryCollector)
         other.__dict__.update(vars(self))
         other._pending = []
@@ -77,7 +77,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars = value
 
     def collect(self, model: Any) -> None:
-        """Collect the present values. mesa's own method takes several times as long."""
+        """Collect the present values, several times as fast as mesa's own method."""
         for name, values in self.model_vars.items():
             values.append(getattr(model, name))
         if hasattr(self, "_steps"):

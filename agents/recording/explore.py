@@ -13,6 +13,7 @@ from teamsight.agents.model import World
 from teamsight.agents.recording.transitions import Transitions, concatenated
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
+from teamsight.world.arena import Disc
 
 
 def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
@@ -35,36 +36,36 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     Raises
     ------
     TypeError, ValueError
-        If `world` is no world, `steps` is no whole number of at least 1, or the group is unknown or empty.
+        If `world` is not a `World`, `steps` is not a whole number of at least 1, or the group is unknown or empty.
 
     Notes
     -----
     *Source:* §8.1: one exploration serves every objective. §8.2: 5 robots and 120 steps give 600 transitions.
     """
     if not isinstance(world, World):
-        shown = f"{checks.shown(world)}: is no world; give one"
+        shown = f"{checks.shown(world)}: is not a world; give one"
         if isinstance(world, type):
             shown = f"{world.__name__}: is a class; give a world"
         raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")
     steps = checks.count("steps", steps)
     robots = _explorers(world) if group is None else group
     seed = world.seed_used
-    met = meet(world, robots, steps)
-    return memory_of([met], robots, settings_of(world, robots) | {"steps": steps, "runs": 1, "seed": seed})
+    recorded = record_run(world, robots, steps)
+    return memory_of([recorded], robots, settings_of(world, robots) | {"steps": steps, "runs": 1, "seed": seed})
 
 
-def meet(world: World, group: Group, steps: int) -> Transitions:
+def record_run(world: World, group: Group, steps: int) -> Transitions:
     """Run a world from its present state and return the transitions of a group in these steps."""
     world.recording.record_transitions(group)
     before = len(world.recording.transitions(group).situation)
     world.run(steps)
-    met = world.recording.transitions(group)
-    facts = {name: fact[before:] for name, fact in met.facts.items()}
-    return Transitions(met.situation[before:], met.action[before:], met.next_situation[before:], facts)
+    found = world.recording.transitions(group)
+    facts = {name: fact[before:] for name, fact in found.facts.items()}
+    return Transitions(found.situation[before:], found.action[before:], found.next_situation[before:], facts)
 
 
 def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str, Any]) -> LazyMemory:
-    """Return the lazy memory of transitions from several worlds with the degree of awareness of a group.
+    """Return the lazy memory of transitions from several worlds, whose robots have the group's degree of awareness.
 
     Raises
     ------
@@ -75,15 +76,15 @@ def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str,
     widths = sorted({part.situation.shape[1] for part in kept})
     if len(widths) > 1:
         raise ValueError(
-            f"situations of {' and '.join(map(str, widths))} components: one memory holds one width; explore with "
-            "teams of one size, or with RingAwareness()"
+            f"situations of {' and '.join(map(str, widths))} inputs: a memory holds one width; explore with teams of "
+            "one size, or with RingAwareness()"
         )
     return LazyMemory.of(*concatenated(kept), own=group.awareness.width(1).own, settings=settings)
 
 
 def settings_of(world: World, group: Group) -> dict[str, Any]:
     """Return the settings of a world that matter for its transitions, JSON-serialisable."""
-    group.host.look()
+    group.host.find_neighbours()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     return {
         "awareness": repr(group.awareness),
@@ -93,7 +94,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "targets": sum(map(len, targets)),
         "target_policy": ", ".join(_described(other.policy) for other in targets),
         "arena": repr(world.arena),
-        "radius": getattr(world.arena, "radius", None),
+        "radius": world.arena.radius if isinstance(world.arena, Disc) else None,
         "robot_speed": _range(group.speed),
         "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
         "sensing_range": _range(group.sensing_range),
@@ -119,4 +120,4 @@ def _explorers(world: World) -> Group:
     for group in world.groups:
         if group.team is not None and len(group):
             return group
-    raise ValueError("explore(…): no robot is on a team; name the group whose transitions are to be recorded")
+    raise ValueError("explore(…): no robot is on a team; give the group whose transitions to record")

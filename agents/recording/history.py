@@ -1,4 +1,4 @@
-"""History: one row for each completed step, and the sums that are asked for most."""
+"""History: one row for each completed step, and running sums."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class Stretch:
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
         self.buffer = Buffer((len(relations), HISTORY_COLUMNS), np.int64, _FIRST_ROWS)
-        # What the columns of the next row would be made of, for the positions before the first step.
+        # The same numbers for the positions before the first step.
         self.present = np.zeros((len(relations), HISTORY_COLUMNS), np.int64)
         self.observed_sum = 0
         self.largest = 0
         self._summed = 0
 
     def emptied(self) -> Stretch:
-        """Return a stretch of the same relations without rows; this one stays as it is."""
+        """Return a new stretch of the same relations, without rows."""
         other = object.__new__(Stretch)
         other.__dict__.update(self.__dict__)
-        # As much room as before, because the next run is often as long.
+        # As much room as here, because the next run is often as long.
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
         other.observed_sum = other.largest = other._summed = 0
@@ -52,11 +52,11 @@ class Stretch:
 
     @property
     def rows(self) -> int:
-        """How many steps are recorded."""
+        """The number of recorded steps."""
         return self.buffer.rows
 
     def sum_up(self) -> None:
-        """Bring the sums up to the rows written since the last time."""
+        """Add the rows written since the last call to the sums."""
         new = self.buffer.written[self._summed :]
         if len(new):
             self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
@@ -64,7 +64,7 @@ class Stretch:
             self._summed = self.rows
 
     def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
-        """Return for each of these rows how many targets at least one robot saw."""
+        """Return for each of these rows the number of targets that at least one robot observed."""
         return np.asarray(self.buffer.array[first:last, self._targets, _OBSERVED].sum(axis=1))
 
     @property
@@ -82,7 +82,7 @@ class Stretch:
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
         raw = self.buffer.array[first : self.rows if last is None else last]
-        # No targets, or no robots: there is nothing to take a share or a mean of.
+        # Without targets the share, and without robots the mean, is NaN.
         targets, robots = self.targets or np.nan, self.robots or np.nan
         return {
             "observed": raw[:, self._targets, _OBSERVED].sum(axis=1) / targets,
@@ -97,9 +97,9 @@ class Totals(NamedTuple):
     Attributes
     ----------
     observed : dict of int to int
-        For each number of targets, in the order in which they came, how many were observed in all these rows.
+        For each number of targets, in order of appearance, the sum of observed targets over its rows.
     rows : int
-        How many rows there are.
+        The number of rows.
     """
 
     observed: dict[int, int]
@@ -126,12 +126,12 @@ class History:
 
     @property
     def earlier(self) -> Totals:
-        """Of all stretches but the last."""
+        """The totals of all stretches but the last."""
         return _totals(self._stretches[:-1])
 
     @property
     def observed_fraction(self) -> float:
-        """The mean share of targets that at least one robot sees, over the rows with targets; NaN before the first."""
+        """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
         observed, rows = _totals(self._stretches)
         return shares(observed) / rows if rows else float("nan")
 
@@ -170,9 +170,9 @@ def _totals(stretches: list[Stretch]) -> Totals:
 
 
 def shares(observed: Mapping[int, Any]) -> Any:
-    """Return the sum of the shares observed, from the numbers observed among so many targets."""
-    # Whole numbers are summed first: however steps are divided into stretches, the result has the same bits. Not `sum`,
-    # which since Python 3.12 carries what rounding lost.
+    """Return the sum of observed shares, from the sum of observed targets for each number of targets."""
+    # Dividing sums of integers gives the same bits however steps are divided into stretches. Not `sum`, which
+    # compensates for rounding since Python 3.12.
     total: Any = 0.0
     for targets, number in observed.items():
         total = total + number / targets

@@ -18,7 +18,7 @@ from teamsight.core import checks
 
 
 class Recording:
-    """What a world keeps of its run. A world makes its own: ``world.recording``.
+    """What is recorded of a world's run: ``world.recording``.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Recording:
     Attributes
     ----------
     callbacks : list of callable
-        Functions of the world, called after each step. Steps are then made one by one.
+        Functions that are called with the world after each step. Steps are then made one by one.
     collector : mesa.DataCollector
         The data collector of the world; see `World.datacollector`.
     """
@@ -68,7 +68,7 @@ class Recording:
     def record_transitions(self, group: Group) -> None:
         """Record the transitions of a group's robots from now on; see `transitions`.
 
-        `World.reset` and `World.restore` start the record anew.
+        `World.reset` and `World.restore` discard those recorded so far.
 
         Raises
         ------

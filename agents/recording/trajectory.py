@@ -1,4 +1,4 @@
-"""Trajectories: the positions of all agents, recorded each so many steps."""
+"""Trajectories: the positions of all agents, recorded at regular intervals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from teamsight.core.buffer import Buffer
 
 
 class Trail:
-    """Positions of all agents, kept each so many steps while the groups stay as they are."""
+    """The positions of all agents, recorded at regular intervals as long as the groups do not change."""
 
     def __init__(self, groups: list[Group], every: int, tick: int) -> None:
         self._names = np.repeat([group.name for group in groups], [len(group) for group in groups])

@@ -1,4 +1,4 @@
-"""The kernels that record transitions: one before bodies move, and one after their neighbours are found anew.
+"""The kernels that record transitions: one before bodies move, and one after the neighbour search.
 
 They take the address of a log's record; see `LogArrays`.
 """
@@ -46,7 +46,7 @@ def _count_observers(team: Any, counts: Any) -> None:
 
 @kernel
 def _keep_neighbours(log: Any) -> None:
-    """Keep whom the robots sense before they move."""
+    """Keep the targets that the robots sense before they move."""
     if log.relation == 0:
         return
     neighbours = relation_at(log.relation).neighbours
@@ -58,7 +58,7 @@ def _keep_neighbours(log: Any) -> None:
 
 @kernel
 def _write_actions(log: Any, action: Any) -> None:
-    """Write what the bodies are about to do."""
+    """Write the actions that the bodies are about to carry out."""
     move = move_at(group_at(log.group).move)
     for i in range(action.shape[0]):
         x = move.heading[i, 0]
@@ -73,7 +73,7 @@ def _write_actions(log: Any, action: Any) -> None:
 
 
 @kernel
-def note_before(address: int) -> None:
+def record_before(address: int) -> None:
     """Write the situations before a move and the actions decided."""
     log = log_at(address)
     _situate(log, log.situation[log.row[0]])
@@ -84,7 +84,7 @@ def note_before(address: int) -> None:
 
 @kernel
 def _write_own_facts(address: int, facts: Any) -> None:
-    """Compare whom each robot sensed before with whom it senses now; both are in ascending order."""
+    """Compare the targets that each robot sensed before with those that it senses now, both in ascending order."""
     log = log_at(address)
     relation = relation_at(log.relation)
     start, index, rows = relation.neighbours.start, relation.neighbours.identity, relation.rows
@@ -110,8 +110,8 @@ def _write_own_facts(address: int, facts: Any) -> None:
 
 
 @kernel
-def note_after(address: int) -> None:
-    """Write the situations after a move and the facts on what it led to."""
+def record_after(address: int) -> None:
+    """Write the situations after a move and the facts about it."""
     log = log_at(address)
     _situate(log, log.next_situation[log.row[0]])
     _count_observers(log.team, log.after)

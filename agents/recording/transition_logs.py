@@ -12,9 +12,9 @@ class TransitionLogs:
     Attributes
     ----------
     logs : list of TransitionLog
-        Those that hold anything, and those in use.
+        All logs with transitions, and those in use.
     in_use : list of TransitionLog
-        Those that the compiled loop writes to.
+        The logs to which the compiled loop writes.
     """
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class TransitionLogs:
         return True
 
     def leave_out(self, group: Group) -> None:
-        """Do not record a group, which could not be added."""
+        """Do not record a group that could not be added."""
         self._recorded = [other for other in self._recorded if other is not group]
 
     def forget(self) -> None:
@@ -43,11 +43,11 @@ class TransitionLogs:
         self.logs, self.in_use = [], []
 
     def begin(self, groups: list[Group]) -> None:
-        """Begin new logs: who is in a group, or on its team, may have changed."""
+        """Begin new logs, because groups or teams may have changed."""
         self.in_use = [TransitionLog(group, sum(map(len, team_of(groups, group)))) for group in self._recorded]
         self.logs = [log for log in self.logs if log.rows] + self.in_use
 
     def make_room(self, steps: int) -> bool:
-        """Make room for this many more steps; return whether arrays are others now, so that they must be bound."""
+        """Make room for this many more steps; return whether arrays were replaced and must be bound."""
         moved = [log.make_room(steps) for log in self.in_use]
         return any(moved)

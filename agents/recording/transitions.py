@@ -26,12 +26,12 @@ class Transitions(NamedTuple):
     situation, next_situation : ndarray, shape (k, width), float32
         The situation of the robot before and after, as its degree of awareness gives it to learners.
     action : ndarray, shape (k, 2), float32
-        What its body did: the rotation from the heading before, anticlockwise, in (−π, π] [rad], within its turning
-        limit; and the distance over its speed, 0..1. At a wall both are those before the wall changed them.
+        The rotation, anticlockwise, in (−π, π] [rad], limited by the turning limit; and the distance divided by the
+        speed, in [0, 1]. Both are those before a wall changed the motion.
     facts : mapping of str to ndarray, shape (k,), float32
-        Numbers of targets: ``sensed`` by the robot afterwards, ``gained`` and ``lost`` by it in the step; the same of
-        those that it senses and no teammate does (``alone``…), and of those that any robot of its team senses
-        (``team_sensed``…). Rewards are made of them.
+        Numbers of targets, from which rewards are computed: ``sensed`` by the robot after the step, ``gained`` and
+        ``lost`` in it; ``alone``…, the same for targets that no teammate senses; ``team_sensed``…, the same for targets
+        that any robot of the team senses.
     """
 
     situation: Reals
@@ -48,7 +48,7 @@ class TransitionLog:
     group : Group
         The group.
     team_size : int
-        How many robots its team has.
+        The number of robots in its team.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class TransitionLog:
     situation, action, next_situation, facts : Buffer
         One row for each step.
     row : ndarray, shape (1,), int64
-        How many steps are recorded; compiled code adds them.
+        The number of recorded steps; compiled code increases it.
     now, kept_start, kept_identity, before, after : ndarray
         Work space; see `LogArrays`.
     """
@@ -76,18 +76,18 @@ class TransitionLog:
 
     @property
     def rows(self) -> int:
-        """How many steps are recorded."""
+        """The number of recorded steps."""
         return int(self.row[0])
 
     def make_room(self, steps: int) -> bool:
-        """Make room for this many more steps; return whether arrays are others now."""
+        """Make room for this many more steps; return whether arrays were replaced."""
         for buffer in self._buffers:
             buffer.rows = self.rows
         moved = [buffer.make_room(steps) for buffer in self._buffers]
         return any(moved)
 
     def make_room_to_compare(self, neighbours: int, bodies: int) -> None:
-        """Make the work space large enough; what was kept before a move stays."""
+        """Enlarge the work space, with its content."""
         if neighbours > len(self.kept_identity):
             self.kept_identity = np.append(self.kept_identity, np.zeros(neighbours - len(self.kept_identity), np.int64))
         if bodies != len(self.before):
@@ -114,8 +114,8 @@ def joined(group: Group, logs: list[TransitionLog]) -> Transitions:
     widths = sorted({log.own + log.added for log in logs if log.rows})
     if len(widths) > 1:
         raise ValueError(
-            f"transitions({group!r}): their situations have {' and '.join(map(str, widths))} components, for the team "
-            "has grown or shrunk; use RingAwareness(), whose width is that of no team"
+            f"transitions({group!r}): the situations have {' and '.join(map(str, widths))} inputs, because the team "
+            "size has changed; use RingAwareness(), whose width does not depend on the team size"
         )
     parts = [log.transitions() for log in logs if log.rows] or [logs[-1].transitions()]
     return concatenated(parts)

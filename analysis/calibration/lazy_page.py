@@ -21,7 +21,7 @@ _SUMMARY = {
     "collective, 16 inputs [% observed]": COLLECTIVE,
     "random walk [% observed]": "random-walk",
     "A-CMOMMT [% observed]": "a-cmommt",
-    "gain: cooperative less collective [pp]": "gain",
+    "gain: cooperative minus collective [pp]": "gain",
     "largest gain of the 20 cells, one run each [pp]": "largest",
     "gain of N ≤ 8 at R ≥ 7 [pp]": "few",
 }
@@ -40,20 +40,21 @@ def page(table: pd.DataFrame) -> str:
     return markdown.page(
         "# The open constants of lazy learning",
         "The paper gives the size of the exploration (5 robots × 120 steps among 10 targets, 600 transitions), the "
-        "reward (+1, −1, 0) and the algorithm. It leaves open the arena that is explored and the speed of exploring "
-        "robots, k, the discount factor γ, the number of sweeps, whose targets are rewarded, and which of all possible "
-        "explorations it was. This page searches them. Made by `teamsight calibrate lazy --out docs`; every trial is a "
-        "row of [lazy-search.parquet](lazy-search.parquet).",
-        "A trial explores, makes the cooperative and the collective learner, and runs each once at N = "
-        f"{_listed(lazy.GRID.robots)} and R = {_listed(lazy.GRID.radius)}, on common noise and at the default speeds "
-        "unless the text says otherwise. All root seeds are below 0, so that none is one of a ledger. Trials that "
-        "report share neither worlds nor explorations with trials that choose. The largest gain of a trial comes from "
-        "single runs, and noise makes it larger; Figure 11 shows means of five runs.",
+        "reward (+1, −1, 0) and the algorithm. It does not give the radius of the arena and the speed of "
+        "the robots during the exploration, k, the discount factor γ, the number of sweeps, which targets count for "
+        "the reward, and the random numbers of the exploration. This page shows a search over them. Made by `teamsight "
+        "calibrate lazy --out docs`; every trial is a row of [lazy-search.parquet](lazy-search.parquet).",
+        "A trial makes an exploration and, from it, the cooperative and the collective learner. It runs each once at "
+        f"N = {_listed(lazy.GRID.robots)} and R = {_listed(lazy.GRID.radius)}, on common noise and at the default "
+        "speeds unless the text says otherwise. All root seeds are below 0, unlike those of any ledger. The gains "
+        "reported for the chosen constants come from other worlds and explorations than those used for the choice. The "
+        "largest gain of a trial comes from single runs, whose noise makes it too large; Figure 11 shows means of five "
+        "runs.",
         "## In short",
         _short(phases["luck"]),
         "## What was chosen",
         *_choice(phases, constants),
-        "## The chosen exploration, on worlds that did not choose it",
+        "## The chosen exploration, on other worlds",
         _summary(phases["chosen"], "root seeds"),
         "## Other explorations",
         f"The same constants with {len(phases['luck'])} other explorations of 600 transitions, each with another seed:",
@@ -61,12 +62,12 @@ def page(table: pd.DataFrame) -> str:
         *_spread(phases["luck"]),
         "## Effect of each constant",
         f"Over {len(phases['draw'])} trials with random constants and explorations: mean ± standard error over all "
-        "values of the other constants. Distance is the mean distance of the claims from the paper's figures, in "
-        "tolerances of their rules, and decides the choice; gain is cooperative less collective.",
+        "values of the other constants. Distance is the mean distance of the claims from the paper's figures, each "
+        "divided by the tolerance of its rule; the choice was made by it. Gain is cooperative minus collective.",
         _effect_table(phases["draw"]),
         "## Single changes",
-        "Effect of changing one of the chosen constants, on explorations and worlds that chose nothing: the paired "
-        "difference with its 95 % confidence interval.",
+        "Effect of changing one of the chosen constants, on explorations and worlds that were not used for the choice: "
+        "the paired difference with its 95 % confidence interval.",
         *_changes(phases["vary"], constants),
         *(part for setting in lazy.SETTINGS for part in _elsewhere(table, setting)),
     )
@@ -82,9 +83,9 @@ def _elsewhere(table: pd.DataFrame, setting: str) -> list[str]:
     low, high = _interval(gain)
     return [
         f"## The setting `{setting}`",
-        "At the speeds of this setting robots explore another world, with the constants chosen above. Of the seeds 0 "
-        f"to {len(phases['memory']) - 1}, **seed {lazy.chosen_memory(table, setting)}** was chosen in the same way. On "
-        "worlds that did not choose it:",
+        "The speeds of this setting give other explorations; the constants are those chosen above. Of the seeds 0 to "
+        f"{len(phases['memory']) - 1}, **seed {lazy.chosen_memory(table, setting)}** was chosen in the same way. On "
+        "other worlds:",
         _summary(phases["chosen"], "root seeds"),
         f"With {len(gain)} other explorations, each with another seed:",
         _summary(phases["luck"], "explorations"),
@@ -99,7 +100,7 @@ def _short(luck: pd.DataFrame) -> str:
     return (
         f"After 600 transitions cooperative robots observe {means[COOPERATIVE]:.1f} % of the targets and collective "
         f"ones {means[COLLECTIVE]:.1f} %, on average over {len(luck)} explorations. A random walk observes "
-        f"{means['random-walk']:.1f} %, A-CMOMMT {means['a-cmommt']:.1f} %. The gain by awareness is "
+        f"{means['random-walk']:.1f} %, A-CMOMMT {means['a-cmommt']:.1f} %. The gain from awareness is "
         f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}), and depends more on the exploration than on any "
         "constant. "
         f"The paper's largest gain, 25 ± 8 pp, is reached by {_percent(luck['learned-gain'])} of the explorations, in "
@@ -115,12 +116,12 @@ def _choice(phases: dict[str, pd.DataFrame], constants: Constants) -> list[str]:
         + f". Another value replaces one of them only if its distance from the paper is smaller by more than "
         f"{lazy.CLEARLY:g} standard errors of the difference. Replaced: "
         + (", ".join(f"`{name}={value!r}`" for name, value in changed.items()) or "none")
-        + ". With so many comparisons, about one replacement is expected by chance.",
+        + ". In so many comparisons about one replacement would be expected by chance.",
         f"Then the exploration was chosen. Of the seeds 0 to {len(phases['memory']) - 1}, the "
         f"{phases['again']['memory'].nunique()} under which most claims hold (and among equals, those nearest to the "
         f"paper) were tried again in other worlds. The best there is **seed {lazy.chosen_memory(phases['again'])}**, "
-        "which ships as `policies/data/lazy-600.safetensors`. It is therefore better than a typical exploration, as "
-        "the paper's may be; the next two sections show by how much.",
+        "which ships as `policies/data/lazy-600.safetensors`. So it is better than a typical exploration, which may be "
+        "true of the paper's too; the next two sections show by how much.",
     ]
 
 
@@ -130,7 +131,7 @@ def _summary(rows: pd.DataFrame, unit: str) -> str:
         low, high = _interval(rows[column])
         least, most = rows[column].min(), rows[column].max()
         lines.append([title, f"{rows[column].mean():.1f}", f"{low:.1f} … {high:.1f}", f"{least:.1f} … {most:.1f}"])
-    lines += [[f"{name} holds", _percent(rows[name]), "", ""] for name in OPEN_CLAIMS]
+    lines += [[f"{name} holds", _percent(rows[name]), "", ""] for name in OPEN_CLAIMS if name in rows]
     return markdown.table(["", "mean", "95 % interval of the mean", f"range over {len(rows)} {unit}"], lines)
 
 
@@ -139,15 +140,15 @@ def _spread(luck: pd.DataFrame) -> list[str]:
     return [
         f"For 95 % of the explorations the mean gain is between {low:+.1f} and {high:+.1f} pp (standard deviation "
         f"{luck['gain'].std():.1f}). It is positive for {_percent(luck['gain'] > 0)} of them, and the largest gain is "
-        f"17 pp or more for {_percent(luck['largest'] >= 17)}. The intervals of one figure, which is drawn from one "
+        f"17 pp or more for {_percent(luck['largest'] >= 17)}. The intervals in Figure 11, which is drawn from one "
         "exploration, do not include this spread.",
         "The reason is that robots on a random walk do not get far in 120 steps. Of the 600 transitions of an "
         f"exploration, {luck['gained'].mean():.0f} gain a target ({luck['gained'].min()} to {luck['gained'].max()}), "
         f"and in {100 * luck['met'].mean():.0f} % the robot senses a teammate ({100 * luck['met'].min():.0f} to "
-        f"{100 * luck['met'].max():.0f}; in {_percent(luck['met'] == 0)} of the explorations none ever does). So the "
-        "response to teammates that the cooperative learner acquires is largely accidental: robots gather after some "
-        "explorations and disperse after others. The correlation between the gain and the change of the largest number "
-        f"of neighbours is {luck['gain'].corr(luck['crowding']):+.2f}.",
+        f"{100 * luck['met'].max():.0f}; in {_percent(luck['met'] == 0)} of the explorations no robot ever does). So "
+        "the response to teammates that the cooperative learner acquires is largely accidental: robots gather after "
+        "some explorations and disperse after others. The correlation between the gain and the change of the largest "
+        f"number of neighbours is {luck['gain'].corr(luck['crowding']):+.2f}.",
     ]
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
-from teamsight.analysis.paper.claims import CLAIMS, needed
+from teamsight.analysis.paper.claims import CLAIMS, Claim, needed
 from teamsight.analysis.paper.experiments import LEARNED, chosen
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Request
 from teamsight.analysis.runs.seeds import ROOTS
@@ -115,13 +115,18 @@ def candidate_of(values: Mapping[str, Any], phase: Phase) -> Candidate:
 
 def ranked(table: pd.DataFrame) -> pd.DataFrame:
     """Return the ranking of settings, with the share of root seeds under which each claim holds."""
-    judged = [name for name in OPEN_CLAIMS if name in table and table[name].notna().all()]
-    return ranking(table, PARAMETERS, judged)
+    complete = [name for name in judged(table) if table[name].notna().all()]
+    return ranking(table, PARAMETERS, complete)
+
+
+def judged(table: pd.DataFrame) -> dict[str, Claim]:
+    """Return the open claims that a table judges. A table that was made before a claim was added leaves it out."""
+    return {name: claim for name, claim in OPEN_CLAIMS.items() if name in table}
 
 
 def never(table: pd.DataFrame) -> list[str]:
     """Return the claims that hold under no setting."""
-    return [name for name in OPEN_CLAIMS if not table[name].eq(True).any()]
+    return [name for name in judged(table) if not table[name].eq(True).any()]
 
 
 def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
@@ -129,11 +134,11 @@ def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
 
     Only rows in which both were judged count, because the screening leaves out some claims.
     """
-    names = list(OPEN_CLAIMS)
-    judged = table[names].notna().to_numpy(dtype=int)
+    names = list(judged(table))
+    known = table[names].notna().to_numpy(dtype=int)
     holds = table[names].eq(True).to_numpy(dtype=int)
     # [first, second]: rows in which first holds and second was judged, and rows in which both hold.
-    alone, both = holds.T @ judged, holds.T @ holds
+    alone, both = holds.T @ known, holds.T @ holds
     return [
         (first, second)
         for row, first in enumerate(names)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from teamsight.analysis.calibration import model
-from teamsight.analysis.calibration.model import OPEN_CLAIMS, PARAMETERS
+from teamsight.analysis.calibration.model import PARAMETERS
 from teamsight.analysis.plot import markdown
 
 _SHOWN = 12
@@ -27,30 +27,30 @@ def page(table: pd.DataFrame) -> str:
         "The paper leaves open the speeds, what an idle robot does, and how robots share a target that several of them "
         f"sense. All {len(screened)} combinations of the values below were screened on a coarse grid. The best "
         f"{model.FINALISTS}, and the defaults, were judged again on the paper's grid with {len(model.FINAL.roots)} "
-        "other root seeds. All root seeds are below 0 and so never those of a ledger. Settings rank by the number of "
-        f"simulated claims that hold ({len(model.SCREEN.claims)} are judged in the screening, {len(OPEN_CLAIMS)} in "
-        "the final), then by the mean distance of the claims from the paper's figures, in tolerances of their rules. "
-        "Made by `teamsight calibrate model --out docs`.",
-        "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Of equal settings "
-        "the one searched first comes first.",
+        "other root seeds. All root seeds are below 0, unlike those of any ledger. Settings are ranked by the number "
+        f"of simulated claims that hold ({_judged(screened)} are judged in the screening, {_judged(final)} in "
+        "the final), then by the mean distance of the claims from the paper's figures, each divided by the tolerance "
+        "of its rule. Made by `teamsight calibrate model --out docs`.",
+        "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Settings "
+        "of equal rank are listed in the order of the search.",
         _beside_the_defaults(ranked),
         "## The best settings, on the paper's grid",
         _setting_table(ranked.head(_SHOWN)),
         "Columns: “hold” is the number of claims that hold, the mean over the root seeds and the range; “distance” is "
-        "the mean distance from the paper; “differ” lists the claims that differ under all root seeds, or, in "
-        "brackets, under some. Settings whose ranges overlap are not significantly different.",
+        "the mean distance from the paper; “differ” lists the claims that hold under no root seed or, in brackets, "
+        "not under all. Settings whose ranges overlap are not significantly different.",
         "## Effect of each value",
-        "Number of claims that hold on the screening grid: the largest over all values of the other parameters, and "
-        "the mean.",
+        "Number of claims that hold on the screening grid: the largest number and the mean over all values of the "
+        "other parameters.",
         _effect_table(screened),
         "## How often each claim holds",
-        "Percentage of the screened settings, and of the runs of the final.",
+        "Percentage of the settings in the screening, and of the settings and root seeds in the final.",
         _claim_table(screened, final),
         "## What no setting satisfies",
         f"Over the {len(screened)} screened settings ({model.SCREEN.runs} runs of each cell, "
         f"{len(model.SCREEN.roots)} root seed) and those of the final ({model.FINAL.runs} runs, "
-        f"{len(model.FINAL.roots)} root seeds). A claim, or a pair of claims, that holds under few settings could do "
-        "otherwise with other seeds.",
+        f"{len(model.FINAL.roots)} root seeds). A claim or pair of claims that holds under no or few settings might "
+        "hold under more or fewer with other seeds.",
         "Claims that hold under no setting: " + (", ".join(model.never(table)) or "none") + ".",
         "Pairs of claims that each hold under some setting, but never both:",
         "\n".join(f"- {first} and {second}" for first, second in model.never_together(table)) or "- none",
@@ -58,7 +58,6 @@ def page(table: pd.DataFrame) -> str:
 
 
 def _beside_the_defaults(ranked: pd.DataFrame) -> str:
-    """Return how the best setting compares with the defaults."""
     best = ranked.iloc[0]
     same = pd.concat([ranked[name] == value for name, value in model.defaults().items()], axis=1).all(axis=1)
     if not same.any():
@@ -75,7 +74,8 @@ def _beside_the_defaults(ranked: pd.DataFrame) -> str:
 def _setting_table(ranked: pd.DataFrame) -> str:
     rows = []
     for row in ranked.to_dict("records"):
-        differ = ", ".join(name if row[name] == 0 else f"({name})" for name in OPEN_CLAIMS if row.get(name, 1) < 1)
+        doubtful = [name for name in model.OPEN_CLAIMS if row.get(name, 1) < 1]
+        differ = ", ".join(name if row[name] == 0 else f"({name})" for name in doubtful)
         rows.append(
             [
                 *(str(row[name]) for name in PARAMETERS),
@@ -101,9 +101,15 @@ def _effect_table(screened: pd.DataFrame) -> str:
 
 def _claim_table(screened: pd.DataFrame, final: pd.DataFrame) -> str:
     rows = (
-        [name, claim.rule, *(_share(table[name]) for table in (screened, final))] for name, claim in OPEN_CLAIMS.items()
+        [name, claim.rule, *(_share(table[name]) for table in (screened, final))]
+        for name, claim in model.judged(final).items()
     )
     return markdown.table(["claim", "rule", "screened", "final"], rows)
+
+
+def _judged(table: pd.DataFrame) -> int:
+    """Return the number of claims that all rows judge."""
+    return sum(bool(table[name].notna().all()) for name in model.judged(table))
 
 
 def _share(holds: pd.Series[bool]) -> str:

@@ -1,7 +1,7 @@
 """The common part of the searches: candidates are simulated, judged by the paper's claims, scored and ranked.
 
-All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds that chose
-them. Worlds that report a result are not among those that chose it, because the best of many is partly the luckiest.
+All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds with which
+they were chosen. Results are reported on further worlds, because the best of many candidates is partly the luckiest.
 """
 
 from __future__ import annotations

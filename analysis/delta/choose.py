@@ -76,7 +76,7 @@ def choose_delta(
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
     if runs is None and 10 / risk > limits.MOST_RUNS:
         raise ValueError(
-            f"risk={risk:g}: asks for {10 / risk:.1e} runs, at most {limits.MOST_RUNS}; give a risk of at least "
+            f"risk={risk:g}: needs {10 / risk:.1e} runs, at most {limits.MOST_RUNS}; give a risk of at least "
             f"{10 / limits.MOST_RUNS:g}, or runs"
         )
     runs = runs_for(risk) if runs is None else runs

@@ -86,7 +86,6 @@ def _steps_made(world: World) -> int:
 
 
 def _largest(world: World, made: int) -> int:
-    """Return the largest degree after the first `made` steps."""
     if not made:
         return int(world.max_neighbours)
     return int(world.recording.history["max_neighbours"].to_numpy()[made:].max(initial=0))

@@ -80,7 +80,6 @@ def _draw_choice(axes: Axes, report: DeltaEstimate, floor: float) -> None:
 
 
 def _floor(report: DeltaEstimate) -> float:
-    """Return the lowest probability worth drawing."""
     return min(report.risk, 1.0 / report.trials) / 10.0
 
 

@@ -28,19 +28,19 @@ class Section(NamedTuple):
 def sentences(report: DeltaEstimate) -> list[str]:
     """Return the conclusions, the most important first."""
     said = [
-        f"δ = {report.delta} (point estimate): at most a share of {report.risk:g} of the trials exceeded it. "
+        f"δ = {report.delta} (point estimate): exceeded in at most {100 * report.risk:g} % of the trials. "
         f"A trial is {trial_phrase(report)}."
     ]
     if report.supported:
         also = "also " * (report.delta_safe == report.delta)
         said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
-    said += [f"Largest degree found: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
+    said += [f"Largest number of neighbours: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
     if not report.supported:
         said += advice(report)
     if report.prediction is not None:
         said.append(
             f"Closed form, for robots placed uniformly and independently: δ = {report.predicted_delta}, "
-            f"expected largest degree of a trial {report.predicted_maximum:.1f}."
+            f"expected largest number of neighbours in a trial {report.predicted_maximum:.1f}."
         )
     said += _about_the_ring(report)
     return said + list(report.notes)
@@ -121,7 +121,6 @@ def _cost(report: DeltaEstimate) -> Section:
 
 
 def _rows(table: pd.DataFrame) -> list[Any]:
-    """Return the rows as named tuples of Python's own numbers."""
     return list(table.itertuples(index=False))
 
 

@@ -136,14 +136,14 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
     if robots < 2:
         raise ValueError(
             f"trajectories: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs "
-            "2 robots at one time: give a longer max_gap, or look for robots that are divided by the column run"
+            "2 robots at one time; give a longer max_gap, or check whether the column run separates robots of one run"
         )
     with np.errstate(over="ignore"):
         steps, span = (end - start) / step, float(np.sum(end - start))
     if float(np.sum(steps)) >= _MOST_FRAMES:
         raise ValueError(
             f"step={step:g}: the record spans {span:g}, which makes more than {_MOST_FRAMES:,} frames; "
-            "give a longer step, or look for wrong times"
+            "give a longer step, or check the times"
         )
     return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots)
 

@@ -35,7 +35,7 @@ class SimulatedDegrees(NamedTuple):
     """Degrees in all runs.
 
     ``maxima`` has one row a run: run, seed, max_neighbours. ``robots`` is the size of the largest team at any time.
-    ``prediction`` is the closed form for one run, or None where the arena is no disc, the robots differ in range, come
+    ``prediction`` is the closed form for one run, or None if the arena is not a disc, the robots differ in range, come
     and go, or are of several teams; ``awareness_range`` is None where ranges differ.
     """
 
@@ -168,8 +168,8 @@ def _first(run: Run) -> Degrees:
         found: Degrees = run.make(worlds)
         if not (found.max_neighbours or found.largest_team or any(one.robots for one in found.met)):
             raise ValueError(
-                f"model={run.model or run.parameters!r}: nobody is on a team in the world of seed {run.seed}, so "
-                "nobody has neighbours; add a group of Robot, or of an agent class with a team"
+                f"model={run.model or run.parameters!r}: no agent is on a team in the world of seed {run.seed}, so "
+                "none has neighbours; add a group of Robot, or of an agent class with a team"
             )
     return found
 

@@ -18,7 +18,7 @@ class Conditions(NamedTuple):
     """The conditions in one world at one time.
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
-    where robots differ, ``radius`` where the arena is no disc. ``speed`` is the root mean square over robots.
+    if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
     """
 
     robots: int

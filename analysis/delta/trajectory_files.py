@@ -113,7 +113,6 @@ def _read_parquet(place: Path) -> pd.DataFrame:
 
 
 def _present(found: list[str]) -> list[str]:
-    """Return the columns to read."""
     return [*COLUMNS, *([RUN] if RUN in found else [])]
 
 
@@ -138,7 +137,6 @@ def _first_line(error: Exception) -> str:
 
 
 def _check_columns(found: list[Any], name: str) -> None:
-    """Raise an error for a missing or repeated column."""
     names = [str(column) for column in found]
     twice = sorted({column for column in (*COLUMNS, RUN) if names.count(column) > 1})
     if twice:

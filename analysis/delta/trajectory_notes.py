@@ -34,12 +34,12 @@ def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
     if present < 0.995:
         said.append(
             f"On average {present:.0%} of the robots are present in a frame; absent robots are not counted as "
-            "neighbours, so degrees may be too low."
+            "neighbours, so numbers of neighbours may be too low."
         )
     if found.move > 0.5 * found.awareness_range:
         said.append(
             f"Robots move {found.move:.3g} between frames, over half the awareness range: "
-            "larger degrees between frames are not found."
+            "larger numbers of neighbours between frames are not found."
         )
     return tuple(said)
 

@@ -119,7 +119,7 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
 
     Notes
     -----
-    Runs are independent of each other: the user who numbers them says so. Pieces are of one team, whose state persists
+    Runs are assumed to be independent of each other. Pieces are of one team, whose state persists
     through gaps, so windows of several pieces count as if the pieces followed each other without gaps. If no piece
     contains two windows, all have gaps between them, and an autocorrelation counts only if it is not due to chance.
     """
@@ -168,7 +168,6 @@ def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) 
 
 
 def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
-    """Return the complete windows of each piece."""
     count = grid.length // window
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     first = np.repeat(grid.split(False), count) + window * within
@@ -184,7 +183,6 @@ def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
 
 
 def _whole(over_time: pd.DataFrame, first: Ints, size: Ints) -> pd.DataFrame:
-    """Return the whole recordings."""
     robots, largest, mean = (over_time[name].to_numpy() for name in ("robots", "max_degree", "mean_degree"))
     return _table(
         over_time,

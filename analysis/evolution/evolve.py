@@ -181,14 +181,13 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
 
 
 def _points(file: Path) -> list[dict[str, Any]]:
-    """Return the validated generations in a file that `train` wrote."""
     try:
         points = json.loads(file.read_text(encoding="utf-8"))["points"]
         found = [{name: point[name] for name in _POINT} for point in points]
     except (ValueError, TypeError, KeyError):
         found = [{"generation": None}]
     if not all(isinstance(value, int | float) for point in found for value in point.values()):
-        raise ValueError(f"{file}: holds no validated generations; make it anew with `teamsight evolve train`")
+        raise ValueError(f"{file}: holds no validated generations; make it again with `teamsight evolve train`")
     return found
 
 

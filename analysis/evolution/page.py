@@ -33,9 +33,10 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     made = about["made"]
     return markdown.page(
         "# The evolved policy",
-        'Like A-CMOMMT, `policy="evolved"` adds up forces. Their laws were found by evolution, and each robot '
-        "remembers targets that it lost, teammates that it met, its trail, and the area it has seen. It perceives "
-        "teammates through a ring of 16 sectors, Θ(1), and nothing else that A-CMOMMT does not perceive.",
+        'Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by '
+        "evolution. Each robot remembers targets that it lost, teammates that it met, its trail, and the area that it "
+        "has sensed. It perceives teammates only through a ring of 16 sectors, Θ(1); otherwise it perceives the same "
+        "as A-CMOMMT.",
         f"Made by `teamsight evolve test --training evolution --out docs`: {about['runs']} runs of {cma.STEPS} steps "
         f"in each cell, paired on common noise. The root seed {cma.TEST} was used neither for training nor for "
         "choosing the options of A-CMOMMT.",
@@ -46,13 +47,13 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         "## Training",
         f"`{made['command']}` made {made['trials']:,} trials of {len(cma.cells())} worlds each, "
         f"{made['robot_steps'] / 1e9:.1f} × 10⁹ robot-steps in all. Every generation has new worlds (root seed "
-        f"{cma.TRAIN}). Cells with more than 2 R² robots are left out, because there nearly everything is observed "
-        "whatever the robots do.",
+        f"{cma.TRAIN}). Cells with more than 2 R² robots are left out, because there nearly all targets are "
+        "observed under any policy.",
         *_training(parts),
-        "Generation 0 was written by hand: the forces of A-CMOMMT with soft ownership of targets, a memory of the "
-        "area, and straight motion while idle.",
+        "Generation 0 was written by hand: the forces of A-CMOMMT, with smooth instead of 0-or-1 weights of targets, a "
+        "memory of the area, and straight motion while idle.",
         "## Ablations",
-        f"Gain when the output of one part of the policy is set to 0, without further evolution (root seed "
+        f"Gain when the output of one part of the policy is set to 0, without training it again (root seed "
         f"{cma.VALIDATE}):",
         _ablation_table(parts["ablation"]),
         "Differences smaller than these intervals are not significant.",
@@ -88,7 +89,7 @@ def _gain(parts: Mapping[str, pd.DataFrame], cells: pd.DataFrame) -> str:
         f"the targets than A-CMOMMT under pairwise awareness with its best options ({options}; the best of "
         f"{len(parts['screen'])} combinations, screened with root seed {cma.SCREEN}). The smallest gain is "
         f"{worst['mean']:+.1f} ({worst['low']:+.1f} to {worst['high']:+.1f}), at N = {int(worst['robots'])}, R = "
-        f"{worst['radius']:g}. Cells whose interval lies below {compare.WORST:g}: {below or 'none'}."
+        f"{worst['radius']:g}. Cells whose whole interval is below {compare.WORST:g}: {below or 'none'}."
     )
 
 

@@ -11,19 +11,13 @@ import pandas as pd
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.learning.learners import LEARNERS
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-_TITLES = {
-    "lazy": "lazy Q-learning",
-    "pessimistic": "pessimistic lazy Q-learning",
-    "sheppard": "Sheppard's lazy Q-learning",
-    "tabular": "a table of states",
-    "linear": "a linear approximator",
-}
 # Inches: a panel with its margins, and the margins on the left, below, above and between panels.
 _WIDTH, _HEIGHT = 4.6, 3.5
 _LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.85, 0.75, 0.45, 0.55
@@ -109,7 +103,7 @@ def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) ->
             if column == 0:
                 axes.set_ylabel("observed targets  [%]")
             if row == 0:
-                axes.set_title(_TITLES.get(learner, learner), loc="left", size=11.5, color=INK)
+                axes.set_title(LEARNERS[learner].title or learner, loc="left", size=11.5, color=INK)
                 _write_refused(axes, table[table["learner"] == learner])
     _write_legend(figure, layout)
     return figure

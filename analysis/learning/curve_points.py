@@ -1,4 +1,4 @@
-"""The points of learning curves: means with intervals over explorations, and the gain by awareness."""
+"""The points of learning curves: means with intervals over explorations, and the gain from awareness."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def curve_points(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
 
 
 def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
-    """Return how much more each learner observes with awareness than without, paired on explorations and worlds.
+    """Return the gain in observed targets from awareness, for each learner, paired on explorations and worlds.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ def check_team(memory: LazyMemory, robots: int) -> None:
     if inputs != memory.inputs:
         explored = memory.settings.get("robots")
         raise ValueError(
-            f"robots={robots}: awareness {degree.name!r} gives {inputs} inputs in a team of {robots}, and the memory "
+            f"robots={robots}: awareness {degree.name!r} gives {inputs} inputs in a team of {robots}, but the memory "
             f"has {memory.inputs}, from a team of {explored}; evaluate {explored} robots, or explore with {robots}"
         )
 

@@ -15,7 +15,7 @@ import safetensors.numpy
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
-from teamsight.agents.recording.explore import meet, memory_of, settings_of
+from teamsight.agents.recording.explore import memory_of, record_run, settings_of
 from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.agents.recording.transitions import Transitions
 from teamsight.analysis.runs import limits
@@ -50,7 +50,7 @@ class Exploration:
     runs : int
         Number of worlds.
     awareness : Awareness or str
-        Degree of awareness, which decides the situations.
+        Degree of awareness, which determines the situations.
     policy : Policy or str
         Policy of the robots while they explore.
     seed : int
@@ -88,7 +88,7 @@ class Exploration:
         if self.transitions > limits.MOST_TRANSITIONS:
             raise ValueError(
                 f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.transitions:.1e} "
-                f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; give less of one"
+                f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; reduce one of them"
             )
         checks.count("seed", self.seed, least=0)
 
@@ -135,7 +135,7 @@ class Exploration:
 def transitions(world: World, steps: int) -> Transitions:
     """Run a world and return the transitions of its robots."""
     assert isinstance(world, CMOMMT)
-    return meet(world, world.robots, steps)
+    return record_run(world, world.robots, steps)
 
 
 def _encode(found: Transitions) -> bytes:

@@ -102,8 +102,8 @@ def check_objective(learners: Sequence[str], reward: str, k: int | None, transit
     """
     if "sheppard" in learners and REWARDS[reward] is not own_reward:
         raise ValueError(
-            f"reward={reward}: sheppard continues to learn while it acts, and a robot knows only its own gains and "
-            "losses; give the reward own, or another learner"
+            f"reward={reward}: sheppard learns while it acts, from the robot's own gains and losses only; give the "
+            "reward own, or another learner"
         )
     matching = [name for name in learners if name in MATCHING]
     if k is not None and not matching:
@@ -115,7 +115,7 @@ def check_objective(learners: Sequence[str], reward: str, k: int | None, transit
             raise ValueError(f"k={wanted}: must be at most {MOST_MATCHES}, the number that a decision can hold")
         if transitions is not None and wanted > transitions:
             raise ValueError(
-                f"k={wanted}: {name} matches so many transitions, and the memory has only {transitions}; use a smaller "
+                f"k={wanted}: {name} matches so many transitions, but the memory has only {transitions}; use a smaller "
                 "k, or more transitions"
             )
 
@@ -141,7 +141,7 @@ def learn(
     Parameters
     ----------
     name : str
-        "lazy", "pessimistic", "sheppard", "tabular" or "linear".
+        A key of `LEARNERS`.
     memory : LazyMemory
         The transitions.
     objective : Objective, optional

@@ -56,7 +56,7 @@ def prepare_folder(folder: str | os.PathLike[str]) -> Path:
         with tempfile.TemporaryFile(dir=path):
             pass
     except FileExistsError as error:
-        raise UnwritableError(f"{path}: cannot be written (is no folder); give a folder") from error
+        raise UnwritableError(f"{path}: cannot be written (not a folder); give a folder") from error
     except OSError as error:
         raise unwritable(path, error) from error
     return path

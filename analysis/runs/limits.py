@@ -1,4 +1,4 @@
-"""Limits of one command, beyond which its work would never end."""
+"""Limits on the work of one command."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ MOST_TRANSITIONS = 100_000_000
 
 def steps(value: Any) -> int:
     """Return a valid number of steps of a run; raise TypeError or ValueError for others."""
-    return checks.count("steps", value, most=MOST_STEPS, cure="make more runs instead")
+    return checks.count("steps", checks.count("steps", value), most=MOST_STEPS, cure="make more runs instead")
 
 
-def runs(value: Any) -> int:
+def runs(value: Any, name: str = "runs") -> int:
     """Return a valid number of runs; raise TypeError or ValueError for others."""
-    return checks.count("runs", value, most=MOST_RUNS, cure="give fewer, of more steps each")
+    return checks.count(name, checks.count(name, value), most=MOST_RUNS, cure="give fewer, of more steps each")

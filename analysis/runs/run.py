@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ Model = Callable[..., "World"]
 
 # Cost of comparing two numbers of a lazy memory, in steps of a typical world.
 _COMPARISON = 9e-5
+# The size of a group that is not given, and the largest whose work matters.
+_TYPICAL, _MOST_AGENTS = 15, 10**7
 # Characters of a setting that a description shows.
 _LONGEST_SETTING = 48
 
@@ -111,7 +114,7 @@ class Run:
 
         Fitted to the compiled model: a constant, and a part that grows with the pairs of agents that are compared.
         """
-        robots, targets = (int(self.parameters.get(name, 15)) for name in ("robots", "targets"))
+        robots, targets = (_size(self.parameters.get(name)) for name in ("robots", "targets"))
         world = (self.steps + 400.0) * (0.25 + 0.75 * robots * (robots + targets) / 450.0)
         policy = self.parameters.get("policy")
         effort = policy.effort if isinstance(policy, Policy) else 0
@@ -133,6 +136,14 @@ class Run:
             for name, text in texts.items()
         )
         return f"the run {named}steps={self.steps}, rng={self.seed}"
+
+
+def _size(value: object) -> int:
+    """Return a number of agents for `Run.cost`: a wrong one is refused where the world is built, not before."""
+    if isinstance(value, Real):
+        with contextlib.suppress(ValueError, OverflowError):
+            return min(max(int(float(value)), 0), _MOST_AGENTS)
+    return _TYPICAL
 
 
 def _name(function: object) -> str:

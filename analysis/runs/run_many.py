@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
+import math
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import product
+from dataclasses import dataclass
+from itertools import islice, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -55,7 +58,7 @@ def run_many(
     *,
     steps: int = 600,
     replicates: int | None = None,
-    seeds: Sequence[int] | None = None,
+    seeds: Iterable[int] | None = None,
     rng: int | None = None,
     model: Model | None = None,
     measure: Callable[[World, int], Any] = summary,
@@ -78,7 +81,7 @@ def run_many(
     replicates : int, optional
         Runs of each setting, whose seeds derive from `rng`; 1 by default. Settings with the same robots, targets and
         radius get the same seeds, so that their differences are paired.
-    seeds : sequence of int, optional
+    seeds : iterable of int, optional
         Seeds under which each setting is run, in place of `replicates` and `rng`.
     rng : int, optional
         The seed from which those of the runs derive; by default a new one is drawn.
@@ -86,7 +89,8 @@ def run_many(
         A class or function that is called as ``model(**setting, rng=seed)``; `CMOMMT` by default. Only `CMOMMT` shares
         worlds.
     measure : callable, optional
-        ``measure(world, steps)`` runs the world and returns a NamedTuple or a mapping: columns of the table.
+        ``measure(world, steps)`` runs the world and returns a NamedTuple or a mapping: columns of the table, which are
+        copied. The world is valid until `measure` returns.
     workers : int
         Number of processes; with 1 all runs are made in this one. With more, `model` and `measure` must be functions or
         classes of a module, and a script must start the runs under ``if __name__ == "__main__":``.
@@ -104,7 +108,8 @@ def run_many(
     TypeError, ValueError
         If an argument is of the wrong type or outside its limits.
     JobError
-        If a run fails, for example because a parameter is wrong; the message contains its settings.
+        If a run fails, for example because a parameter is wrong or `measure` returns no columns; the message contains
+        its settings.
 
     Examples
     --------
@@ -112,31 +117,82 @@ def run_many(
     >>> table.groupby(["robots", "radius"])["observed_fraction"].mean()  # doctest: +SKIP
     """
     steps, workers = limits.steps(steps), check_workers(workers)
-    planned = list(_planned(_listed(settings), _seeding(replicates, seeds, rng, model)))
-    limits.runs(len(planned))
-    runs = [Run(setting, seed, steps, measure, model) for setting, _, seed in planned]
+    for name, function, form in (
+        ("model", model, "model(**setting, rng=seed)"), ("measure", measure, "measure(world, steps)"),
+        ("progress", progress, "progress(done, total)"),
+    ):  # fmt: skip
+        if not callable(function) and (name, function) != ("model", None):
+            raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
+    listed, seeding = _listed(settings), _seeding(replicates, seeds, rng, model)
+    limits.runs(len(listed) * seeding.runs)
+    planned = list(_planned(listed, seeding.seeds_of))
+    columns = Columns(measure, frozenset(_OWN).union(*listed))
+    runs = [_Row(setting, seed, steps, columns, model, row) for row, (setting, _, seed) in enumerate(planned)]
     with WorkerPool(workers, IMPORTS) as pool:
         found = run_all(runs, pool, progress=progress)
     rows = [
-        {**setting, "replicate": replicate, "seed": seed, "steps": steps} | _columns(one)
+        {**setting, "replicate": replicate, "seed": seed, "steps": steps, **one}
         for (setting, replicate, seed), one in zip(planned, found, strict=True)
     ]
     return pd.DataFrame(rows)
 
 
+@dataclass(frozen=True)
+class _Row(Run):
+    """The run of one row. No two rows share a run, because settings whose reprs are equal may differ."""
+
+    row: int = 0
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        return (str(self.row),)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Runs a world, and returns copies of the columns that a function measures.
+
+    Parameters
+    ----------
+    measure : callable
+        See `run_many`.
+    taken : frozenset of str
+        The other columns of the table.
+    """
+
+    measure: Callable[[World, int], Any]
+    taken: frozenset[str]
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        """Run the world and return the columns."""
+        measured = self.measure(world, steps)
+        if hasattr(measured, "_asdict"):
+            measured = measured._asdict()
+        if not isinstance(measured, Mapping):
+            raise TypeError(f"measure returned {type(measured).__name__}: must be a NamedTuple or a mapping of columns")
+        for name in self.taken.intersection(measured):
+            raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+        # The next run may write into the arrays of this world.
+        return {name: copy.deepcopy(value) for name, value in measured.items()}
+
+
 def _listed(settings: Any) -> list[dict[str, Any]]:
-    """Return the settings one by one."""
     if isinstance(settings, pd.DataFrame):
+        if not settings.columns.is_unique:
+            twice = settings.columns[settings.columns.duplicated()][0]
+            raise ValueError(f"settings: the table has the column {twice!r} twice; keep one")
         # By columns, because a row of mixed types would turn integers into floats.
-        columns = {str(name): settings[name].tolist() for name in settings.columns}
+        columns = {name: settings[name].tolist() for name in settings.columns}
         listed = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
     elif isinstance(settings, Mapping):
         swept = [_values(value) for value in settings.values()]
+        if combinations := math.prod(map(len, swept)):
+            limits.runs(combinations)
         listed = [dict(zip(settings, values, strict=True)) for values in product(*swept)]
     else:
         if isinstance(settings, str) or not isinstance(settings, Iterable):
             raise TypeError(_WHAT.format(checks.shown(settings)))
-        listed = list(settings)
+        listed = list(islice(settings, limits.MOST_RUNS + 1))
         for setting in listed:
             if not isinstance(setting, Mapping):
                 raise TypeError(_WHAT.format(checks.shown(setting)))
@@ -144,9 +200,11 @@ def _listed(settings: Any) -> list[dict[str, Any]]:
     if not listed:
         raise ValueError("settings: there are none to run; give at least one, such as {} for the defaults")
     for setting in listed:
-        for name in ("rng", *_OWN):
-            if name in setting:
-                raise ValueError(f"settings: {name!r} is no setting; give it as {_PLACES.get(name, 'an argument')}")
+        for name in setting:
+            if not isinstance(name, str):
+                raise TypeError(f"settings: the name {checks.shown(name)} must be a text, such as 'robots'")
+            if name == "rng" or name in _OWN:
+                raise ValueError(f"settings: {name!r} is not a setting; give it as {_PLACES.get(name, 'an argument')}")
     return listed
 
 
@@ -155,25 +213,27 @@ _PLACES = {"rng": "seeds=[…], or rng=… with replicates", "seed": "seeds=[…
 
 
 def _values(value: Any) -> list[Any]:
-    """Return the values of one parameter."""
     if isinstance(value, (list, tuple, range)):
-        return list(value)
+        return value
     return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
 
 
 def _seeding(
     replicates: int | None, seeds: Sequence[int] | None, rng: int | None, model: Model | None
 ) -> Callable[[Mapping[str, Any]], list[int]]:
-    """Return what gives the seeds of a setting's runs."""
     if seeds is not None:
         if replicates is not None or rng is not None:
             raise ValueError("seeds: cannot be combined with replicates or rng; give either")
-        given = [checks.count("seeds", seed, least=0) for seed in seeds]
-        return lambda setting: given
-    count = limits.runs(1 if replicates is None else replicates)
+        if isinstance(seeds, str) or not isinstance(seeds, Iterable):
+            raise TypeError(f"seeds={checks.shown(seeds)}: must be several whole numbers, such as [1, 2] or range(10)")
+        given = [checks.count("seeds", seed, least=0) for seed in islice(seeds, limits.MOST_RUNS + 1)]
+        if not given:
+            raise ValueError("seeds: there are none; give at least one, or replicates=…")
+        return _Seeding(len(given), lambda setting: given)
+    count = limits.runs(1 if replicates is None else replicates, "replicates")
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
     if model is not None:
-        return lambda setting: [run_seed(root, run) for run in range(count)]
+        return _Seeding(count, lambda setting: [run_seed(root, run) for run in range(count)])
     from teamsight.agents.cmommt import DEFAULTS
 
     def derived(setting: Mapping[str, Any]) -> list[int]:
@@ -181,7 +241,7 @@ def _seeding(
         robots, targets, radius = scenario
         return [model_seed(root, replicate, robots, targets, radius) for replicate in range(count)]
 
-    return derived
+    return _Seeding(count, derived)
 
 
 def _planned(
@@ -190,11 +250,3 @@ def _planned(
     for setting in settings:
         for replicate, seed in enumerate(seeds_of(setting)):
             yield setting, replicate, seed
-
-
-def _columns(measured: Any) -> dict[str, Any]:
-    if isinstance(measured, Mapping):
-        return dict(measured)
-    if hasattr(measured, "_asdict"):
-        return dict(measured._asdict())
-    raise TypeError(f"measure returned {type(measured).__name__}: must be a NamedTuple or a mapping of columns")

@@ -1,7 +1,7 @@
 """A pool of worker processes that returns results in the order of the jobs.
 
-The pools of the standard library either hang when a worker is killed or cannot stop a running job on Ctrl-C, and they
-start no worker before there is work. This pool does all three, and nothing else.
+The pools of the standard library hang when a worker is killed, or cannot stop a running job on Ctrl-C, and they start
+no worker before there is work. This pool has none of these limits.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, TypeVar
 
+from teamsight.analysis.runs.attempt import answer, attempt, end_with_parent
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import cache_folder
@@ -37,6 +38,10 @@ R = TypeVar("R")
 
 class JobError(RuntimeError):
     """Raised when a job fails; the message says why."""
+
+
+class _TracebackError(Exception):
+    """The traceback of a job that failed, perhaps in another process."""
 
 
 class _Worker(NamedTuple):
@@ -68,8 +73,8 @@ def check_workers(workers: int) -> int:
     if count > most:
         shown = count if count < 10**12 else "more than 10^12"
         raise ValueError(
-            f"workers={shown}: must be at most {most} on this machine, and more than its cores make nothing faster; "
-            f"give {cores()}, or leave it out"
+            f"workers={shown}: must be at most {most} on this machine, and more than its cores are not faster; give "
+            f"{cores()}, or leave it out"
         )
     return count
 
@@ -181,11 +186,14 @@ class WorkerPool:
         results: list[Any] = [None] * len(jobs)
         for index, kind, value in self._outcomes(function, jobs):
             if kind == "died":
-                cure = "; if memory ran out, use fewer workers" if value and value < 0 else ""
                 job = _shortened(describe(jobs[index]), _LONGEST - 100)
-                raise JobError(f"a worker ended with exit code {value} in {job}{cure}")
+                raise JobError(f"a worker ended with exit code {value} in {job}{_cure(value)}")
             if kind == "failed":
-                raise JobError(_shortened(value, _LONGEST))
+                text, trace = value
+                raise JobError(_shortened(text, _LONGEST)) from _TracebackError(trace)
+            if kind == "unsent":
+                job = _shortened(describe(jobs[index]), _LONGEST // 2)
+                raise JobError(f"{_shortened(value, _LONGEST // 2)} (in {job}); {_IMPORTABLE}")
             results[index] = value
             keep(index, value)
             done(index)
@@ -195,7 +203,7 @@ class WorkerPool:
         if not self._workers:
             for index, job in enumerate(jobs):
                 with _emitting(self._on_message):
-                    yield index, *_attempt(function, job)
+                    yield index, *attempt(function, job)
             return
         waiting, idle, busy = deque(range(len(jobs))), deque(self._workers), dict[Connection, int]()
         while waiting or busy:
@@ -203,8 +211,13 @@ class WorkerPool:
                 worker = idle.popleft()
                 index = waiting.popleft()
                 busy[worker.pipe] = index
-                with contextlib.suppress(OSError):  # a dead worker is noticed below
+                try:
                     worker.pipe.send((function, jobs[index]))
+                except OSError:
+                    pass  # a dead worker is noticed below
+                except Exception as error:
+                    yield index, "unsent", str(error)
+                    return
             for worker in [worker for worker in self._workers if worker.pipe in wait(list(busy))]:
                 try:
                     kind, value = worker.pipe.recv()
@@ -219,11 +232,17 @@ class WorkerPool:
                 yield busy.pop(worker.pipe), kind, value
 
 
-def _attempt(function: Callable[[T], R], job: T) -> tuple[str, Any]:
-    try:
-        return "done", function(job)
-    except Exception as error:
-        return "failed", str(error) or type(error).__name__
+# Pickling has its own errors, which name what cannot be sent and not what to do.
+_IMPORTABLE = "what workers get and return must be picklable: define functions in a module, or give workers=1"
+
+
+def _cure(code: int | None) -> str:
+    """Return what to do about a worker that ended by itself."""
+    if code and code < 0:
+        return "; if memory ran out, use fewer workers"
+    # Errors in jobs are reported, so it was the start that failed: a worker imports the script of its parent.
+    script = 'a script that starts workers must be a file and do so under if __name__ == "__main__":'
+    return f"; {script}" if code == 1 else ""
 
 
 def _shortened(text: str, longest: int) -> str:
@@ -234,7 +253,7 @@ def _shortened(text: str, longest: int) -> str:
 
 def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=end_with_parent, daemon=True).start()
     if folder:
         os.environ[cache_folder.VARIABLE] = str(folder)
     for name in imports:
@@ -242,19 +261,13 @@ def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> N
         with contextlib.suppress(Exception):
             importlib.import_module(name)
     with contextlib.suppress(EOFError, OSError), _emitting(lambda text: pipe.send(("message", text))):
-        while (message := pipe.recv()) is not None:
-            pipe.send(_attempt(*message))
-
-
-def _end_with_parent() -> None:
-    """End this process as soon as its parent has ended, also in the middle of a job.
-
-    A parent that is killed cannot end its workers, and a worker reads its pipe only between two jobs.
-    """
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+        while (outcome := answer(pipe)) is not None:
+            try:
+                pipe.send(outcome)
+            except OSError:
+                raise
+            except Exception as error:
+                pipe.send(("unsent", str(error)))
 
 
 @contextlib.contextmanager

@@ -20,13 +20,13 @@ class Sweep(NamedTuple):
     situation, next_situation, reward, action
         The transitions, k of them; actions by number.
     order : ndarray, shape (k,), int64
-        The order in which they are visited.
+        The order of the visits.
     weights : ndarray, shape (actions, terms), float64
         Changed in place.
     features : int
         See `teamsight.policies.eager.features`.
     discount, learning_rate, last_learning_rate : float
-        The learning rate falls evenly from the first to the last.
+        The learning rate falls linearly from the first to the last.
     """
 
     situation: Annotated[npt.NDArray[np.float32], "k", "inputs"]
@@ -94,7 +94,7 @@ def descend(
     learning_rate : float
         Learning rate α of the first step; it falls linearly to 0.
     sweeps : int
-        How often each transition is visited, each time in another random order.
+        Number of visits to each transition; each sweep has another random order.
     seed : int
         Seed of the orders.
     """

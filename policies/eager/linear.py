@@ -1,4 +1,4 @@
-"""Q-learning with a function approximator: for each action a weighted sum of what the situation shows."""
+"""Q-learning with linear function approximation: for each action a weighted sum of features of the situation."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class LinearQ(EagerLearner):
     learning_rate : float, default 0.05
         Learning rate α of the first step, in (0, 1].
     sweeps : int, default 40
-        How often each transition is visited.
+        Number of visits to each transition.
     seed : int, default 0
         Seed of the random orders.
 
@@ -85,6 +85,7 @@ class LinearQ(EagerLearner):
     seed: int = 0
     weights: npt.NDArray[np.float32] = field(init=False)
 
+    title = "a linear approximator"
     kernel = _highest_sum
 
     def __post_init__(self) -> None:

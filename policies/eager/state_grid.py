@@ -59,17 +59,17 @@ class StateGrid:
 
     def __post_init__(self) -> None:
         checks.count("sectors", self.sectors)
-        checks.count("levels", self.levels, least=2, cure="something sensed, or nothing")
+        checks.count("levels", self.levels, least=2, cure="one for a sensed body, one for none")
         for name, ring in self._rings():
             if ring % self.sectors:
                 even = math.gcd(*(sectors for _, sectors in self._rings()))
-                cure = f"; {even} or a divisor of it does" if even > 1 else "; 1 does"
+                cure = f"; give {even} or a divisor of it" if even > 1 else "; give 1"
                 raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors {name} evenly{cure}")
         if self.levels**self.dimensions > MOST_STATES:
             raise TooManyStatesError(
-                f"a table of {self.levels}^{self.dimensions} states: {self.levels} readings of {self.dimensions} "
-                f"sensors; at most {MOST_STATES:,} fit. Merge into fewer sectors or levels, use a degree that adds "
-                "fewer inputs, or a learner without a table: LinearQ or LazyQ"
+                f"a table of {self.levels}^{self.dimensions} states ({self.levels} readings of {self.dimensions} "
+                f"sensors): must have at most {MOST_STATES:,}; merge into fewer sectors or levels, use a degree that "
+                "adds fewer inputs, or a learner without a table: LinearQ or LazyQ"
             )
 
     def _rings(self) -> list[tuple[str, int]]:

@@ -57,7 +57,7 @@ class TabularQ(EagerLearner):
     memory, reward, inputs, discount, actions
         As for `EagerLearner`.
     sectors, levels : int
-        How situations become states; see `StateGrid`.
+        The discretisation of situations; see `StateGrid`.
     sweeps : int, default 50
         Number of sweeps.
 
@@ -68,7 +68,7 @@ class TabularQ(EagerLearner):
     values : ndarray, shape (states, actions), float32
         The action values; −∞ for actions that were never tried.
     met : float
-        Share of the states in which a transition begins.
+        Share of the states that were visited.
 
     Raises
     ------
@@ -87,6 +87,7 @@ class TabularQ(EagerLearner):
     states: StateGrid = field(init=False)
     values: npt.NDArray[np.float32] = field(init=False)
 
+    title = "a table of states"
     kernel = _look_up
     draws = 2
 
@@ -101,7 +102,7 @@ class TabularQ(EagerLearner):
 
     @property
     def met(self) -> float:
-        """Share of the states in which a transition begins."""
+        """Share of the states that were visited."""
         return float((self.values > -np.inf).any(axis=1).mean())
 
     @property

@@ -14,7 +14,7 @@ TARGET_FEATURES, MATE_FEATURES = 8, 2
 TARGET_NEURONS, MATE_NEURONS = 8, 5
 #: Knots of the force laws, a fifth of the range apart.
 TARGET_KNOTS, MATE_KNOTS = 8, 6
-#: Forces from memory: forward, away from the recent and the old trail, away from teammates met, to the middle.
+#: Forces from memory: forward, away from the recent and the old trail, away from remembered teammates, to the middle.
 DRIVES = 5
 
 TARGET_INPUTS = CONTEXT + TARGET_FEATURES
@@ -61,8 +61,8 @@ def spreads() -> npt.NDArray[np.float64]:
     return wide
 
 
-#: Parts of the policy that can be silenced to measure their effect.
-SILENCED = ("target network", "mate network", "both networks", "memory of ground and trail")
+#: Parts of the policy whose output can be set to 0 to measure their effect.
+SILENCED = ("target network", "teammate network", "both networks", "memory of area and trail")
 
 
 def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.float64]:
@@ -70,9 +70,9 @@ def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.fl
     changed = constants.copy()
     if part in ("target network", "both networks"):
         changed[TARGET_OUT:MATE_HIDDEN] = 0.0
-    if part in ("mate network", "both networks"):
+    if part in ("teammate network", "both networks"):
         changed[MATE_OUT:SIZE] = 0.0
-    if part == "memory of ground and trail":
+    if part == "memory of area and trail":
         # All drives except the first, forward.
         changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
     return changed

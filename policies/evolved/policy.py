@@ -24,7 +24,7 @@ from teamsight.policies.interface import PolicyState
 SCHEMA = 1
 
 _SHIPPED = Path(__file__).with_name("constants.json")
-_CURE = "make it anew with `teamsight evolve train`"
+_CURE = "make it again with `teamsight evolve train`"
 _MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 
 
@@ -51,7 +51,7 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, seen or remembered.
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered.
     """
 
     constants: tuple[float, ...] = ()
@@ -133,7 +133,7 @@ def _read(path: Path) -> tuple[float, ...]:
     except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
         raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {_CURE}") from error
     if schema != SCHEMA:
-        raise ValueError(f"{path}: has the schema {schema}, and this version reads {SCHEMA}; {_CURE}")
+        raise ValueError(f"{path}: has the schema {schema}, but this version reads {SCHEMA}; {_CURE}")
     parts = []
     for values, (name, block) in zip(blocks, BLOCKS.items(), strict=True):
         try:

@@ -24,7 +24,7 @@ FRESH_X, FRESH_Y, OLD_X, OLD_Y, MET_X, MET_Y, LEFT, RIGHT, BOTTOM, TOP, SEEN_LAT
 # The context: the first inputs of each network.
 SEEN, MINE, MATES, OFTEN_SEEN, OFTEN_MATES, IDLENESS, EXTENT = range(7)
 
-#: Distance from a target beyond which a teammate is no rival.
+#: Distance from a target beyond which a teammate does not count as a rival.
 NO_RIVAL = 1.5
 
 _FRESH, _OLD, _MET, _LATELY = 0.9, 0.985, 0.95, 0.03

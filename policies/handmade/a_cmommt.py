@@ -46,7 +46,7 @@ def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     reach = percept.sensing_range[i]
     limit = x * x + y * y if rule == 0.0 else reach * reach
     rivals = 0
-    # Unsigned here and below: for each signed index numba would check whether it counts from the end.
+    # Unsigned here and below: numba would check each signed index for a negative value.
     for k in range(np.uint64(first), np.uint64(last)):
         way_x = x - teammates.offset[k, 0]
         way_y = y - teammates.offset[k, 1]
@@ -93,7 +93,7 @@ def _expectations(i: int, per_reach: float, percept: Any, arrays: Any) -> tuple[
     parameters = arrays.parameters
     state = arrays.state
     oldest = 5.0 * max(parameters[_OWN], parameters[_RELAYED])
-    # A relayed target can be as far away as a teammate at the limit of awareness can sense.
+    # The largest distance of a relayed target.
     farthest = percept.awareness_range[i] + percept.sensing_range[i]
     if percept.relayed.start[i + 1] == percept.relayed.start[i]:
         farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
@@ -183,7 +183,7 @@ class ACmommt(CompiledPolicy):
         The range whose multiples dr1 and dr2 are.
     decay, relayed_decay : float
         τ in exp(−age/τ), the assumed probability that a target still exists: one that was lost from sight, and one
-        that a teammate relayed [steps].
+        that was relayed by a teammate [steps].
     target_tracks : int
         Number of targets that a robot remembers; 0 for none.
 
@@ -196,8 +196,8 @@ class ACmommt(CompiledPolicy):
     -----
     *Source:* §5 and §7, after L. E. Parker, "Cooperative motion control for multi-target observation" (IROS 1997).
     *Departs:* the paper gives no constants; these are the usual ones (400, 800, 2600, 3000; 1250, 2000; each over
-    2600). A remembered target is dropped when it is expected in sight but not seen. Without teammates in the percept
-    all weights are 1.
+    2600). A remembered target is dropped when it is expected within the sensing range but not sensed. Without teammates
+    in the percept all weights are 1.
     """
 
     idle: str = "redraw"

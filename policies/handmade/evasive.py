@@ -34,7 +34,7 @@ def _evade(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 @dataclass(frozen=True)
 class Evasive(CompiledPolicy):
-    """Flee from the robots in sensing range, nearer ones weighing more; otherwise walk at random.
+    """Move away from the robots in sensing range, each weighted by 1 / distance; otherwise walk at random.
 
     Parameters
     ----------
@@ -55,6 +55,7 @@ class Evasive(CompiledPolicy):
 
     kernel = _evade
     draws = 2
+    needs = ("targets",)
 
     def __post_init__(self) -> None:
         checks.number("turn_probability", self.turn_probability, least=0, most=1)

@@ -22,7 +22,7 @@ def repulsion(distance: npt.ArrayLike, d1: float, d2: float) -> npt.NDArray[np.f
     distance : array_like
         [length].
     d1, d2 : float
-        Distances where the force begins to fall and where it ends [length]; 0 ≤ d1 ≤ d2.
+        Distances where the force starts to weaken and where it ends [length]; 0 ≤ d1 ≤ d2.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The stationary policy; with well-spread robots it is the paper's reference for mobile ones (§6)."""
+"""The stationary policy; with robots spread over the arena it is the paper's reference (§6)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ class Stationary(CompiledPolicy):
 
     Notes
     -----
-    *Source:* §6, "stationary ones (even well placed)". `CMOMMT` spreads robots with this policy over the
-    arena.
+    *Source:* §6, "stationary ones (even well placed)". `CMOMMT` spreads robots with this policy over the arena.
     """
 
     kernel = _stay

@@ -1,8 +1,8 @@
-"""Target tracks: what a robot remembers of targets that it saw or that teammates relayed, and where it expects them.
+"""Target tracks: a robot's memory of targets that it or a teammate has sensed, with their expected positions.
 
 A target track is one slot of a robot's state. Float fields: x, y (offset of the target from the robot) and its
-displacement per step. Integer fields: identity, age (steps since it was last seen), and whether a teammate relayed it.
-Used slots come first; identity −1 marks the end.
+displacement per step. Integer fields: identity, age (steps since it was last sensed), and whether a teammate relayed
+it. Used slots come first; identity −1 marks the end.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ def find(identity: Any, wanted: int, first: int, last: int, guess: int) -> int:
 
 @kernel
 def _per_step(x: float, y: float, steps: int) -> tuple[float, float]:
-    # A function of its own, so that the usual case (seen one step ago) does not execute two divisions.
+    # A separate function, so that the usual case (sensed one step ago) does not execute two divisions.
     return x / steps, y / steps
 
 
 @inlined
 def _see(floats: Any, ints: Any, slot: int, seen: Any, k: int, moved: Any) -> None:
-    """Set a track to the seen position of its target, and correct its displacement by the error of the prediction."""
+    """Set a track to the sensed position of its target, and correct its displacement by the error of the prediction."""
     error_x = seen.offset[k, 0] - (floats[slot, X] + floats[slot, STEP_X] - moved[0])
     error_y = seen.offset[k, 1] - (floats[slot, Y] + floats[slot, STEP_Y] - moved[1])
     if ints[slot, AGE] > 0:
@@ -58,7 +58,7 @@ def _see(floats: Any, ints: Any, slot: int, seen: Any, k: int, moved: Any) -> No
 
 @inlined
 def _expect(floats: Any, ints: Any, slot: int, moved: Any) -> None:
-    """Move the track of an unseen target to its expected position."""
+    """Move the track of a target out of range to its expected position."""
     floats[slot, X] += floats[slot, STEP_X] - moved[0]
     floats[slot, Y] += floats[slot, STEP_Y] - moved[1]
     ints[slot, AGE] += 1
@@ -92,8 +92,8 @@ def _keep(floats: Any, ints: Any, slot: int, new: int) -> None:
 def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, oldest: float) -> int:
     """Update the target tracks of robot `i`; return their number.
 
-    Seen targets are matched by identity. Those of unseen ones are moved to their expected position, and dropped once
-    they are older than `oldest` [steps], farther than `farthest` [length], or expected within the sensing range.
+    Sensed targets are matched by identity. Tracks of others are moved to their expected position, and dropped once they
+    are older than `oldest` [steps], farther than `farthest` [length], or expected within the sensing range.
     """
     floats = state.floats[i]
     ints = state.ints[i]
@@ -140,14 +140,14 @@ def _slot_of(ints: Any, identity: int, count: int) -> int:
 
 @inlined
 def _add_relayed(i: int, percept: Any, floats: Any, ints: Any, count: int) -> int:
-    """Add or update target tracks of relayed targets that the robot does not see itself."""
+    """Add or update target tracks of relayed targets that the robot does not sense itself."""
     relayed = percept.relayed
     for k in range(relayed.start[i], relayed.start[i + 1]):
         slot = _slot_of(ints, relayed.identity[k], count)
         if slot < 0:
             count = _append(floats, ints, count, relayed, k, 1)
         elif ints[slot, AGE] > 0:
-            # `_expect` has moved it by the robot's own step already; the rest is the target's displacement.
+            # `_expect` has already moved it by the robot's own step; the rest is the target's displacement.
             steps = ints[slot, AGE]
             floats[slot, STEP_X] += (relayed.offset[k, 0] - floats[slot, X]) / steps
             floats[slot, STEP_Y] += (relayed.offset[k, 1] - floats[slot, Y]) / steps

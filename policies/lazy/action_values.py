@@ -48,7 +48,7 @@ def action_values(
     discount : float
         Discount factor γ, in [0, 1].
     sweeps : int
-        Number of sweeps: how many steps the values look ahead.
+        Number of sweeps; values include the rewards of that many further steps.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def action_values(
 
     Notes
     -----
-    *Source:* §8.1. *Departs:* the paper computes a Q on demand; computing all at once gives the same numbers. The
-    search of the matches dominates the cost; see `next_matches`. With γ = 0 or no sweeps it is skipped.
+    *Source:* §8.1. *Departs:* the paper computes a Q on demand; computing all at once gives the same numbers. Most time
+    is spent in the search for matches, see `next_matches`; with γ = 0 or no sweeps it is skipped.
     """
     width = components(memory, inputs)
     check_constants(memory, k, discount, sweeps)

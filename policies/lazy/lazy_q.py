@@ -52,10 +52,11 @@ class LazyQ(LazyLearner):
 
     Notes
     -----
-    *Source:* §8.1 and §8.2. *Departs:* the paper does not give k, γ, the number of sweeps, and whose reward it is;
-    docs/lazy-search.md describes their effect.
+    *Source:* §8.1 and §8.2. *Departs:* the paper does not give k, γ and the number of sweeps, and does not say whether
+    the reward is the robot's or the team's; docs/lazy-search.md describes their effect.
     """
 
+    title = "lazy Q-learning"
     kernel = _best_of_nearest
 
     @property

@@ -71,6 +71,7 @@ class PessimisticLazyQ(LazyLearner):
     # A recorded distance halfway between both counts for the whole speed, which is listed first.
     actions: ActionGrid = ActionGrid(8, (1.0, 0.5))  # noqa: RUF009 (frozen)
 
+    title = "pessimistic lazy Q-learning"
     kernel = _best_worst
 
     def __post_init__(self) -> None:

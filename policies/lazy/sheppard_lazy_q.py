@@ -1,4 +1,4 @@
-"""Lazy Q-learning after Sheppard and others: robots go on exploring, and each stores and updates its own utilities."""
+"""Lazy Q-learning after Sheppard: robots continue to explore, and each stores and updates its own utilities."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from teamsight.policies.rewards import tabulate
 
 #: Rewards are tabulated for up to this many targets gained and lost at once.
 MOST_CHANGE = 8
-#: A robot keeps the identities of at most this many targets in sight.
+#: A robot keeps the identities of at most this many sensed targets.
 MOST_SEEN = 64
 
 _OWN_INPUTS = 32
@@ -28,7 +28,7 @@ _CAPACITY = 600
 
 # The table of rewards follows.
 _INPUTS, _THRESHOLD, _SIMILAR, _EXPLORE, _LEARNING_RATE, _DISCOUNT, _REWARDS = range(7)
-# In the first row of `ints`: transitions stored, the one whose outcome is not known yet, targets that were in sight.
+# In the first row of `ints`: number of transitions stored, index of the last, number of targets that were sensed.
 _STORED, _PENDING, _SEEN = range(3)
 _FULL_TURN = 2.0 * math.pi
 
@@ -77,7 +77,7 @@ def _learn(store: Any, count: int, pending: int, goal: float, parameters: Any) -
 
 @inlined
 def _reward(percept: Any, i: int, ints: Any, parameters: Any) -> Any:
-    """Return the reward for the change of the targets in sight, and store those that are in sight now."""
+    """Return the reward for the change of the sensed targets, and store those that are sensed now."""
     targets = percept.targets
     first = targets.start[i]
     now = min(targets.start[i + 1] - first, MOST_SEEN)
@@ -143,7 +143,7 @@ class SheppardLazyQ(Learner):
     memory : LazyMemory, optional
         Transitions with which every robot's store begins, at their action values.
     reward : callable
-        What is to be learned, from the targets that the robot itself gained and lost; see `teamsight.policies.rewards`.
+        The reward for the targets that the robot itself gained and lost; see `teamsight.policies.rewards`.
     inputs : int, optional
         Number of components of a situation. By default all of the memory; without a memory 32, those of
         ``RingAwareness(16)``.
@@ -176,10 +176,10 @@ class SheppardLazyQ(Learner):
 
     Notes
     -----
-    *Source:* §8.1, after J. W. Sheppard and S. L. Salzberg (1997): a fixed distance, a random action where nothing is
-    found and otherwise with probability 0.3, Q stored with new transitions and updated among similar ones. *Departs:*
-    similarity, α and the beginning are not given there. At most 8 targets gained or lost at once are distinguished,
-    and of more than 64 in sight the first 64 are followed.
+    *Source:* §8.1, after J. W. Sheppard and S. L. Salzberg (1997): a fixed distance; a random action if nothing similar
+    is found, and otherwise with probability 0.3; Q stored with new transitions and updated for similar ones. *Departs:*
+    similarity, α and the initial values are not given there. More than 8 targets gained or lost at once count as 8, and
+    of more than 64 sensed targets only the first 64 count.
     """
 
     memory: LazyMemory | None = None  # type: ignore[assignment]
@@ -191,6 +191,7 @@ class SheppardLazyQ(Learner):
     rewards: Floats = field(init=False)
     values: Floats | None = field(init=False, default=None)
 
+    title = "Sheppard's lazy Q-learning"
     kernel = _learn_and_act
     draws = 3
 
@@ -214,7 +215,7 @@ class SheppardLazyQ(Learner):
                 "memory.sample()"
             )
         if self.memory is not None:
-            # Computed here, and not for each world that uses the policy.
+            # Computed here, once for all worlds that use the policy.
             k = min(LazyLearner.k, size)
             values = action_values(self.memory, self.reward, inputs=self.inputs, k=k, discount=self.discount)
             object.__setattr__(self, "values", values)

@@ -30,13 +30,13 @@ def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
     checks.count("own", own)
     checks.count("added", added, least=0)
     if not all(isinstance(name, str) for name in facts):
-        raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a text")
+        raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a string")
     if any(one >= other for one, other in itertools.pairwise(facts)):
         raise ValueError(f"facts={checks.shown(facts)}: must be distinct and in alphabetical order")
     try:
         "".join(facts).encode()
     except UnicodeEncodeError:
-        raise ValueError(f"facts={checks.shown(facts)}: must be texts that UTF-8 can hold") from None
+        raise ValueError(f"facts={checks.shown(facts)}: must be strings that UTF-8 can encode") from None
     if not isinstance(settings, Mapping):
         raise TypeError(f"settings={checks.shown(settings)}: must be a mapping")
 
@@ -53,11 +53,12 @@ def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict
     """
     own, added, facts, settings = (about[name] for name in ("own", "added", "facts", "settings"))
     if len(about) > 4:
-        raise ValueError(f"holds also {checks.shown(sorted(set(about) - {'own', 'added', 'facts', 'settings'}))}")
+        others = checks.shown(sorted(set(about) - {"own", "added", "facts", "settings"}))
+        raise ValueError(f"there are unknown entries, {others}")
     if type(own) is not int or type(added) is not int:
         raise ValueError(f"own={checks.shown(own)}, added={checks.shown(added)}: must be whole numbers")
     if not isinstance(facts, list):
-        raise ValueError(f"facts={checks.shown(facts)}: must be a list of texts")
+        raise ValueError(f"facts={checks.shown(facts)}: must be a list of strings")
     return own, added, tuple(facts), settings
 
 
@@ -74,4 +75,4 @@ def json_of(settings: Mapping[str, Any]) -> dict[str, Any]:
         text.encode()
         return dict(json.loads(text))
     except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(f"settings: cannot be kept as JSON ({error}); give numbers, texts and lists") from None
+        raise ValueError(f"settings: cannot be written as JSON ({error}); give numbers, strings and lists") from None

@@ -69,7 +69,7 @@ def sampled_table(table: Table, count: int, seed: int) -> Table:
     """
     size = table.shape[1]
     if count > size:
-        raise ValueError(f"count={count}: the memory has {size} transitions; ask for fewer, or explore for longer")
+        raise ValueError(f"count={count}: the memory has {size} transitions; give a smaller count, or explore longer")
     # Raw words of the generator are the same in all versions of NumPy, unlike numbers derived from them.
     lots = np.random.Philox(key=seed).random_raw(size)
     # Sorted, so that the canonical order is kept.

@@ -1,8 +1,8 @@
 """The file format of lazy memories: safetensors, written atomically, verified and memory-mapped when it is read.
 
 A safetensors file consists of the length of the header (8 bytes), the header as JSON, and the numbers; other programs
-can read it without this package. The metadata, all texts, describe the numbers and hold two checksums: of the numbers,
-and of the other metadata.
+can read it without this package. The metadata, all strings, describe the numbers and hold two checksums: of the
+numbers, and of the other metadata.
 """
 
 from __future__ import annotations
@@ -102,13 +102,13 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     size = os.fstat(file.fileno()).st_size
     length = int.from_bytes(file.read(8), "little")
     if size < 8 or length > _MOST_HEADER:
-        raise MemoryFileError(f"{path}: is not a lazy memory, or altered; give a file that LazyMemory.save wrote")
+        raise MemoryFileError(f"{path}: is not a lazy memory, or was altered; give a file that LazyMemory.save wrote")
     if 8 + length > size:
         raise MemoryFileError(f"{path}: is cut off after {size} bytes; copy it again, or explore again")
     metadata, shape = _parse(path, file.read(length))
     if metadata.get("schema") != SCHEMA:
         raise MemoryFileError(
-            f"{path}: has the schema {checks.shown(metadata.get('schema'))}, this version of teamsight reads "
+            f"{path}: has the schema {checks.shown(metadata.get('schema'))}, but this version of teamsight reads "
             f"{SCHEMA!r}; read it with the version that wrote it, or explore again"
         )
     missing = size - (8 + length + 4 * shape[0] * shape[1])
@@ -160,7 +160,7 @@ def _parse(path: str, header: bytes) -> tuple[dict[str, str], tuple[int, int]]:
             raise ValueError
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise MemoryFileError(
-            f"{path}: its header is not that of a lazy memory, or altered; give a file that LazyMemory.save wrote"
+            f"{path}: its header is not that of a lazy memory, or was altered; give a file that LazyMemory.save wrote"
         ) from None
     return metadata, (columns, transitions)
 
@@ -182,7 +182,6 @@ def _distinct(members: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _check_replaceable(target: Path, force: bool) -> None:
-    """Raise an error if an existing file is no memory, unless forced."""
     if not files.check_place(target) or force:
         return
     with files.open_regular(target) as file:

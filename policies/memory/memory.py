@@ -104,7 +104,7 @@ class LazyMemory:
             A file written by `save`. Do not modify it in place while the memory is in use; `save` replaces it.
         verify : bool
             Verify the checksum, limits and order of the transitions, which reads all of them. Give False only for
-            files that nobody else can write. The metadata is always verified.
+            files that no other user can write. The metadata is always verified.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class LazyMemory:
         Raises
         ------
         MemoryFileError
-            If the file cannot be written, or an existing one is no memory.
+            If the file cannot be written, or an existing one is not a memory.
         """
         about = {**self._layout, "settings": json_of(self.settings)}
         file.write(path, self.table, self.sha256, about, force=force)
@@ -204,7 +204,7 @@ class LazyMemory:
             If the memory does not have the fact.
         """
         if not self.facts:
-            raise ValueError(f"fact={name!r}: the memory holds none; explore, or give facts to LazyMemory.of")
+            raise ValueError(f"fact={name!r}: the memory has no facts; explore, or give facts to LazyMemory.of")
         place = self.facts.index(checks.choice("fact", name, self.facts))
         return np.asarray(self.table[2 * self.inputs + len(ACTION) + place])
 
@@ -232,11 +232,11 @@ class LazyMemory:
         Raises
         ------
         TypeError, ValueError
-            If one is no memory, or they have different degrees of awareness or facts.
+            If one is not a memory, or they have different degrees of awareness or facts.
         """
         for other in others:
             if not isinstance(other, LazyMemory):
-                raise TypeError(f"merge: {checks.shown(other)} is no LazyMemory; give merge(*memories)")
+                raise TypeError(f"merge: {checks.shown(other)} is not a LazyMemory; give merge(*memories)")
             combine.check_layouts(self._mergeable, other._mergeable)
         table = combine.merged_table([self.table, *(one.table for one in others)])
         settings = combine.merged_settings([self.settings, *(one.settings for one in others)])
@@ -255,7 +255,7 @@ class LazyMemory:
         count : int
             Number of transitions. With one seed, a smaller sample is a subset of a larger one.
         seed : int
-            Decides, together with the transitions but not with their order of recording, which are drawn.
+            Determines the sample; the order in which transitions were recorded has no effect.
 
         Raises
         ------
@@ -295,5 +295,5 @@ class LazyMemory:
         p = self.inputs if inputs is None else checks.count("inputs", inputs, most=self.inputs)
         count = checks.count("k", k)
         if count > len(self):
-            raise ValueError(f"k={k}: the memory has {len(self)} transitions; ask for fewer, or explore for longer")
+            raise ValueError(f"k={k}: the memory has {len(self)} transitions; give a smaller k, or explore longer")
         return batch.nearest(self.table, queries_of(queries, p, self.inputs), count)

@@ -50,7 +50,7 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
     did = two_dimensional("action", action, transitions, len(ACTION))
     after = two_dimensional("next_situation", next_situation, transitions, inputs)
     if not all(isinstance(name, str) for name in facts):
-        raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a text")
+        raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a string")
     table = np.empty((2 * inputs + len(ACTION) + len(facts), transitions), np.float32)
     _fill(table[:inputs], before, "situation")
     _fill(table[inputs : inputs + len(ACTION)], did, "action")
@@ -136,7 +136,7 @@ def _numbers(name: str, value: Any) -> npt.NDArray[Any]:
     try:
         array = np.asarray(value)
     except ValueError as error:
-        raise ValueError(f"{name}: is no array ({error}); give rows of equal length") from None
+        raise ValueError(f"{name}: is not an array ({error}); give rows of equal length") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name}: has the type {array.dtype}; it must be numbers")
     return array

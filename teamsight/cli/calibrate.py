@@ -24,7 +24,7 @@ def calibrate(settings: CalibrateSettings) -> None:
     """Search the constants that the paper leaves open.
 
     SEARCH is 'model' (speeds, idle behaviour and weights of A-CMOMMT, for the preset touzet2000) or 'lazy' (constants
-    of lazy learning). Writes a table of all trials and a page about them. The winner becomes a default only by hand.
+    of lazy learning). Writes a table of all trials and a page about them. Changes no default.
 
     \b
     Examples:

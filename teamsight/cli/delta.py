@@ -71,7 +71,7 @@ class DeltaSettings(Settings):
         length("awareness_range", self.awareness_range)
         runs = limits.runs_within(self.risk, self.runs)
         limits.check_work(self.robots, self.targets, self.steps, runs)
-        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range)
+        limits.check_neighbours(self.robots, self.targets, self.radius, self.awareness_range)
 
     def _refuse(self, names: tuple[str, ...], reason: str) -> None:
         for name in names:
@@ -88,9 +88,10 @@ class DeltaSettings(Settings):
 def delta(settings: DeltaSettings) -> None:
     """Choose δ: how many neighbours does a robot have at most?
 
-    Simulates a world, or reads recorded positions. Prints the smallest δ for which the probability that any robot has
-    more than δ neighbours during a run is at most the risk, with its confidence interval; how many of these neighbours
-    a ring of δ sectors shows; and how many inputs δ costs compared with the other degrees of awareness.
+    Simulates a world many times, or reads recorded positions. Prints the smallest δ for which the probability that any
+    robot has more than δ neighbours during a run is at most the risk, and confidence bounds of this probability. Also
+    prints how many of these neighbours a ring of δ sectors shows, and the number of inputs that each degree of
+    awareness adds.
 
     \b
     Examples:

@@ -8,7 +8,7 @@ from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 
-# More candidates or generations than anybody can wait for.
+# More candidates or generations than can be computed.
 _MOST = 100_000
 
 
@@ -16,8 +16,8 @@ class TrainSettings(Settings):
     """Settings of ``teamsight evolve train``."""
 
     out: Path = values.folder(Path("evolution"), "Folder for the checkpoint and the constants.")
-    generations: int = values.count(400, "Number of generations in all.", most=_MOST)
-    population: int = values.count(40, "Number of candidates of a generation.", least=2, most=_MOST)
+    generations: int = values.count(400, "Total number of generations.", most=_MOST)
+    population: int = values.count(40, "Number of candidates in each generation.", least=2, most=_MOST)
     seed: int = values.seed(1, "Seed of the candidates.")
     workers: int | None = values.workers()
     force: bool = values.force()
@@ -27,8 +27,8 @@ class TestSettings(Settings):
     """Settings of ``teamsight evolve test``."""
 
     out: Path = values.folder(Path("results"), "Folder for the page, its table and its figure.")
-    constants: Path | None = values.file("File of constants that train wrote.", shown="those that ship")
-    training: Path | None = values.folder(None, "Folder of train; the page then shows its progress too.")
+    constants: Path | None = values.file("Constants that 'evolve train' wrote.", shown="the constants that ship")
+    training: Path | None = values.folder(None, "Folder that 'evolve train' wrote; its progress is added to the page.")
     runs: int = values.count(30, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
     workers: int | None = values.workers()
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
@@ -38,8 +38,8 @@ def train(settings: TrainSettings) -> None:
     """Evolve the constants of the policy 'evolved'.
 
     Runs CMA-ES, then validates the constants of every hundredth generation on other worlds. Writes constants.json,
-    training.json and a checkpoint. The same command continues an interrupted evolution, and more --generations extend
-    one. It needs the package cma: pip install 'teamsight[evolve]'.
+    training.json and a checkpoint. The same command continues an interrupted evolution; with more --generations it
+    extends a finished one. It needs the package cma: pip install 'teamsight[evolve]'.
 
     \b
     Examples:
@@ -68,7 +68,8 @@ def train(settings: TrainSettings) -> None:
 def test(settings: TestSettings) -> None:
     """Compare the policy 'evolved' with the best A-CMOMMT.
 
-    Both run on worlds that neither was chosen on. Writes evolved.md, evolved.parquet and images/evolved.png.
+    The worlds were used neither to train 'evolved' nor to choose the options of A-CMOMMT. Writes evolved.md,
+    evolved.parquet and images/evolved.png.
 
     \b
     Examples:

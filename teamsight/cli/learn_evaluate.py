@@ -36,10 +36,10 @@ class EvaluateSettings(Settings):
     radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
     runs: int = values.runs(30, "Number of worlds.")
     steps: int = values.steps(600, "Number of steps in each world.")
-    seed: int = values.seed(0, "Seed of the worlds. None of them was explored, whatever the seed.")
+    seed: int = values.seed(0, "Seed of the worlds, which always differ from the explored ones.")
     workers: int | None = values.workers()
     sample: int | None = values.count(
-        None, "Number of transitions to learn from; they are drawn with the seed.", shown="all"
+        None, "Number of transitions to learn from, drawn at random with --seed.", shown="all"
     )
     save: Path | None = values.file("Write one row per policy and world to this Parquet file.")
     force: bool = values.force()
@@ -48,11 +48,11 @@ class EvaluateSettings(Settings):
         """Refuse worlds that are too large."""
         robots = self.robots or 1
         limits.check_work(robots, self.targets, self.steps, self.runs)
-        limits.check_sightings(robots, self.targets, self.radius, 1.0)
+        limits.check_neighbours(robots, self.targets, self.radius, 1.0)
 
 
 def evaluate(settings: EvaluateSettings) -> None:
-    """Learn from a memory, and measure what robots then observe.
+    """Learn from a memory, and measure how much robots then observe.
 
     Compares on the same worlds: the cooperative learner, which uses all inputs; the collective learner, which uses the
     robot's own inputs of the same transitions; A-CMOMMT; the policy 'evolved'; and a random walk. Speeds and sensing
@@ -96,7 +96,6 @@ def evaluate(settings: EvaluateSettings) -> None:
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
-    """Return the transitions to learn from."""
     from teamsight.policies.memory import LazyMemory
 
     memory = LazyMemory.load(settings.memory)
@@ -120,7 +119,7 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     if robots is None:
         robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
     limits.check_work(robots, settings.targets, settings.steps, settings.runs)
-    limits.check_sightings(robots, settings.targets, settings.radius, 1.0)
+    limits.check_neighbours(robots, settings.targets, settings.radius, 1.0)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
     return evaluation.Scenario(
@@ -191,7 +190,7 @@ def _summary_table(summary: pd.DataFrame) -> Any:
     table = Table(box=box.SIMPLE_HEAD)
     first = str(summary["policy"].iloc[0])
     table.add_column("policy")
-    for name in ("observed targets", f"{first} less this"):
+    for name in ("observed targets", f"{first} minus this"):
         table.add_column(name, justify="right")
     for row in summary.to_dict("records"):
         more = ""

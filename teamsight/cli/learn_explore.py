@@ -31,7 +31,7 @@ class ExploreSettings(Settings):
     runs: int = values.runs(1, "Number of worlds; each gives robots × steps transitions.")
     awareness: str = values.awareness("ring", "Degree of awareness that determines the situations: {names}.")
     delta: int = values.sectors(16)
-    policy: str = values.policy("random-walk", "Policy of the robots while they explore: {names}.")
+    policy: str = values.policy("random-walk", "Policy of the robots during the exploration: {names}.")
     distance: str = values.choice(
         "random", "Distance that random walkers move per step, as a fraction of their speed: {names}.", _distances
     )
@@ -47,12 +47,13 @@ class ExploreSettings(Settings):
         limits.check_sectors(self)
         limits.check_work(self.robots, self.targets, self.steps, self.runs)
         relayed = limits.relays(self.awareness)
-        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed)
+        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed)
         added = limits.added_inputs(self.awareness, self.delta, self.robots)
         limits.check_transitions(self.robots, self.steps, self.runs, added)
         if self.policy != "random-walk" and "distance" in self.given:
             raise ValueError(
-                f"distance={self.distance}: applies to the policy random-walk, and this is {self.policy}; leave it out"
+                f"distance={self.distance}: applies to the policy random-walk only, and policy={self.policy}; leave it "
+                "out"
             )
 
 
@@ -61,8 +62,8 @@ def explore(settings: ExploreSettings) -> None:
 
     A transition is a situation, the action taken and the next situation. The random walk turns in any direction and
     moves any distance within its speed, as in the paper. A long exploration that is interrupted keeps its finished
-    parts beside FILE, and the same command continues from there. A file with other settings is replaced only with
-    --force.
+    parts beside FILE, and the same command continues from there. A memory of other settings in FILE is replaced only
+    with --force.
 
     \b
     Examples:
@@ -175,7 +176,6 @@ def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) ->
 
 
 def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:
-    """Return what an interrupted exploration leaves behind."""
     from teamsight.analysis.learning.explore import kept_transitions
 
     kept = kept_transitions(plan, checkpoint) if plan.is_long else 0

@@ -71,7 +71,7 @@ class FigureSettings(Settings):
             for name, value in _QUICK.items():
                 if name not in self.given:
                     setattr(self, name, value)
-        limits.check_sightings(self.robots, self.targets, self.radius, 1.0, relayed=True)
+        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed=True)
         explored = -(-max(self.samples) // (self.robots * _EXPLORED_STEPS))
         degrees = tuple(values.DEGREES())
         added = max(limits.added_inputs(degree, 16, self.robots) for degree in degrees)
@@ -85,7 +85,7 @@ def figure(settings: FigureSettings) -> None:
     """Draw learning curves: each learner under each degree of awareness.
 
     Each learner learns from equal numbers of transitions under every degree. Writes learning-curves.png and three
-    tables: every test, the points of the curves, and the gain by awareness. An interrupted command keeps what is
+    tables: every test, the points of the curves, and the gain from awareness. An interrupted command keeps what is
     finished in FOLDER, and the same command continues from there. It takes about eight minutes on two cores; with
     --quick, seconds. Figure 11 of the paper is `teamsight reproduce 11`.
 
@@ -139,7 +139,6 @@ def curves_of(settings: FigureSettings) -> Curves:
 
 
 def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
-    """Return what interrupted curves leave behind."""
     from teamsight.analysis.learning.curves import curve_jobs
     from teamsight.cli.show import plural
 
@@ -157,6 +156,6 @@ def _show_gains(gains: pd.DataFrame) -> None:
     for row in gains.to_dict("records"):
         order = AWARENESS[str(row["degree"])].order
         say(
-            f"{row['learner']}, {order} less Θ(0), from {plural(row['transitions'], 'transition')}: "
+            f"{row['learner']}, {order} minus Θ(0), from {plural(row['transitions'], 'transition')}: "
             f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
         )

@@ -9,7 +9,7 @@ from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
 
 __all__ = [
     "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "added_inputs",
-    "check_rows", "check_sectors", "check_sightings", "check_transitions", "check_work", "relays", "runs_within",
+    "check_neighbours", "check_rows", "check_sectors", "check_transitions", "check_work", "relays", "runs_within",
     "workers_for",
 ]  # fmt: skip
 
@@ -27,7 +27,7 @@ _MOST_AGENT_STEPS = 1e14
 # Agents × steps that take about a second, as long as worker processes take to start.
 _SHORT = 1e7
 # Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
-_MOST_SIGHTINGS = 2e8
+_MOST_NEIGHBOURS = 2e8
 # Bytes of the recorded transitions; sorting them takes as much again.
 _MOST_BYTES = 5e9
 # Radius of the arena: beyond it the sensing range, which is 1, or the speeds would exceed the limits of a world.
@@ -56,7 +56,7 @@ def check_work(robots: int, targets: int, steps: int, runs: int = 1) -> None:
         raise ValueError(f"{counts}: makes {made:.1e} agent steps, at most {_MOST_AGENT_STEPS:g}; reduce one of them")
 
 
-def check_sightings(robots: int, targets: int, radius: float, awareness_range: float, relayed: bool = False) -> None:
+def check_neighbours(robots: int, targets: int, radius: float, awareness_range: float, relayed: bool = False) -> None:
     """Refuse a world whose neighbours and sensed targets do not fit in memory.
 
     Parameters
@@ -77,16 +77,16 @@ def check_sightings(robots: int, targets: int, radius: float, awareness_range: f
     """
     if not _LEAST_RADIUS <= radius <= _MOST_RADIUS:
         raise ValueError(
-            f"radius={radius:g}: must be {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, or rounding errors "
-            "dominate; give another radius"
+            f"radius={radius:g}: must be from {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, since otherwise "
+            "rounding errors dominate; give another radius"
         )
     neighbours = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
     sensed = targets * min(1.0, 1 / radius**2)
     made = neighbours * (1.0 + sensed if relayed else 1.0) + robots * sensed
-    if made > _MOST_SIGHTINGS:
+    if made > _MOST_NEIGHBOURS:
         raise ValueError(
-            f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} sightings per step, at "
-            f"most {_MOST_SIGHTINGS:g} fit in memory; give fewer robots, or a larger radius"
+            f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} neighbours per step, at "
+            f"most {_MOST_NEIGHBOURS:g} fit in memory; give fewer robots, or a larger radius"
         )
 
 

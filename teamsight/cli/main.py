@@ -40,7 +40,7 @@ def learn() -> None:
 
     \b
       teamsight learn explore --out memory.safetensors    600 transitions, as in the paper
-      teamsight learn evaluate memory.safetensors         what robots observe that learn from them
+      teamsight learn evaluate memory.safetensors         how much robots observe that learned from them
       teamsight learn figure --out curves                 learning curves under each degree of awareness
     """
 

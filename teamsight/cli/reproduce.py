@@ -34,7 +34,7 @@ class ReproduceSettings(Settings):
     seed: int = values.seed(2000, "Seed of all runs.")
     preset: str = values.choice(
         "touzet2000",
-        "Settings for which figures are drawn: {names}, or defaults, which leaves all parameters at their defaults.",
+        "Settings with which figures are drawn: {names}, or 'defaults' for the default of every parameter.",
         values.PRESETS,
         more=("defaults",),
     )
@@ -45,17 +45,17 @@ class ReproduceSettings(Settings):
 def reproduce(settings: ReproduceSettings) -> None:
     """Draw the paper's figures and check its claims.
 
-    FIGURE is 2 to 11, 'delta' (observed targets against δ) or 'ledger' (the claims alone); by default all are made.
-    Each figure is written as a PNG file and a Parquet table with the seed of every run. The ledger lists which of the
-    paper's claims hold, and by which rule, for the preset and for the default settings. An interrupted command
-    continues where it stopped when it is run again.
+    FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
+    by default all are made. Each figure is written as a PNG file and a Parquet table with the seed of every run. The
+    ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
+    an interruption the same command continues from there.
 
     \b
     Examples:
       teamsight reproduce                         everything, into results/
       teamsight reproduce 4 5 --out neighbours    the two figures on neighbours
       teamsight reproduce 11                      lazy learning: what awareness adds
-      teamsight reproduce --quick --workers 1     a first look
+      teamsight reproduce --quick --workers 1     coarse and fast
       teamsight reproduce ledger --seed 7         the claims with other random numbers
     """
     from teamsight.analysis.paper.reproduce import check_results
@@ -103,7 +103,6 @@ def plan_of(settings: ReproduceSettings) -> Plan:
 
 
 def _summaries(plan: Plan, folder: Path) -> list[str]:
-    """Return one line for each figure that has a summary."""
     import pandas as pd
 
     from teamsight.analysis.paper.figures import FIGURES
@@ -117,7 +116,6 @@ def _summaries(plan: Plan, folder: Path) -> list[str]:
 
 
 def _kept(folder: Path) -> str:
-    """Return what an interrupted command leaves behind."""
     from teamsight.analysis.paper.reproduce import checkpoint_in
 
     kept = checkpoint_in(folder).count()

@@ -37,7 +37,7 @@ class RunSettings(Settings):
         limits.check_sectors(self)
         limits.check_work(self.robots, self.targets, self.steps)
         relayed = limits.relays(self.awareness)
-        limits.check_sightings(self.robots, self.targets, self.radius, self.awareness_range, relayed)
+        limits.check_neighbours(self.robots, self.targets, self.radius, self.awareness_range, relayed)
 
 
 def run(settings: RunSettings) -> None:

@@ -53,7 +53,7 @@ class Watch:
 
 @contextlib.contextmanager
 def watching() -> Iterator[Watch]:
-    """Show progress on standard error; if that is no terminal, only lines are printed."""
+    """Show progress on standard error; if that is not a terminal, print lines only."""
     columns = (
         TextColumn("{task.description:<12}"),
         BarColumn(bar_width=32),

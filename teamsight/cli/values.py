@@ -189,7 +189,7 @@ def reward(default: str) -> Any:
 
 def matches() -> Any:
     """Declare k; None stands for the default of the learner."""
-    return count(None, "Number k of transitions that match a situation.", shown="that of the learner")
+    return count(None, "Number k of nearest transitions that a learner uses.", shown="that of the learner")
 
 
 def discount(default: float) -> Any:

@@ -1,1 +1,1 @@
-"""What every package may use: checks of arguments, files, angles, interrupts, compiled kernels."""
+"""Shared by all packages: checks of arguments, files, angles, interrupts, compiled kernels."""

@@ -1,4 +1,4 @@
-"""Directions without trigonometry: unit vectors from uniform numbers, the same bits on every machine."""
+"""Unit vectors from uniform numbers, without trigonometry: the same bits on every machine."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ _FULL_TURN = 6.283185307179586
 def direction(fraction: float) -> tuple[float, float]:
     """Return the unit vector at `fraction` of a full turn, anticlockwise from the x axis.
 
-    The polynomials are the Taylor series on an eighth of a turn to either side, where the first term left out is below
-    1e-17. They cost a third of a call to the mathematics library and do not depend on which one is installed.
+    Taylor series on an eighth of a turn to either side, where the first omitted term is below 1e-17. They take a third
+    of the time of the mathematics library, and do not depend on which one is installed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A buffer that grows: rows are written into room made beforehand, by Python or by compiled code."""
+"""A buffer that grows: Python or compiled code writes rows into room made beforehand."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ class Buffer:
     dtype : dtype
         The type of its elements.
     room : int
-        How many rows there is room for at first.
+        The number of rows for which there is room at first.
 
     Attributes
     ----------
     array : ndarray, shape (room, …)
-        The rows written and the room after them; another array whenever `make_room` returns True.
+        The written rows and the room after them; `make_room` returns True if it has replaced this array.
     rows : int
-        How many rows are written; whoever writes them adds them here.
+        The number of written rows; increase it after writing.
     """
 
     def __init__(self, shape: tuple[int, ...], dtype: npt.DTypeLike = np.float64, room: int = 16) -> None:
@@ -34,11 +34,11 @@ class Buffer:
 
     @property
     def written(self) -> npt.NDArray[Any]:
-        """The rows written, as a view."""
+        """The written rows, as a view."""
         return self.array[: self.rows]
 
     def make_room(self, rows: int) -> bool:
-        """Make room for so many more rows; return whether `array` is another one now."""
+        """Make room for this many more rows; return whether `array` was replaced."""
         need, room = self.rows + rows, len(self.array)
         if need <= room:
             return False

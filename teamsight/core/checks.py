@@ -1,4 +1,4 @@
-"""Checks of what a user gives: each error names the value, the limit and the cure."""
+"""Checks of a user's values: each error names the value, the limit and the cure."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _ANY_NUMBER: Any = (Real, Decimal)
 
 
 def shown(value: Any, most: int = _MOST_SHOWN) -> str:
-    """Return how an error shows a value: as `repr` does, but on one line of at most `most` characters.
+    """Return a value as errors show it: its `repr`, but on one line of at most `most` characters.
 
     Parameters
     ----------
     value : Any
-        Anything, also a number that Python cannot write, or an object whose `repr` fails.
+        Anything, even a number that Python refuses to write, or an object whose `repr` fails.
     most : int
         The longest text.
     """
     if isinstance(value, int) and not isinstance(value, bool) and value.bit_length() > _MOST_BITS:
         return f"{'-' if value < 0 else ''}(about 10^{int(value.bit_length() * math.log10(2))})"
     if isinstance(value, str | bytes) and len(value) > most:
-        # Not the text of all of it, which may be gigabytes.
+        # Not the repr of all of it, which may be gigabytes.
         return f"{value[: most // 2]!r}… ({len(value)} characters)"
     try:
         text = " ".join(repr(value).split())
@@ -47,13 +47,13 @@ def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cur
     Parameters
     ----------
     name : str
-        What the error calls it.
+        The name used in errors.
     value : Any
         A whole number of any type.
     least, most : int
         The limits.
     cure : str
-        What else to do where it is outside.
+        The cure named by the error, if the value is outside the limits.
 
     Raises
     ------
@@ -109,11 +109,11 @@ def number(
     Parameters
     ----------
     name : str
-        What the error calls it.
+        The name used in errors.
     value : Any
         A real number of any type.
     above, least, most : float, optional
-        The limits; what is above 0 may be as small as a float can be, see `teamsight.world.limits`.
+        The limits; the value must exceed `above`.
 
     Raises
     ------
@@ -153,11 +153,11 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     Parameters
     ----------
     name : str
-        What the error calls it.
+        The name used in errors.
     value : Any
-        What was given.
+        The value.
     allowed : iterable of str
-        What may be given.
+        The allowed values.
 
     Raises
     ------
@@ -176,17 +176,17 @@ def suggestion(value: Any, names: Iterable[str]) -> str:
     Parameters
     ----------
     value : Any
-        What was given.
+        The value.
     names : iterable of str
-        What may be given.
+        The allowed names.
     """
-    # `shown` cuts long values: they resemble no name, and would take long to compare.
+    # `shown` cuts long values, which would take long to compare.
     near = difflib.get_close_matches(shown(value).strip("'\"").lower(), list(names), n=1, cutoff=0.4)
     return f"did you mean {near[0]!r}? " if near else ""
 
 
 def seed(rng: Any, seed: Any) -> int:
-    """Return the seed that is given under one of its two names, or a new one.
+    """Return the seed given under one of its two names, or a new one.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def seed(rng: Any, seed: Any) -> int:
     Raises
     ------
     TypeError
-        If a seed is no whole number.
+        If a seed is not a whole number.
     ValueError
         If one is negative, or both are given and differ.
     """

@@ -1,4 +1,4 @@
-"""Files on disk: written beside their place and moved there when complete, and regular files only."""
+"""Regular files on disk, written beside their place and moved there when complete."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from teamsight.core.checks import shown
 
-# A name may have 255 bytes; that of a draft is 23 bytes longer.
+# A name may have 255 bytes; that of a draft is 23 bytes longer than the file's.
 _MOST_OF_A_NAME = 200
 _KINDS = (
     (stat.S_ISLNK, "link", "the path that it leads to"),
@@ -26,11 +26,11 @@ _KINDS = (
 
 
 class UnwritableError(ValueError):
-    """Raised when results cannot be written where they were asked for."""
+    """Raised when a file cannot be written at the given path."""
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Raise an error for a path that is certainly a mistake. Paths are taken literally.
+    """Raise an error for a path that is certainly a mistake. Nothing in a path is expanded.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def check_name(path: str | os.PathLike[str]) -> None:
     if not text.strip():
         raise UnwritableError(f"path={text!r}: is empty; give a file or a folder, such as results")
     if "\0" in text:
-        raise UnwritableError(f"path={shown(text)}: has a null character, as no path can; leave it out")
+        raise UnwritableError(f"path={shown(text)}: contains a null character; remove it")
     if text.startswith("~"):
         raise UnwritableError(
             f"path={shown(text)}: ~ is not expanded; give Path(...).expanduser(), or an absolute path"
@@ -54,7 +54,7 @@ def check_place(path: str | os.PathLike[str]) -> bool:
     Raises
     ------
     UnwritableError
-        If there is a folder, a link, a device, a named pipe or a socket, or the place cannot be looked at.
+        If there is a folder, a link, a device, a named pipe or a socket, or the path cannot be examined.
     """
     try:
         mode = os.lstat(path).st_mode
@@ -70,26 +70,26 @@ def check_place(path: str | os.PathLike[str]) -> bool:
 
 @contextlib.contextmanager
 def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lambda target: None) -> Iterator[BinaryIO]:
-    """Open a draft beside `path`, and put it in the place of `path` only when all of it is on disk.
+    """Open a draft beside `path`, and move it to `path` when all of it is on disk.
 
-    An error or Ctrl-C leaves what stood at `path` before, and no other trace.
+    After an error or Ctrl-C, `path` is unchanged and the draft is removed.
 
     Parameters
     ----------
     path : path
-        Where to write; taken literally, so one that begins with ``~`` is refused.
+        The file to write; ``~`` is not expanded but refused.
     check : callable
-        Called with the path right before the draft is moved there; raises if the file there must not be replaced.
+        Called with the path right before the draft is moved there; it raises if the file there must not be replaced.
 
     Raises
     ------
     UnwritableError
-        If the draft cannot be created or written, or there is something else than a regular file at `path`.
+        If the draft cannot be created or written, or `path` exists and is not a regular file.
     """
     check_name(path)
     target = Path(path)
     check_place(target)
-    # Nobody can put a link in the way of a name that nobody can guess, and O_EXCL would refuse it.
+    # The name cannot be guessed, so no link can wait there; O_EXCL would refuse it.
     draft = target.with_name(f".{_cut(target.name)}.{secrets.token_hex(8)}.part")
     try:
         with open(draft, "xb", opener=_exclusive) as file:
@@ -109,12 +109,12 @@ def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lam
 
 @contextlib.contextmanager
 def open_regular(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Open a regular file to read it; whatever else there is, such as a named pipe, is refused without waiting.
+    """Open a regular file to read it; anything else, such as a named pipe, is refused without waiting.
 
     Raises
     ------
     OSError
-        If there is none.
+        If there is no regular file.
     """
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -123,9 +123,9 @@ def open_regular(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 def unwritable(path: str | os.PathLike[str], error: OSError) -> UnwritableError:
-    """Return the error that says on one line why a place cannot be written."""
+    """Return the error for a path that cannot be written, on one line."""
     reason = error.strerror or str(error)
-    return UnwritableError(f"{os.fspath(path)}: cannot be written ({reason}); give a place that can be")
+    return UnwritableError(f"{os.fspath(path)}: cannot be written ({reason}); give a path that can be")
 
 
 def append(path: str | os.PathLike[str], content: bytes) -> None:
@@ -146,7 +146,7 @@ def append(path: str | os.PathLike[str], content: bytes) -> None:
 
 
 def _exclusive(name: str, flags: int) -> int:
-    # Not tempfile: its files are readable by the owner alone, and a result should not be.
+    # Not tempfile, whose files only their owner can read.
     return os.open(name, flags | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666)
 
 
@@ -155,7 +155,7 @@ def _cut(name: str) -> str:
 
 
 def _sync(number: int) -> None:
-    """Wait until a file is on disk, where its system can say so."""
+    """Wait until a file is on disk, if its file system supports that."""
     try:
         os.fsync(number)
     except OSError as error:
@@ -164,7 +164,7 @@ def _sync(number: int) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make sure that the new name in a folder outlasts a power failure, where the system can."""
+    """Wait until the new name in a folder is on disk, if the system supports that."""
     with contextlib.suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
         try:

@@ -1,8 +1,8 @@
-"""Sections of code that Ctrl-C does not interrupt in the middle.
+"""Blocks of code that Ctrl-C does not interrupt.
 
 Python raises KeyboardInterrupt between any two instructions of the main thread. Inside a callback from C it is printed
-and lost; between a change and the note of that change it leaves the two inconsistent. In a section, the signal is
-recorded, and handled at the end of the section.
+and lost; between two changes that belong together it leaves them inconsistent. In a block, the signal is recorded, and
+handled at the end of the block.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from typing import Any
 
 _SIGINT = int(_signal.SIGINT)
 
-# Whether there was an interrupt in the section that is open.
+# Whether there was an interrupt in the present block.
 _received = False
 
 
 class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
-    """Handle Ctrl-C at the end of the block, not in the middle of it.
+    """Handle Ctrl-C at the end of the block.
 
-    The handler that was installed before, which raises KeyboardInterrupt unless the program chose another, is called
-    once when the block ends, whether it ends normally or with an exception. In another thread than the main one, inside
-    another such block, and where Ctrl-C is ignored or has its default action of ending the process, nothing changes.
+    The handler that was installed before (by default, the one that raises KeyboardInterrupt) is called once when the
+    block ends, normally or with an exception. The block has no effect in threads other than the main one, inside
+    another such block, and if Ctrl-C is ignored or ends the process.
 
     Keep blocks short: until the end of the outermost one the program does not react to Ctrl-C.
 
@@ -45,7 +45,7 @@ class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
             return
         _received = False
         try:
-            # Python handles signals that are pending before it changes the handler, so none falls in between.
+            # Python handles pending signals before it changes the handler, so none is lost.
             self._before = _signal.signal(_SIGINT, _record)
         except ValueError:  # a subinterpreter, which receives no signals
             return

@@ -1,4 +1,4 @@
-"""Public names that are imported on first use, so that importing a package loads no more than is used."""
+"""Public names that are imported on first use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def lazy_names(package: str, homes: dict[str, str], names: dict[str, Any]) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package whose public names are defined in its modules, and set its ``__dir__``.
+    """Return the ``__getattr__`` of a package that imports its public names on first use, and set its ``__dir__``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The neighbour list: who is within whose range, as flat arrays."""
+"""The neighbour list: the neighbours of each observer, as flat arrays."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class NeighbourList(NamedTuple):
     start : ndarray, shape (n + 1,), int64
         The neighbours of observer i are the entries from ``start[i]`` up to, not including, ``start[i + 1]``.
     identity : ndarray, shape (k,), int64
-        Who each neighbour is. In percepts: its `unique_id`, or −1 where the degree of awareness hides it. Elsewhere:
-        its row in the arrays of those who were searched. Ascending for each observer, unless hidden.
+        The identity of each neighbour. In percepts: its `unique_id`, or −1 if the degree of awareness hides it.
+        Elsewhere: its row in the arrays that were searched. Ascending for each observer, unless hidden.
     offset : ndarray, shape (k, 2), float64
         From the observer to the neighbour, by the shortest way, along the arena's axes [length].
     distance : ndarray, shape (k,), float64
@@ -31,27 +31,27 @@ class NeighbourList(NamedTuple):
 
     @property
     def degree(self) -> npt.NDArray[np.int64]:
-        """How many neighbours each observer has, shape (n,)."""
+        """The number of neighbours of each observer, shape (n,)."""
         return np.diff(self.start)
 
     def copy(self) -> NeighbourList:
-        """Return a neighbour list whose arrays are its own."""
+        """Return a copy with arrays of its own."""
         return NeighbourList(self.start.copy(), self.identity.copy(), self.offset.copy(), self.distance.copy())
 
 
-#: A neighbour list in a record whose arrays may have room for more: a kernel sees as many entries as `start` says.
+#: A neighbour list in a record, with room for more; kernels receive the part that is in use, by the last of `start`.
 Filled = Annotated[NeighbourList, ".k = start[-1]"]
 
 
 def neighbour_room(observers: int, room: int) -> NeighbourList:
-    """Return arrays for at most `room` neighbours of so many observers, without any yet."""
+    """Return an empty neighbour list with room for `room` neighbours."""
     return NeighbourList(
         np.zeros(observers + 1, np.int64), np.zeros(room, np.int64), np.zeros((room, 2)), np.zeros(room)
     )
 
 
 def no_neighbours(observers: int) -> NeighbourList:
-    """Return the neighbour list of so many observers that have no neighbours."""
+    """Return an empty neighbour list without room."""
     return neighbour_room(observers, 0)
 
 

@@ -164,6 +164,18 @@ def test_targets_that_come_to_evade_sense_the_robots() -> None:
     assert late.targets.policy == CMOMMT(rng=1).targets.policy
 
 
+class Watchful(Centroid):
+    """A policy for targets that asks for the robots."""
+
+    needs = ("targets",)
+
+
+def test_targets_sense_the_robots_if_their_policy_declares_that_it_needs_them() -> None:
+    for policy, sense in ((Watchful(), True), (Centroid(), False)):
+        model = CMOMMT(radius=2.0, target_policy=policy, rng=1)
+        assert bool(model.targets.relations) == sense
+
+
 def test_names_that_are_set_stand_for_what_they_stand_for_in_the_constructor() -> None:
     model = CMOMMT(awareness="ring", delta=8, policy_options={"idle": "stay"}, rng=1)
     model.awareness = "pairwise"

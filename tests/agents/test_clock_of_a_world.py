@@ -90,7 +90,7 @@ def test_what_python_plans_within_a_step_happens_before_the_next() -> None:
 
 def test_the_clock_cannot_be_run_without_the_world() -> None:
     model = CMOMMT(rng=1)
-    with pytest.raises(TypeError, match=r"the world drives its clock; call world\.run\(steps\)"):
+    with pytest.raises(TypeError, match=r"the clock advances with its world; call world\.run\(steps\)"):
         model.clock.run(until=5)
     assert model.clock.now == 0
 
@@ -189,7 +189,7 @@ def test_groups_do_not_change_while_they_decide(deed: Callable[[Any], Any]) -> N
     armed = [True]
     model = World(CMOMMT(rng=1).arena, rng=1)
     model.add(Fickle, 4, policy="a-cmommt", awareness="pairwise")
-    with pytest.raises(RuntimeError, match=r"called in decide, while others are still to decide; plan it with world\.clock\.at"):
+    with pytest.raises(RuntimeError, match=r"called in decide, before all agents have decided; plan it with world\.clock\.at"):
         model.run(5)
     armed.clear()
     model.run(3)
@@ -215,7 +215,7 @@ def test_an_agent_that_another_has_removed_in_this_step_makes_none() -> None:
 def test_what_only_the_world_may_do_to_its_clock() -> None:
     model = CMOMMT(rng=1)
     model.clock.timeout(5)
-    with pytest.raises(TypeError, match=r"the world drives its clock; call world\.step\(\)"):
+    with pytest.raises(TypeError, match=r"the clock advances with its world; call world\.step\(\)"):
         model.clock.step()
     with pytest.raises(ValueError, match="delay=nan: must be a finite number"):
         model.clock.schedule(model.clock.event(), delay=float("nan"))

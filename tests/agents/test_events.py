@@ -178,7 +178,7 @@ class Failing(Policy):
             lambda action: Action(2 * action.heading, action.distance),
             r"Failing: action\.heading of robot 0 has the length 2;",
         ),
-        (lambda action: None, r"Failing: an action is Action\(heading, distance\), not NoneType"),
+        (lambda action: None, r"Failing: returned NoneType as action; it must be Action\(heading, distance\)"),
     ],
 )
 def test_an_error_in_a_policy_is_raised_at_each_attempt(
@@ -197,7 +197,7 @@ def test_an_error_in_a_policy_is_raised_at_each_attempt(
 @paths
 @pytest.mark.parametrize(
     ("answer", "message"),
-    [("left", r"robot 0 got 'left'"), ((1.0, np.inf), r"both must be finite"), (None, r"got None")],
+    [("left", r"returned 'left' for robot 0"), ((1.0, np.inf), r"both must be finite"), (None, r"returned None")],
 )
 def test_a_rule_for_one_robot_that_answers_nonsense_is_named(
     advance: Callable[[World, int], Any], answer: Any, message: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import mesa
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -53,7 +54,7 @@ def left_behind(world: CMOMMT) -> tuple[Any, ...]:
     return (
         groups, world.observed_fraction, world.max_neighbours, world.mean_neighbours, world.tick, world.steps,
         world.clock.now, world.seed_used, world.settings, world.radius, str(world.arena), world.random.random(),
-        world.rng.random(), world.recording.history.to_csv(), collected,
+        world.rng.random(), world.recording.history.to_csv(), collected, len(world.agents),
     )  # fmt: skip
 
 
@@ -99,6 +100,10 @@ CHANGES: dict[str, Any] = {
     "a group is added": lambda world: world.add(Robot, 2, policy="centroid"),
     "a group senses": lambda world: world.senses(world.targets, world.robots),
     "an attribute is set": lambda world: setattr(world, "mark", 1),
+    "an agent gets an attribute": lambda world: setattr(world.robots[0], "mark", 1),
+    "an agent of mesa is made": lambda world: mesa.Agent(world),
+    "the step is replaced": lambda world: setattr(world, "step", lambda: None),
+    "a setting is written": lambda world: world.settings.update(target_speed=0.5),
 }
 
 

@@ -121,6 +121,13 @@ def test_a_world_that_somebody_left_can_be_reset() -> None:
     assert robots.speed.tolist() == [0.2, 0.3]
 
 
+def test_the_generator_of_a_reset_world_is_that_of_a_new_one() -> None:
+    world = CMOMMT(rng=1)
+    world.rng.random()
+    world.reset(2)
+    assert world.rng.random() == CMOMMT(rng=2).rng.random()
+
+
 def test_a_reset_world_shuffles_like_a_new_one() -> None:
     model = CMOMMT(rng=1)
     first = model.agents.shuffle().get("unique_id")

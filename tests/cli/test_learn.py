@@ -133,27 +133,27 @@ def test_ctrl_c_keeps_the_runs_that_are_finished(
     monkeypatch.setattr(simulate, "_CHUNK", 1.0)
     file, kept = tmp_path / "many.safetensors", tmp_path / "many.safetensors.checkpoint"
     arguments = ["explore", "--out", str(file), *SMALL, "--runs", "9", "--workers", "1"]
-    meet, made = exploring.meet, []
+    record, made = exploring.record_run, []
 
     def interrupted(*given: object) -> object:
         if len(made) == 4:
             raise KeyboardInterrupt
         made.append(1)
-        return meet(*given)
+        return record(*given)
 
-    monkeypatch.setattr(exploring, "meet", interrupted)
+    monkeypatch.setattr(exploring, "record_run", interrupted)
     status, _, err = call(capsys, *arguments)
     message = f"240 of 540 transitions are kept in {kept}; the same command continues from there"
     assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert not file.exists()
     worlds: list[int] = []
-    monkeypatch.setattr(exploring, "meet", lambda *given: (worlds.append(1), meet(*given))[1])
+    monkeypatch.setattr(exploring, "record_run", lambda *given: (worlds.append(1), record(*given))[1])
     assert call(capsys, *arguments)[0] == 0
     assert len(worlds) == 5
     assert len(LazyMemory.load(file)) == 540
     assert not kept.exists()
     # Without a finished run nothing is kept, and the message says so.
-    monkeypatch.setattr(exploring, "meet", interrupted)
+    monkeypatch.setattr(exploring, "record_run", interrupted)
     status, _, err = call(capsys, *arguments, "--force", "--seed", "1")
     assert (status, err.strip()) == (
         130,
@@ -352,7 +352,7 @@ def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> 
     status, out, err = call(capsys)
     assert (status, err) == (0, "")
     assert "  teamsight learn explore --out" in out
-    for summary in ("record their transitions.", "measure what robots then observe.", "under each degree of awareness."):
+    for summary in ("record their transitions.", "measure how much robots then observe.", "under each degree of awareness."):
         assert out.count(summary) == 1
 
 
@@ -368,7 +368,7 @@ def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     for name in ("cooperative", "collective", "A-CMOMMT", "evolved", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
     assert len(table) == 20
-    assert "cooperative less this" in out
+    assert "cooperative minus this" in out
     assert (table["robots"] == 3).all()
     assert table.attrs["memory"] == LazyMemory.load(small).digest
     more = 100 * (means["cooperative"] - means["A-CMOMMT"])
@@ -383,7 +383,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    assert out.count("less Θ(0), from 60 transitions: ") == 6
+    assert out.count("minus Θ(0), from 60 transitions: ") == 6
     tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
     assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
@@ -400,7 +400,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
         (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
-        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk, and this is centroid; leave it out"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk only, and policy=centroid; leave it out"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
@@ -408,7 +408,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard continues to learn while it acts"]),
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
-        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, and the memory has only 10"]),
+        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, but the memory has only 10"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
@@ -430,9 +430,9 @@ def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
 ) -> None:
     status, _, err = call(capsys, "evaluate", str(small), "--k", "61")
     assert (status, err.count("\n")) == (2, 1)
-    assert "k=61: lazy matches so many transitions, and the memory has only 60" in err
+    assert "k=61: lazy matches so many transitions, but the memory has only 60" in err
     pairwise = small.with_name("pairwise.safetensors")
     call(capsys, "explore", "--out", str(pairwise), *SMALL, "--awareness", "pairwise")
     status, _, err = call(capsys, "evaluate", str(pairwise), "--robots", "4", "--runs", "2", "--steps", "2")
     assert (status, err.count("\n")) == (2, 1)
-    assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, and the memory has 20" in err
+    assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, but the memory has 20" in err

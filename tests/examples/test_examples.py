@@ -69,8 +69,8 @@ def test_events_happen_at_their_times(run: Run) -> None:
 def test_neighbours_are_counted_over_time(run: Run) -> None:
     output = run("neighbours").splitlines()
     assert [int(line.split()[0]) for line in output[1:12]] == list(range(0, 201, 20))
-    groups = [int(size) for size in re.findall(r"groups of \[(.*)\]", output[12])[0].split(", ")]
-    assert sum(groups) == 30
+    sizes = [int(size) for size in re.findall(r"components of \[(.*)\]", output[12])[0].split(", ")]
+    assert sum(sizes) == 30
 
 
 def test_a_robot_learns_what_is_wanted(run: Run) -> None:
@@ -86,7 +86,7 @@ def test_a_robot_learns_what_is_wanted(run: Run) -> None:
 
 @pytest.mark.short
 def test_delta_comes_from_the_trajectories_file(run: Run) -> None:
-    delta, safe = map(int, re.findall(r"δ = (\d+); to rely on: (\d+)", run("delta_from_trajectories"))[0])
+    delta, safe = map(int, re.findall(r"δ = (\d+) \(point estimate\), (\d+) \(with", run("delta_from_trajectories"))[0])
     assert 1 <= delta <= safe <= 19
 
 

@@ -47,8 +47,8 @@ def spoil(action: Action, memory: Any, percept: Percept, noise: Any) -> Any:
 
 WRONG = [
     (lambda a, m, p, n: [a, m], r"must return \(action, state\)"),
-    (lambda a, m, p, n: a, r"an action is Action\(heading, distance\), not ndarray"),
-    (lambda a, m, p, n: (np.zeros(3), m), r"an action is Action\(heading, distance\), not ndarray"),
+    (lambda a, m, p, n: a, r"returned ndarray as action; it must be Action\(heading, distance\)"),
+    (lambda a, m, p, n: (np.zeros(3), m), r"returned ndarray as action; it must be Action\(heading, distance\)"),
     (lambda a, m, p, n: (Action(a.heading[:, :1], a.distance), m), r"action\.heading has the shape \(\d, 1\); \d robots need"),
     (lambda a, m, p, n: (Action(a.heading, a.distance[:, None]), m), r"action\.distance has the shape"),
     (lambda a, m, p, n: (Action(a.heading, a.distance * np.nan), m), r"action\.distance of robot 0 is nan; it must be finite"),
@@ -72,7 +72,7 @@ def test_draws_must_be_a_count(draws: Any) -> None:
 
 
 def test_what_is_no_policy_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"object: is no policy; derive it from teamsight\.policies\.Policy"):
+    with pytest.raises(TypeError, match=r"object: is not a policy; derive it from teamsight\.policies\.Policy"):
         check_policy(object())  # type: ignore[arg-type]
 
 

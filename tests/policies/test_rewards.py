@@ -53,7 +53,7 @@ def test_ones_own() -> None:
         (lambda memory: [1, 2], r"returned the shape \(2,\); for 3 transitions it must be \(3,\)"),
         (lambda memory: 1.0, r"returned the shape \(\)"),
         (lambda memory: np.zeros((3, 1)), r"returned the shape \(3, 1\)"),
-        (lambda memory: None, r"reward <lambda>: returned None; is `return` missing"),
+        (lambda memory: None, r"reward <lambda>: returned None; return one number"),
         (lambda memory: ["a", "b", "c"], r"returned list; it must return one number for each transition"),
         (lambda memory: np.full(3, 1j), r"returned ndarray; it must return one number for each transition"),
         (GainReward, r"is a class; give an object, GainReward\(\)"),
@@ -67,7 +67,7 @@ def test_what_is_no_reward_is_named(reward: Any, message: str) -> None:
 
 
 def test_a_memory_without_facts_says_so() -> None:
-    with pytest.raises(ValueError, match=r"fact='gained': the memory holds none; explore"):
+    with pytest.raises(ValueError, match=r"fact='gained': the memory has no facts; explore"):
         rewards_of(LazyMemory.of([[1.0]], [[0.0, 0.0]], [[1.0]], {}, own=1), own_reward)
 
 
@@ -86,5 +86,5 @@ def test_a_table_of_gained_and_lost(both: str) -> None:
 
 
 def test_a_robot_on_the_way_does_not_know_of_its_team() -> None:
-    with pytest.raises(ValueError, match=r"reward GainReward.*knows only how many targets it gained and lost itself"):
+    with pytest.raises(ValueError, match=r"reward GainReward.*must depend only on the facts gained and lost"):
         tabulate(team_reward, 3)

@@ -171,35 +171,35 @@ def shaken(self: Any, points: Any, margin: float = 0.0) -> Any:
 
 NUMBER = r"[-+.\de]+"
 WRONG = [
-    ({"confine": _open}, rf"confine\({NUMBER}, .*, size\) returns \({NUMBER}, .*\), which lies outside by contains\(\); return a place inside"),
-    ({"confine": _once}, r"which lies outside by contains\(\); return a place inside"),
-    ({"confine": _shrinks}, r"whose heading is no unit vector; turn it"),
+    ({"confine": _open}, rf"confine\({NUMBER}, .*, size\) returns \({NUMBER}, .*\), which is outside according to contains\(\); return a position inside"),
+    ({"confine": _once}, r"which is outside according to contains\(\); return a position inside"),
+    ({"confine": _shrinks}, r"whose heading is not a unit vector; reflect it"),
     ({"confine": _lost}, r"confine\(.*\) returns \(nan, nan, .*\), which is not finite; return four finite numbers"),
-    ({"confine": _sticks}, r"although no wall is near; add the step to the place and keep the heading"),
+    ({"confine": _sticks}, r"although no wall is near; add the step to the position and keep the heading"),
     ({"confine": _third_size}, r"test_check\.py:\d+: confine uses index 2 of size, whose number of elements is 2; return as many numbers"),
     ({"size": lambda self: (1.0, math.nan)}, r"size=\(1\.0, nan\): must be finite numbers"),
     ({"size": lambda self: 2.0}, r"size=2\.0: must be numbers, such as"),
-    ({"bounds": lambda self: (np.ones(2), -np.ones(2))}, r"bounds=\[1\.0, 1\.0\], \[-1\.0, -1\.0\]: the second, upper right corner must lie beyond"),
+    ({"bounds": lambda self: (np.ones(2), -np.ones(2))}, r"bounds=\[1\.0, 1\.0\], \[-1\.0, -1\.0\]: the first corner must be the lower left"),
     ({"bounds": lambda self: 4.0}, r"bounds=4\.0: must be two corners"),
-    ({"bounds": lambda self: (np.full(2, -1.5), np.full(2, 1.5))}, r"contains\(\[.*\]\) is True, beyond the bounds \[-1\.5, -1\.5\], .*; widen the bounds"),
+    ({"bounds": lambda self: (np.full(2, -1.5), np.full(2, 1.5))}, r"contains\(\[.*\]\) is True, although that is beyond the bounds \[-1\.5, -1\.5\], .*; widen the bounds"),
     ({"period": lambda self: (4.0, 3.0)}, r"period\[1\]=3: must be 0, or the side of the bounds along that axis, 4"),
     ({"period": lambda self: (-4.0, 0.0)}, r"period=\(-4\.0, 0\.0\): must be two numbers of at least 0"),
-    ({"area": lambda self: 12.0}, r"area=12: contains\(\) says 8\.\d+, a share of 0\.\d+ of the bounds; they must agree to 0\.01"),
+    ({"area": lambda self: 12.0}, r"area=12: by contains\(\) it is 8\.\d+, a share of 0\.\d+ of the bounds; they must agree to 0\.01"),
     ({"area": lambda self: -1.0}, r"area=-1\.0: must be a finite number above 0"),
     ({"area": lambda self: None}, r"area=None: must be a number"),
     ({"contains": lambda self, p: np.abs(p[:, 0]) + np.abs(p[:, 1]) <= 2.0}, r"contains of positions of shape \(2, 3, 2\) .*last axis"),
     ({"contains": lambda self, p: bool((np.abs(p).sum(axis=-1) <= 2.0).all())}, r"contains of positions of shape \(6, 2\) has the shape \(\).*last axis"),
     ({"contains": lambda self, p: np.abs(p).sum(axis=-1)}, r"has the shape \(6,\) and the type float64; it must be \(6,\) and bool"),
-    ({"place": wide}, r"place\(.*, margin=0\) is \[.*\], outside by contains\(\); map all of \(0, 1\)"),
-    ({"place": no_margin}, r"place\(.*, margin=0\.02\d*\) is \[.*\], nearer to the wall than the margin: \[.*\] is outside; keep places"),
+    ({"place": wide}, r"place\(.*, margin=0\) is \[.*\], outside according to contains\(\); map all of \(0, 1\)"),
+    ({"place": no_margin}, r"place\(.*, margin=0\.02\d*\) is \[.*\], nearer to the wall than the margin: \[.*\] is outside; return positions"),
     ({"place": lambda self, u, v, margin=0.0: np.stack([u, v])}, r"place of numbers of shape \(\d+,\) has the shape \(2, \d+\); stack x and y"),
     ({"place": lambda self, u, v, margin=0.0: np.stack([u * np.nan, v], axis=-1)}, r"place\(.*\) is \[nan, .*\]; it must be finite"),
     ({"place": lambda self, u, v, margin=0.0: u[:, None] * v[:, None]}, r"place of numbers of shape .* has the shape"),
     ({"inside": lambda self, points, margin=0.0: np.clip(points, -2.0, 2.0)}, r"inside\(\[.*\], margin=0\) is \[.*\], outside or nearer"),
     ({"inside": lambda self, points, margin=0.0: Diamond.inside(self, points)}, r"inside\(\[.*\], margin=0\.\d+\) is \[.*\], outside or nearer"),
-    ({"inside": shaken}, r"inside\(\[.*\]\) moves a point that is inside; return it as it is"),
+    ({"inside": shaken}, r"inside\(\[.*\]\) moves a point that is inside; return it unchanged"),
     ({"inside": lambda self, points, margin=0.0: points[:, 0]}, r"inside of points of shape \(\d+, 2\) has the shape \(\d+,\); it must be the same"),
-    ({"place": lambda self, u, v: u}, r"place of numbers of shape .* raises TypeError.*; take numbers and arrays, and any margin"),
+    ({"place": lambda self, u, v: u}, r"place of numbers of shape .* raises TypeError.*; accept numbers and arrays, and any margin"),
 ]  # fmt: skip
 
 
@@ -216,7 +216,7 @@ def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str
 
 def test_places_that_are_not_uniform_are_named() -> None:
     arena = type("Dense", (Disc,), {"place": disc_place})(2.0)
-    with pytest.raises(ValueError, match=r"Dense\.place puts 0\.\d+ of all places into the cell around .*radius ∝ √u"):
+    with pytest.raises(ValueError, match=r"Dense\.place puts 0\.\d+ of all positions into the cell around .*radius ∝ √u"):
         check_arena(arena)
 
 

@@ -22,11 +22,11 @@ from teamsight import CMOMMT, Box, Disc, Robot, Torus, World
         ),
         ({"target_speed": 1e155}, r"target_speed=1e\+155: must be at most 10000 in"),
         ({"robot_speed": 10_001}, r"robot_speed=10001: must be at most 10000 in"),
-        ({"radius": 1e-160}, r"radius=1e-160: lengths are 1e-09 to 1e\+09; take another unit"),
-        ({"radius": 1e12}, r"radius=1e\+12: lengths are 1e-09 to 1e\+09"),
-        ({"radius": 1e-300}, r"radius=1e-300: lengths are"),
-        ({"sensing_range": 1e200}, r"sensing_range=1e\+200: lengths are"),
-        ({"awareness_range": 5e-324}, r"awareness_range=4\.94066e-324: lengths are"),
+        ({"radius": 1e-160}, r"radius=1e-160: must be from 1e-09 to 1e\+09; choose another unit"),
+        ({"radius": 1e12}, r"radius=1e\+12: must be from 1e-09 to 1e\+09"),
+        ({"radius": 1e-300}, r"radius=1e-300: must be from"),
+        ({"sensing_range": 1e200}, r"sensing_range=1e\+200: must be from"),
+        ({"awareness_range": 5e-324}, r"awareness_range=4\.94066e-324: must be from"),
         (
             {"radius": 1e9, "sensing_range": 0.1},
             r"sensing_range=0\.1: must be at least 2 in Disc\(.*; take a longer range",
@@ -43,7 +43,7 @@ def test_a_model_of_lengths_without_meaning_is_refused(setting: dict[str, Any], 
 @pytest.mark.parametrize("make", [Disc, lambda side: Box(side, 1.0), lambda side: Torus(1.0, side)])
 @pytest.mark.parametrize("length", [1e-10, 2e9, 1e308, 5e-324])
 def test_an_arena_without_meaning_is_refused(make: Any, length: float) -> None:
-    with pytest.raises(ValueError, match=r"(radius|width|height)=.*: lengths are 1e-09 to 1e\+09"):
+    with pytest.raises(ValueError, match=r"(radius|width|height)=.*: must be from 1e-09 to 1e\+09"):
         make(length)
 
 

@@ -124,8 +124,8 @@ def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
 @pytest.mark.parametrize(
     ("observers", "observed", "reach", "arena", "message"),
     [
-        ([[0.0, np.nan]], None, 1.0, None, r"observers: row 0 is not finite"),
-        ([[0.0, 0.0]], [[0.0, 0.0], [np.inf, 0.0]], 1.0, None, r"observed: row 1 is not finite"),
+        ([[0.0, np.nan]], None, 1.0, None, r"observers: row 0 is .*; positions must be finite"),
+        ([[0.0, 0.0]], [[0.0, 0.0], [np.inf, 0.0]], 1.0, None, r"observed: row 1 is .*; positions must be finite"),
         ([0.0, 0.0], None, 1.0, None, r"observers: shape \(2,\); positions have the shape \(n, 2\)"),
         ([[0.0, 0.0]], None, -1.0, None, r"reach: .* at least 0"),
         ([[0.0, 0.0]], None, np.nan, None, r"reach: .* finite"),

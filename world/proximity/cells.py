@@ -1,4 +1,4 @@
-"""The search for edges among many bodies: sort them into cells, and look at neighbouring cells only."""
+"""The neighbour search among many bodies: sort them into cells, and compare those in neighbouring cells only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Integers = npt.NDArray[np.int64]
 
 
 class Cells(NamedTuple):
-    """Work space for sorting bodies into cells; `start` has one entry a cell and two more."""
+    """Work space for sorting bodies into cells; `start` has one entry per cell and two more."""
 
     start: Annotated[Integers, "cells + 2"]
     place: Annotated[Integers, "sorted"]
@@ -26,7 +26,7 @@ class Cells(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """How the plane is cut into cells."""
+    """The division of the plane into cells."""
 
     low_x: float
     low_y: float
@@ -43,7 +43,7 @@ def _column(x: float, low: float, per: float, count: int) -> int:
 
 @kernel
 def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
-    """Order the bodies by cell; within a cell by number."""
+    """Order the bodies by cell; within a cell by index."""
     size = observed.size
     cells.start[:] = 0
     for j in range(size):
@@ -64,7 +64,7 @@ def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
 
 @kernel
 def _settle(graph: Any, first: int, edge: int) -> None:
-    """Move the newest edge of an observer to its place in the order of numbers."""
+    """Insert the newest edge of an observer into the order of indices."""
     j = graph.identity[edge]
     if edge == first or graph.identity[edge - 1] < j:
         return
@@ -92,7 +92,7 @@ def _search_span(
     graph: Any,
     edges: tuple[int, int],
 ) -> int:
-    """Find the edges from one observer to the bodies of a row of cells; return the number of the next edge."""
+    """Find the edges from one observer to the bodies of a row of cells; return the index of the next edge."""
     x, y, limit, myself = here
     first, edge = edges
     wraps = observed.period_x > 0.0
@@ -115,7 +115,7 @@ def _search_span(
 
 @kernel
 def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cells: Cells, graph: Any) -> int:
-    """Find all edges by looking at neighbouring cells only; parameters and result as for `search_pairs`."""
+    """Find all edges by comparing bodies of neighbouring cells; parameters and result as for `search_pairs`."""
     sort_into_cells(observed, grid, cells)
     wraps_x = 0.0 < observed.period_x < ENDLESS
     wraps_y = 0.0 < observed.period_y < ENDLESS

@@ -1,4 +1,4 @@
-"""Edges of the proximity graph: how they are stored, and how a kernel writes one."""
+"""Edges of the neighbour graph: how they are stored, and how a kernel writes one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teamsight.core.kernel import inlined
 
 
 class Observed(NamedTuple):
-    """Where the bodies are that can be observed, as a kernel reads it; `x` and `y` are filled up to full SIMD lanes."""
+    """The bodies that can be observed; `x` and `y` are filled up to full SIMD lanes."""
 
     x: Annotated[npt.NDArray[np.float64], "lanes"]
     y: Annotated[npt.NDArray[np.float64], "lanes"]
@@ -24,7 +24,7 @@ class Observed(NamedTuple):
 
 @inlined
 def shortest(way: float, period: float) -> Any:
-    """Return a way along one axis by the shorter side of the torus."""
+    """Return the shortest displacement along one axis of a torus."""
     return way - period * np.rint(way / period)
 
 

@@ -1,4 +1,4 @@
-"""The search for edges among few bodies: every pair, in loops that use SIMD lanes."""
+"""The neighbour search among few bodies: compare every pair, in loops that use SIMD lanes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from teamsight.core.kernel import inlined, kernel, near_eight
 from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
 
 BLOCK = 64
-"""How many bodies are compared at once: one bit of a word for each."""
+"""The number of bodies that are compared at once: one bit of a word for each."""
 
 FAR_AWAY = 1e150
-"""Where to put bodies that do not exist, to fill the last lanes: out of any range, and its square is finite."""
+"""The coordinates that fill the last lanes: beyond any range, and with a finite square."""
 
 _ONE = np.uint64(1)
 
 
 @inlined
 def _near(x: float, y: float, limit: float, observed: Observed, first: int, last: int) -> Any:
-    """Return a word in which bit j is set if body ``first + j`` is near enough."""
+    """Return a word in which bit j is set if body ``first + j`` is in range."""
     near = np.uint64(0)
     for part in range(0, last - first, 8):
         near |= near_eight(observed.x, observed.y, first + part, x, y, limit) << np.uint64(part)
@@ -41,7 +41,7 @@ def _near_on_torus(x: float, y: float, limit: float, observed: Observed, first: 
 
 @kernel
 def _search_few(position: Any, reach: Any, observed: Observed, graph: Any) -> int:
-    """Do what `search_pairs` does, for at most `BLOCK` bodies, no torus and enough room for all edges."""
+    """As `search_pairs`, for at most `BLOCK` bodies, no torus and enough room for all edges."""
     # One word for each observer, and no checks of period and room: a run of 15 + 15 takes 8 % less time.
     edge: Any = np.uint64(0)
     size = np.uint64(observed.x.shape[0])
@@ -70,18 +70,18 @@ def _search_few(position: Any, reach: Any, observed: Observed, graph: Any) -> in
 
 @kernel
 def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> int:
-    """Find all edges by comparing every pair; return how many there are.
+    """Find all edges by comparing every pair; return their number.
 
     Parameters
     ----------
     position : ndarray, shape (n, 2), float64
         The observers.
     reach : ndarray, shape (n,), float64
-        How far each observes.
+        The range of each.
     observed : Observed
-        The others. Observer i itself is number i + `own` of them, if `own` ≥ 0.
+        The observed bodies. Observer i itself is number i + `own` of them, if `own` ≥ 0.
     graph : NeighbourList
-        Written as far as its arrays go; when the number returned is larger, they must grow.
+        Written as far as there is room; if the number returned is larger, its arrays must grow.
     """
     room = np.uint64(graph.identity.shape[0])
     edge: Any = np.uint64(0)

@@ -1,8 +1,8 @@
-"""The proximity graph: who is within whose range, found once a step and read by everything.
+"""The neighbour search: it finds, once per step, which bodies are within range of which.
 
-Few bodies are compared pair by pair, in loops that use SIMD lanes; many are sorted into square cells as wide as the
-longest range, so that each looks only at the nine cells around it. Both ways give the same edges in the same order and
-with the same bits.
+Few bodies are compared pair by pair, in loops that use SIMD lanes. Many are sorted into square cells as wide as the
+longest range, and each is compared with those in the nine cells around it. Both methods give the same edges in the same
+order and with the same bits.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
 
 __all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
 
-# More pairs than this, and cells are faster (benchmarks/crossover.py).
+# For more pairs than this, cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
 MOST_PAIRS_ON_TORUS = 1_500
 
@@ -41,9 +41,9 @@ class Searching(NamedTuple):
     reach : ndarray, shape (n,), float64
         The range of each.
     observed : Observed
-        The others.
+        The observed bodies.
     grid, cells
-        How the plane is cut into cells, and room to sort bodies into them; no columns to compare all pairs.
+        The cells, and room to sort bodies into them; without columns all pairs are compared.
     neighbours : NeighbourList
         Written, as far as there is room.
     """
@@ -62,7 +62,7 @@ searching_at = SEARCHING.at
 
 @kernel
 def search(address: int) -> int:
-    """Fill the neighbour list of a record; return how many entries it needs, which may be more than it has room for."""
+    """Fill the neighbour list of a record; return the number of entries that it needs, even if there is less room."""
     s = searching_at(address)
     if s.grid.columns == 0:
         return search_pairs(s.position, s.reach, s.observed, s.neighbours)
@@ -73,29 +73,29 @@ _ENTRY = Entry(plain(search))
 
 
 class Search:
-    """A search for edges that can be made again and again on the same arrays.
+    """A neighbour search that can be repeated on the same arrays.
 
     Parameters
     ----------
     position : ndarray, shape (n, 2), float64
         The observers [length].
     reach : ndarray, shape (n,), float64
-        How far each observes [length].
+        The range of each [length].
     observed : int
-        How many bodies can be observed. Their places are to be written to `x` and `y`.
+        The number of observed bodies. Write their positions to `x` and `y`.
     own : int
-        The number of observer 0 among the observed, when the observers are observed themselves; otherwise −1.
+        The index of observer 0 among the observed; −1 if the observers are not observed themselves.
     arena : Arena
-        Where all of them are.
+        The arena.
     pairs : bool, optional
         Compare all pairs, or use cells; by default whichever is faster.
 
     Attributes
     ----------
     record : Packed
-        What the kernel `search` works on.
+        The argument of the kernel `search`.
     room : NeighbourList
-        Where it writes.
+        The arrays that it writes.
     """
 
     def __init__(
@@ -123,22 +123,22 @@ class Search:
         )
 
     def _grid(self, arena: Arena) -> Grid | None:
-        """Return how the arena is cut into cells; None where it is too small for that."""
+        """Return the division of the arena into cells; None if it is too small for that."""
         low, high = arena.bounds
         side = high - low
-        # Cells narrower than the range would need more than nine looks; far more cells than bodies cost time to clear.
-        # They are a hair wider, because rounding may push a body into the next cell.
+        # Cells narrower than the range would need more than nine comparisons; many more cells than bodies take time to
+        # clear. They are slightly wider than the range, because rounding may put a body into the next cell.
         reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
         width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
-        # Along an axis that repeats, fewer than three cells would be looked at twice.
+        # Along an axis that repeats, fewer than three cells would be searched twice.
         if any(period > 0 and count < 3 for period, count in zip(arena.period, (columns, rows), strict=True)):
             return None
         return Grid(low[0], low[1], columns / side[0], rows / side[1], columns, rows)
 
     @property
     def has_cells(self) -> bool:
-        """Whether bodies are sorted into cells, whose size depends on the ranges and on the arena."""
+        """Whether bodies are sorted into cells; their size depends on the ranges and on the arena."""
         return bool(self.record.value.grid.columns)
 
     def grow(self, edges: int) -> None:
@@ -156,18 +156,17 @@ class Search:
 
     @property
     def graph(self) -> NeighbourList:
-        """The edges found last, as views that the next search overwrites."""
+        """The edges found by the last search, as views that the next one overwrites."""
         return filled(self.room)
 
 
 def first_room(observers: int, observed: int) -> int:
-    """Return how many edges there is room for at first."""
+    """Return the number of edges for which there is room at first."""
     pairs = observers * observed
     return max(pairs if pairs <= MOST_PAIRS else 4 * observers + 64, 1)
 
 
 def _cells(grid: Grid | None, observed: int) -> Cells:
-    """Return room to sort bodies into cells."""
     size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
     places = np.empty((2, size), np.int64)
     return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))
@@ -181,7 +180,7 @@ def proximity_graph(
     *,
     pairs: bool | None = None,
 ) -> NeighbourList:
-    """Find who is within whose range.
+    """Return the bodies within range of each observer.
 
     Parameters
     ----------
@@ -190,9 +189,9 @@ def proximity_graph(
     observed : array_like, shape (m, 2), or None
         Positions [length]; None for the observers among themselves, without edges to oneself.
     reach : float or array_like, shape (n,)
-        How far each observer sees [length]; a body at exactly this distance is seen.
+        The range of each observer [length]; a body at exactly this distance is in range.
     arena : Arena, optional
-        Distances are those of this arena, on a torus after wrapping the positions; by default those of the plane.
+        The arena that defines distances; on a torus positions are wrapped. By default the plane.
     pairs : bool, optional
         Compare all pairs (True) or use cells (False); by default whichever is faster. The result is the same.
 
@@ -218,18 +217,19 @@ def proximity_graph(
     if any(arena.period):
         here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
     arena.check_reach(float(far.max(initial=0.0)))
-    look = Search(here, far, len(there), 0 if observed is None else -1, arena, pairs=pairs)
-    look.x[:], look.y[:] = there.T
-    look.run()
-    return look.graph
+    made = Search(here, far, len(there), 0 if observed is None else -1, arena, pairs=pairs)
+    made.x[:], made.y[:] = there.T
+    made.run()
+    return made.graph
 
 
 def _points(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     points = np.ascontiguousarray(value, float)
     if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError(f"{name}: shape {points.shape}; positions have the shape (n, 2)")
+        raise ValueError(f"{name}: has the shape {points.shape}; give positions of shape (n, 2)")
     if not np.isfinite(points).all():
-        raise ValueError(f"{name}: row {int(np.argmin(np.isfinite(points).all(axis=1)))} is not finite")
+        row = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise ValueError(f"{name}: row {row} is {tuple(points[row].tolist())}; positions must be finite")
     return points
 
 
@@ -242,7 +242,7 @@ def _plane_around(*points: npt.NDArray[np.float64]) -> Arena:
 
 
 class _Plane(Arena):
-    """The open plane, as far as the bodies of one search reach."""
+    """The part of the open plane that contains the bodies of one search."""
 
     def __init__(self, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
         self._low, self._high = low, high

@@ -1,4 +1,4 @@
-"""Claims about the gain by awareness of teammates (sections 6 to 8, Figs. 8 and 10)."""
+"""Claims about the gain from awareness of teammates (sections 6 to 8, Figs. 8 and 10)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FADED = 10.0
 
 @claim(
     where="§6, Fig. 8",
-    statement="A-CMOMMT less centroid: the largest gain",
+    statement="A-CMOMMT minus centroid: the largest gain",
     figure="60 pp",
     rule="60 ± 10 pp",
     needs=("a-cmommt", "centroid"),
@@ -44,9 +44,9 @@ def awareness_gain(tables: Tables) -> Verdict:
 
 @claim(
     where="§6, Fig. 8",
-    statement="largest for R = 2..6, null for R = 8..9",
+    statement="the gain is largest for R = 2..6 and null for R = 8..9",
     figure="null at 8–9",
-    rule="peak in R = 2..6, and mean over N at R = 8, 9 within ±5 pp",
+    rule="largest gain in R = 2..6, and mean over N within ±5 pp at R = 8 and at R = 9",
     needs=("a-cmommt", "centroid"),
 )
 def awareness_where(tables: Tables) -> Verdict:
@@ -69,9 +69,9 @@ def where(grid: pd.DataFrame) -> tuple[str, float, float]:
 
 @claim(
     where="§6, Fig. 8",
-    statement="for R = 2..6 the gain grows with N; many robots delay its end",
+    statement="for R = 2..6 the gain grows with N; with more robots it extends to larger R",
     figure="grows",
-    rule="gain at N = 20..30 above N = 2..6, and the R where it falls under 10 pp is larger",
+    rule="mean over N = 20..30 above that over N = 2..6 for R = 2..6, and falls below 10 pp at a larger R",
     needs=("a-cmommt", "centroid"),
 )
 def awareness_robots(tables: Tables) -> Verdict:
@@ -99,7 +99,7 @@ def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
     where="§7, Fig. 10",
     statement="awareness range 1 instead of 0.5 never observes less",
     figure="≥ 0 everywhere",
-    rule="no cell below 0 by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance); mean > 0",
+    rule="no cell more than 4.5 pooled standard errors below 0; mean > 0",
     needs=("a-cmommt", "half-range"),
 )
 def range_gain(tables: Tables) -> Verdict:
@@ -115,8 +115,7 @@ def range_gain(tables: Tables) -> Verdict:
     statement="a larger awareness range means more neighbours",
     figure="more",
     rule=(
-        "a run's maximum at 1 less that at 0.5: no cell below 0 by > 4.5 se, pooled over 3 × 3 cells; mean > 0 "
-        "(≥ in every cell would fail by chance)"
+        "maximum of a run at range 1 minus that at 0.5: no cell more than 4.5 pooled standard errors below 0; mean > 0"
     ),
     needs=("a-cmommt", "half-range"),
 )
@@ -136,7 +135,7 @@ def range_neighbours(tables: Tables) -> Verdict:
     where="§3.4, §8",
     statement="with δ = 16 awareness is as good as with Θ(N)",
     figure="no difference",
-    rule="A-CMOMMT under ring 16 and pairwise: mean difference over the grid within ±1 pp",
+    rule="A-CMOMMT under ring, δ = 16, minus pairwise: mean over the grid within ±1 pp",
     needs=("ring-16", "a-cmommt"),
 )
 def delta_sufficient(tables: Tables) -> Verdict:

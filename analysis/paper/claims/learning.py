@@ -1,4 +1,4 @@
-"""Claims about the gain by awareness of policies learned from transitions (section 8, Fig. 11)."""
+"""Claims about the gain from awareness of policies learned from transitions (section 8, Fig. 11)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def memory_size(tables: Tables) -> Verdict:
 
 @claim(
     where="§8.2, Fig. 11",
-    statement="lazy learning: cooperative (32 inputs) less collective (16)",
+    statement="lazy learning: cooperative (32 inputs) minus collective (16)",
     figure="up to 25 pp",
     rule="largest gain 25 ± 8 pp",
     needs=_BOTH,
@@ -52,9 +52,9 @@ def learned_gain(tables: Tables) -> Verdict:
 
 @claim(
     where="§8.2, Fig. 11",
-    statement="the gain prefers R = 2..6 and grows with N",
+    statement="the gain is largest for R = 2..6 and grows with N",
     figure="shape",
-    rule="as awareness-where and -robots, faded when under a sixth of the largest gain (10 of 60 pp)",
+    rule="as awareness-where and awareness-robots, with a sixth of the largest gain in place of 10 pp",
     needs=_BOTH,
 )
 def learned_shape(tables: Tables) -> Verdict:
@@ -80,7 +80,7 @@ def learned_hurts(tables: Tables) -> Verdict:
     where="§8.2; §10 says “compared well”",
     statement="learning does not reach A-CMOMMT",
     figure="below",
-    rule="cooperative below A-CMOMMT on the mean over the grid",
+    rule="cooperative minus A-CMOMMT: mean over the grid below 0",
     needs=(COOPERATIVE, "a-cmommt"),
 )
 def learned_below_designed(tables: Tables) -> Verdict:

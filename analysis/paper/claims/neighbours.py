@@ -26,7 +26,7 @@ _TEAM = (1, 30)
     where="§4, Fig. 4",
     statement="random walk: δ = 16 seems appropriate",
     figure="16",
-    rule="largest degree over N ≤ 30, R ≥ 2 is within 16 ± 2",
+    rule="maximum over all N ≤ 30, R ≥ 2 is 16 ± 2",
     needs=("random-walk",),
 )
 def neighbours_random(tables: Tables) -> Verdict:
@@ -38,7 +38,7 @@ def neighbours_random(tables: Tables) -> Verdict:
     where="Fig. 4",
     statement="at R = 1 the maximum is not always N − 1: a robot at the border senses past the wall",
     figure="< N − 1 for some N",
-    rule="at R = 1 some N has a maximum < N − 1",
+    rule="at R = 1 the maximum is below N − 1 for some N",
     needs=("random-walk",),
 )
 def neighbours_small_arena(tables: Tables) -> Verdict:
@@ -52,9 +52,9 @@ def neighbours_small_arena(tables: Tables) -> Verdict:
 
 @claim(
     where="§5, Fig. 5",
-    statement="A-CMOMMT, 5–30 robots, arena not ridiculously small: the maximum varies little",
+    statement="A-CMOMMT with 5–30 robots, unless the arena is ridiculously small: the maximum varies little",
     figure="around 7",
-    rule="over N = 5..30, R = 3..9: all in 2..9, and N = 30 at R = 3 in 6..8",
+    rule="maximum in 2..9 in all cells with N = 5..30, R = 3..9, and in 6..8 at N = 30, R = 3",
     needs=("a-cmommt",),
 )
 def neighbours_acmommt(tables: Tables) -> Verdict:
@@ -74,7 +74,7 @@ def neighbours_acmommt(tables: Tables) -> Verdict:
     where="Fig. 5",
     statement="the highest values of Figs. 4 and 5 are almost identical",
     figure="equal",
-    rule="differ by ≤ 2",
+    rule="the two highest values differ by ≤ 2",
     needs=("random-walk", "a-cmommt"),
 )
 def neighbours_same_peak(tables: Tables) -> Verdict:
@@ -86,7 +86,7 @@ def neighbours_same_peak(tables: Tables) -> Verdict:
     where="§5",
     statement="the number of targets has little effect on the maximum",
     figure="little",
-    rule="5, 15, 30 targets at N = 30, R = 3, 5: differ by ≤ 2",
+    rule="maxima with 5, 15 and 30 targets differ by ≤ 2, at N = 30 and R = 3, 5",
     needs=("targets-5", "targets-15", "targets-30"),
 )
 def neighbours_targets(tables: Tables) -> Verdict:
@@ -101,10 +101,7 @@ def neighbours_targets(tables: Tables) -> Verdict:
     where="§5",
     statement="targets that avoid robots may have a huge impact on the maximum",
     figure="may",
-    rule=(
-        "some cell at R ≥ 2 differs by ≥ 3 from random targets, on the mean of the runs' maxima (the maximum of all "
-        "runs would by chance)"
-    ),
+    rule="mean of the runs' maxima differs by ≥ 3 from that with random targets, in some cell with R ≥ 2",
     needs=("a-cmommt", "evasive"),
 )
 def neighbours_evasive(tables: Tables) -> Verdict:

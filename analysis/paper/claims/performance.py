@@ -30,7 +30,7 @@ _ALL_RADII = (1, 9)
     where="§6, Fig. 6",
     statement="centroid policy: a huge drop from R = 1 to R = 2",
     figure="huge",
-    rule="mean over N ≥ 5 falls ≥ 20 pp",
+    rule="mean over N ≥ 5 falls by ≥ 20 pp from R = 1 to R = 2",
     needs=("centroid",),
 )
 def collective_drop(tables: Tables) -> Verdict:
@@ -43,7 +43,7 @@ def collective_drop(tables: Tables) -> Verdict:
     where="§6, Fig. 6",
     statement="very large arenas do better than small ones",
     figure="larger is better",
-    rule="mean over N ≥ 10: R = 8, 9 above R = 2, 3 by > 2 se",
+    rule="mean over N ≥ 10, R = 8, 9 is more than 2 standard errors above that over N ≥ 10, R = 2, 3",
     needs=("centroid",),
 )
 def collective_large(tables: Tables) -> Verdict:
@@ -56,9 +56,9 @@ def collective_large(tables: Tables) -> Verdict:
 
 @claim(
     where="§6, Fig. 6",
-    statement="the variation is small on average, N only slightly perceptible",
+    statement="the variation is small on average; the effect of N is only slightly perceptible",
     figure="small",
-    rule="at R = 3..9: mean range over N = 10..30 ≤ 15 pp",
+    rule="maximum minus minimum over N = 10..30, averaged over R = 3..9, ≤ 15 pp",
     needs=("centroid",),
 )
 def collective_flat(tables: Tables) -> Verdict:
@@ -71,7 +71,7 @@ def collective_flat(tables: Tables) -> Verdict:
     where="§6",
     statement="at R = 1 the policy has only a very small influence",
     figure="very small",
-    rule="at R = 1, every N ≥ 5: A-CMOMMT and centroid differ by ≤ 10 pp",
+    rule="A-CMOMMT and centroid differ by ≤ 10 pp at R = 1 for every N ≥ 5",
     needs=("a-cmommt", "centroid"),
 )
 def small_arena_policy(tables: Tables) -> Verdict:
@@ -86,7 +86,7 @@ def small_arena_policy(tables: Tables) -> Verdict:
     where="§6, Fig. 7",
     statement="monotonic: falls with R, rises with N",
     figure="monotonic",
-    rule="no neighbouring pair of cells against it by > 4.5 se, pooled over 3 × 3 cells (3 would fail by chance)",
+    rule="no pair of adjacent cells differs in the wrong direction by more than 4.5 pooled standard errors",
     needs=("a-cmommt",),
 )
 def acmommt_monotonic(tables: Tables) -> Verdict:
@@ -114,7 +114,7 @@ def acmommt_full(tables: Tables) -> Verdict:
     where="§6, Fig. 7",
     statement="with 15 targets, more than 8–10 robots add little",
     figure="8–10",
-    rule="gain from N = 10 to 30 less than half of that from 1 to 10, mean over R",
+    rule="increase from N = 10 to 30 below half of that from N = 1 to 10, averaged over R",
     needs=("a-cmommt",),
 )
 def acmommt_saturates(tables: Tables) -> Verdict:
@@ -140,7 +140,7 @@ def acmommt_r10(tables: Tables) -> Verdict:
     where="§6",
     statement="as many still, well-placed, non-overlapping robots observe fewer than the mobile ones",
     figure="30 %, 4.5 of 15",
-    rule="simulated 30 ± 3 %, and mobile above it, with ten times the runs",
+    rule="30 ± 3 %, and mobile robots above it, with ten times the runs",
     needs=("stationary-r10", "a-cmommt-r10"),
 )
 def stationary_r10(tables: Tables) -> Verdict:

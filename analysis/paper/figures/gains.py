@@ -9,7 +9,7 @@ from teamsight.analysis.paper.figures.differences import Contrast, difference_fi
 
 def _learned_in_words(cells: pd.DataFrame) -> str:
     """Return Fig. 11 in one line, and a pointer: another exploration gives another surface."""
-    return f"gain by awareness of the learned policies: {gain_in_words(cells, 'learned')}; see docs/lazy-search.md"
+    return f"gain from awareness of the learned policies: {gain_in_words(cells, 'learned')}; see docs/lazy-search.md"
 
 
 FIGURE_8 = difference_figure(

@@ -1,11 +1,11 @@
 """Compiled kernels: rules written in Python become machine code that is built once per machine.
 
-A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the one
+A *kernel* is a function that numba can compile: arrays in, arrays out. An *entry* is a compiled function with the
 signature ``int64 (int64)``: it takes the address of a record, finds its arrays there and calls kernels on them. Because
-all entries look alike, a loop can call any policy, degree of awareness or arena; so compilation adds up over the
-components and never multiplies. All use of numba's inner parts is in this folder.
+all entries have one signature, a loop can call any policy, degree of awareness or arena; each is compiled once, and not
+once per combination. All use of numba's internals is in this folder.
 
-Entries are cached on disk under a digest of everything that they are made of; see `teamsight.core.kernel.digest`.
+Entries are cached on disk under a digest of all their code; see `teamsight.core.kernel.digest`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The cache of compiled entries: one file each, verified before anything in it is used.
 
 A file holds the line `_FORMAT`, a SHA-256 checksum, and what numba needs to load the machine code. The checksum covers
-the key too, so the file of another entry is noticed as a truncated one is. Whatever cannot be read counts as missing.
+the key too, so that a truncated file and that of another entry are both detected. A file that cannot be read counts as
+missing.
 """
 
 from __future__ import annotations
@@ -23,24 +24,24 @@ from teamsight.core.kernel.digest import digest
 
 _FORMAT = b"teamsight kernel 1\n"
 _CHECKSUM = hashlib.sha256().digest_size
-# Settings of numba that change the machine code and are not in its description of the processor.
+# Settings of numba, beside its description of the processor, that change the machine code.
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 _PYTHON = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
-# Of a file's name; file systems allow 255 bytes in all.
+# The most characters of a function's name in a file's name; file systems allow 255 bytes in all.
 _LONGEST_NAME = 100
 
 
 class KernelCache:
-    """What `numba.core.ccallback.CFunc` asks of a cache, for one function.
+    """The cache for one function, with the interface that `numba.core.ccallback.CFunc` uses.
 
     Parameters
     ----------
     function : callable
         The function that is compiled.
     compiler : str
-        How it is compiled.
+        The compiler flags.
     missing : callable
-        Called with the function's name when it is about to be compiled.
+        Called with the function's name before it is compiled.
     """
 
     def __init__(self, function: Callable[..., Any], compiler: str, missing: Callable[[str], None]) -> None:
@@ -57,20 +58,20 @@ class KernelCache:
         if payload is not None:
             try:
                 return CompileResult._rebuild(target, *pickle.loads(payload))
-            except Exception:  # intact, yet unreadable: compiled anew and replaced
+            except Exception:  # intact but unreadable: compile and replace it
                 pass
         self._missing(self._name)
         return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep a compile result, if there is a place for it."""
+        """Keep a compile result, if there is a cache folder."""
         key = self._key(signature, result.codegen)
         file = self._file(key)
         if file is None:
             return
         try:
             payload = dumps(result._reduce())
-        except Exception:  # it holds what cannot be pickled, and is compiled by each process
+        except Exception:  # it cannot be pickled: each process compiles it
             return
         write(file, _FORMAT + _checksum(key, payload) + payload)
 
@@ -86,7 +87,7 @@ class KernelCache:
 
 
 def _verified(data: bytes | None, key: bytes) -> bytes | None:
-    """Return the payload of a file; None if the file is not what was written under this key."""
+    """Return the payload of a file; None if it is damaged or has another key."""
     head = len(_FORMAT) + _CHECKSUM
     if data is None or len(data) < head or not data.startswith(_FORMAT):
         return None
@@ -95,5 +96,5 @@ def _verified(data: bytes | None, key: bytes) -> bytes | None:
 
 
 def _checksum(key: bytes, payload: bytes) -> bytes:
-    # The key has a fixed length here, so that no end of a key can be taken for the beginning of a payload.
+    # The digest of the key has a fixed length, so that key and payload cannot be confused.
     return hashlib.sha256(hashlib.sha256(key).digest() + payload).digest()

@@ -1,7 +1,7 @@
 """The folder of compiled kernels, and safe reading and writing there.
 
-What lies in the folder is unpickled and run as machine code, so whoever can write there can run programs as this user.
-Only a folder is used that belongs to this user and that nobody else can write to, and only files of that kind in it.
+Files in the folder are unpickled and run as machine code: anyone who can write there can run programs as this user. So
+only folders and files are used that belong to this user and that no other user can write to.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from teamsight.core.checks import shown
 VARIABLE = "TEAMSIGHT_CACHE_DIR"
 
 _OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
-# A pipe in the place of a file must not block, nor a link lead elsewhere; Windows has neither flag.
+# Links are not followed, and pipes do not block; Windows has neither flag.
 _SAFELY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
-# The folder for each value of the environment variable that was met: it is chosen, and a notice printed, once.
+# The folder for each value of the environment variable, so that it is chosen, and a notice printed, once.
 _chosen: dict[str | None, Path | None] = {}
 
 
 def cache_folder() -> Path | None:
-    """Return the folder of compiled kernels; None if there is no place at all for one.
+    """Return the folder of compiled kernels; None if none can be made.
 
-    ``TEAMSIGHT_CACHE_DIR``, or else the user's cache folder. Where others could write to it, or this user cannot, it is
-    a folder of this user among the temporary files, or else one for this process alone, removed when it ends.
+    It is ``TEAMSIGHT_CACHE_DIR``, or else the user's cache folder. If others can write to it, or this user cannot, it
+    is a folder of this user among the temporary files, or else one for this process only, removed when it ends.
     """
     named = os.environ.get(VARIABLE) or None
     if named not in _chosen:
@@ -42,7 +42,7 @@ def cache_folder() -> Path | None:
 
 
 def read(file: Path) -> bytes | None:
-    """Return what a file holds; None if it cannot be read, or others could have written it."""
+    """Return the content of a file; None if it cannot be read, or others could have written it."""
     try:
         with open(file, "rb", buffering=0, opener=_open_own) as stream:
             return stream.read()
@@ -51,14 +51,14 @@ def read(file: Path) -> bytes | None:
 
 
 def write(file: Path, data: bytes) -> None:
-    """Write a file at once, so that readers find the former content or this; do nothing where that is impossible.
+    """Write a file atomically: readers find the former content or this. Does nothing if that is impossible.
 
     Parameters
     ----------
     file : Path
         The file, replaced if it exists.
     data : bytes
-        What it will hold.
+        The content.
     """
     beside = file.with_name(f"{file.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
     with contextlib.suppress(OSError):
@@ -80,12 +80,12 @@ def _open_own(path: str, flags: int) -> int:
 
 
 def _is_own(found: os.stat_result) -> bool:
-    # Windows keeps the user's folders from others by other means.
+    # Windows has no such ids; it protects the user's folders by other means.
     return not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
 
 
 def _others_control(found: os.stat_result) -> str:
-    """Say why others could change this file or folder; empty if they cannot."""
+    """Return why others could change this file or folder; empty if they cannot."""
     if not _is_own(found):
         return f"belongs to another user (uid {found.st_uid})"
     if hasattr(os, "geteuid") and found.st_mode & _OTHERS_MAY_WRITE:
@@ -104,13 +104,13 @@ def _choose(named: str | None) -> Path | None:
     except _UnsafeError as error:
         reasons.append(str(error))
     except (OSError, RuntimeError, ValueError) as error:
-        # Nothing of the user's is writable, as on some cluster nodes: no news, unless the user named the folder.
+        # On some cluster nodes nothing of the user's is writable: print a notice only if the user named the folder.
         if named:
             reasons.append(f"{shown(named)} cannot be used ({getattr(error, 'strerror', None) or shown(str(error))})")
     folder, how_long = _temporary(reasons)
     if reasons:
         where = f"are kept in {_named(folder)}{how_long}" if folder else "are not kept"
-        cure = f"set {VARIABLE} to a folder of your own that nobody else can write to"
+        cure = f"set {VARIABLE} to a folder of your own that no other user can write to"
         print(f"teamsight: compiled kernels {where}: {' and '.join(reasons)}; {cure}", file=sys.stderr)
     return folder
 
@@ -125,7 +125,7 @@ def _default() -> Path:
 
 
 def _temporary(reasons: list[str]) -> tuple[Path | None, str]:
-    """Return a folder among the temporary files, and for how long; add to `reasons` why it is not the usual one."""
+    """Return a temporary folder, and a phrase on how long it is kept; add why it is not the usual one to `reasons`."""
     user = os.geteuid() if hasattr(os, "geteuid") else "user"
     try:
         return _ready(Path(tempfile.gettempdir()) / f"teamsight-{user}", follow=False), ""
@@ -140,7 +140,7 @@ def _temporary(reasons: list[str]) -> tuple[Path | None, str]:
 
 
 def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
-    """Make the folder if it is missing, and raise an OSError unless this user can write to it and nobody else can."""
+    """Make the folder if it is missing; raise an OSError unless this user, and no other, can write to it."""
     with contextlib.suppress(FileExistsError):
         folder.mkdir(mode=0o700, parents=True)
     found = folder.stat(follow_symlinks=follow)
@@ -157,7 +157,7 @@ def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
 
 
 def _named(folder: Path) -> str:
-    """Return how a notice shows a folder: a long name cut, and without control characters."""
+    """Return a folder's name for a notice: cut if it is long, and without control characters."""
     return shown(str(folder), 120).strip("'\"")
 
 

@@ -1,4 +1,4 @@
-"""Kernels: functions that numba compiles with the first entry that uses them, never at import."""
+"""Decorators of kernels: functions that numba compiles with the first entry that uses them, never at import."""
 
 from __future__ import annotations
 

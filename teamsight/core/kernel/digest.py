@@ -1,6 +1,6 @@
-"""The digest of a kernel: what it is made of, wherever that is written.
+"""The digest of a kernel: of its code and of all that it calls, in any file.
 
-numba's own cache misses an edit in a file that a kernel calls, and would run the old physics.
+numba's own cache does not notice an edit in another file, and would run the old physics.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ import llvmlite
 import numba
 import numpy as np
 
-# Modules whose insides change with their version only.
+# Modules that change with their version only.
 _OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
 
 
 def digest(function: Callable[..., Any], compiler: str = "") -> str:
-    """Return a digest of a function's code, of every kernel that it calls and of every constant that it uses.
+    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses.
 
     Parameters
     ----------
     function : callable
         The function.
     compiler : str
-        How it is compiled.
+        The compiler flags.
     """
     hasher = hashlib.blake2b(digest_size=16)
     hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {compiler}".encode())
@@ -63,7 +63,7 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
 
 
 def _used(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield the globals that a function uses, and what it uses of modules, as in ``forces.attract``."""
+    """Yield the globals that a function uses, and the attributes of modules, as in ``forces.attract``."""
     names = list(_names(function.__code__))
     for name in names:
         if name not in function.__globals__:

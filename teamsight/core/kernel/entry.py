@@ -38,21 +38,21 @@ class Entry:
         return int(self._machine_code().address)
 
     def __call__(self, record: Packed[Any] | int) -> int:
-        """Run on a record, given itself or by its address; the interpreter's lock is released meanwhile."""
+        """Run on a record, or on the record at an address, without the interpreter's lock."""
         if self._callable is None:
             self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
         return int(self._callable(record if isinstance(record, int) else record.address))
 
     def _machine_code(self) -> Any:
         if self._compiled is None:
-            # Callbacks from LLVM print and lose an interrupt, and numba takes it for an error of its own.
+            # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
             with deferred():
                 self._compiled = self._compile()
         return self._compiled
 
     def _compile(self) -> Any:
         signature = numba.types.int64(numba.types.int64)
-        # numba.cfunc compiles at once and knows only its own cache, so its parts are put together here.
+        # numba.cfunc would compile at once and use numba's own cache.
         compiled: Any = CFunc(
             self.function, (signature.args, signature.return_type), locals={}, options=dict(FLAGS, nopython=True)
         )
@@ -75,7 +75,7 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
     template : callable
         A plain function of one address that uses the names in `kernels` as globals.
     name : str
-        What the entry is for; it names the file in the cache.
+        A name for the entry and its file in the cache.
     **kernels
         The kernel for each free name.
     """

@@ -1,7 +1,7 @@
-"""Errors of compilation in one line: the user's file and line first, then what is wrong and how to mend it.
+"""Errors of compilation in one line: the user's file and line, what is wrong, and the cure.
 
-numba describes an error from the inside out over many lines, most of them about its own functions. `explained` picks
-the innermost line of the user's own code and the fact that matters; numba's whole text stays the cause of the error.
+numba describes an error in many lines, most of them about its own functions. `explained` picks the innermost line of
+the user's code and the relevant fact; numba's whole text remains the cause of the error.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-#: What numba raises for a kernel that it cannot compile.
+#: The errors that numba raises for a kernel that it cannot compile.
 COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameError, NotImplementedError)
 
-#: What a template hands to the kernel that is bound to one of its free names.
-_HANDED = {
+#: The arguments with which a template calls the kernel bound to each of its free names.
+_ARGUMENTS = {
     "decision_kernel": "percept, arrays, noise, action",
     "perceive_kernel": "scene, parameters, teammates, relayed",
     "situate_kernel": "scene, parameters, situation",
@@ -37,14 +37,14 @@ _PLACES = re.compile(r'File "([^"]+)", line (\d+):|\bat (\S+) \((\d+)\)')
 
 
 def explained(entry: Callable[..., Any], error: BaseException) -> str:
-    """Say in one line where and why an entry cannot be compiled.
+    """Return in one line where and why an entry cannot be compiled.
 
     Parameters
     ----------
     entry : callable
         The function behind the entry.
     error : BaseException
-        What numba raised.
+        The error that numba raised.
     """
     text = " ".join(str(error).split())
     what, place = _what(entry, text)
@@ -55,7 +55,7 @@ def explained(entry: Callable[..., Any], error: BaseException) -> str:
 
 
 def _what(entry: Callable[..., Any], text: str) -> tuple[str, str | None]:
-    """Return what is wrong and, where the text does not contain it, the place."""
+    """Return what is wrong, and the place if the text does not contain it."""
     for rule in (_undefined, _arguments, _attribute, _foreign, _allocation, _unification, _index):
         found = rule(entry, text)
         if found:
@@ -82,10 +82,10 @@ def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
         return None
     called = re.search(r"resolving callee type: type\(CPUDispatcher\(<function (\S+) at", text[met.end() :])
     name = called[1] if called else "a kernel"
-    bound, handed = _bound_kernel(entry)
-    # A call by the template: what has to be mended is the kernel's own signature.
+    bound, arguments = _bound_kernel(entry)
+    # The call is in the template, so the kernel's signature is wrong.
     if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
-        what = f"the kernel {_call(bound)} is called as {bound.__name__}({handed}); take these parameters"
+        what = f"the kernel {_call(bound)} is called as {bound.__name__}({arguments}); give it these parameters"
         return what, _start(bound)
     callee = next((function for function in kernels_of(entry) if function.__qualname__ == name), None)
     return f"{_call(callee) if callee else name} is called with other arguments than it takes: {met[1]}", None
@@ -123,7 +123,7 @@ def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | N
     if not met:
         return None
     name, kind = met.groups()
-    if name in _HANDED:
+    if name in _ARGUMENTS:
         what = f"the kernel is a plain {kind}; decorate it with @kernel from teamsight.core.kernel"
         return what, _first_kernel(entry)
     if kind == "function":
@@ -138,15 +138,15 @@ def _allocation(entry: Callable[..., Any], text: str) -> tuple[str, str | None] 
     if "NRT required" not in text and "Only accept returning of array passed" not in text:
         return None
     return (
-        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, "
-        "such as action.heading[i, 0] = x, and keep tables in memory (docs/policies.md)"
+        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, as "
+        "in action.heading[i, 0] = x, and keep tables in the policy's arrays (docs/policies.md)"
     ), None
 
 
 def _unification(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
     if met := re.search(r"Can't unify return type from the following types: (.*?) Return of:", text):
         kinds = ", ".join(sorted(_simple(met[1]).split(", ")))
-        # numba names them in any order: point to the first.
+        # numba lists them in any order: name the first line.
         places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
         file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
         what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
@@ -159,7 +159,7 @@ def _unification(entry: Callable[..., Any], text: str) -> tuple[str, str | None]
         return "nothing is returned where several values are expected", None
     if met := re.search(r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'", text):
         kinds = _simple(met[1])
-        return f"'{met[2]}' has different types ({kinds}) on different ways; give it one type", None
+        return f"'{met[2]}' has different types ({kinds}) in different branches; give it one type", None
     return None
 
 
@@ -187,10 +187,10 @@ def _anything_else(text: str) -> str:
 
 
 def _simple(kinds: str) -> str:
-    """Return type names in the words of Python."""
+    """Return type names in short, as in Python."""
     kinds = re.sub(r"Literal\[(\w+)\]\([^)]*\)", r"\1", kinds)
     kinds = re.sub(r"(?:Uni)?Tuple\([^()]*\)", "tuple", kinds)
-    # The fields of tuples of arrays are many, and not what is wrong.
+    # Leave out the many fields of named tuples.
     for _ in range(3):
         kinds = re.sub(
             r"\b(Percept|PolicyArrays|PolicyState|Action|NeighbourList|Scene)\((?:[^()]|\([^()]*\))*\)", r"\1", kinds
@@ -241,7 +241,7 @@ def _line_of_global(function: python_types.FunctionType, name: str) -> int | Non
 
 
 def _is_inner(file: str, line: int, entry: Callable[..., Any]) -> bool:
-    """Return whether a place is in numba, or where a template unpacks the arrays that it hands to a kernel."""
+    """Whether a place is in numba, or in the template around a kernel."""
     path = os.path.abspath(file)
     lines = [number for _, _, number in entry.__code__.co_lines() if number is not None]
     is_template = path == os.path.abspath(entry.__code__.co_filename) and min(lines) <= line <= max(lines)
@@ -249,7 +249,7 @@ def _is_inner(file: str, line: int, entry: Callable[..., Any]) -> bool:
 
 
 def _place(text: str, entry: Callable[..., Any]) -> str | None:
-    """Return the innermost place in the user's code that numba's text names."""
+    """Return the innermost place in the user's code that numba's text contains."""
     for met in _PLACES.finditer(text):
         file, line = met[1] or met[3], int(met[2] or met[4])
         if not _is_inner(file, line, entry):
@@ -258,7 +258,7 @@ def _place(text: str, entry: Callable[..., Any]) -> str | None:
 
 
 def _place_of_traceback(error: BaseException, entry: Callable[..., Any]) -> str | None:
-    """Return the innermost place in the user's code that numba was working on when it raised the error."""
+    """Return the innermost place in the user's code that numba was compiling when it raised the error."""
     found, trace = None, error.__traceback__
     while trace is not None:
         for name in ("inst", "constraint", "self", "lower"):
@@ -272,11 +272,11 @@ def _place_of_traceback(error: BaseException, entry: Callable[..., Any]) -> str 
 
 
 def _bound_kernel(entry: Callable[..., Any]) -> tuple[python_types.FunctionType | None, str]:
-    """Return the function of the kernel that was bound to a template, and what the template hands to it."""
-    for name, handed in _HANDED.items():
+    """Return the function of the kernel that was bound to a template, and the arguments of its call there."""
+    for name, arguments in _ARGUMENTS.items():
         function = getattr(entry.__globals__.get(name), "py_func", entry.__globals__.get(name))
         if isinstance(function, python_types.FunctionType):
-            return function, handed
+            return function, arguments
     return None, ""
 
 
@@ -291,7 +291,7 @@ def _start(function: python_types.FunctionType) -> str:
 
 
 def shown(file: str, line: int) -> str:
-    """Return a place in short: relative to the current folder, where the file is below it."""
+    """Return a file and line; the path is relative if the file is in the current folder."""
     if file.startswith("<"):
         return f"{file}:{line}"
     path = os.path.abspath(file)

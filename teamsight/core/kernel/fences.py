@@ -1,4 +1,4 @@
-"""Fences: copies of arrays that notice when something is written next to them, or into those that are only read."""
+"""Fences: copies of arrays that reveal writes next to them, or into them if they are read-only."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-# Bytes to either side. A multiple of a cache line, so that arrays lie as they do in a world.
+# Bytes on either side: a multiple of a cache line, so that arrays are aligned as in a world.
 _WIDTH = 4096
 _FILLING = 0xA5
 
@@ -21,7 +21,7 @@ class _Fenced(NamedTuple):
 
 
 class Fences:
-    """A set of arrays, each between two stretches of bytes that nobody may write to."""
+    """A set of arrays, each between two stretches of bytes that must not change."""
 
     def __init__(self) -> None:
         self._fenced: list[_Fenced] = []
@@ -32,11 +32,11 @@ class Fences:
         Parameters
         ----------
         name : str
-            What `broken` calls it.
+            The name that `broken` returns.
         array : ndarray
             The array.
         read_only : bool, default False
-            Whether its content must stay as it is, too.
+            Whether its content must not change either.
         """
         array = np.ascontiguousarray(array)
         block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
@@ -48,7 +48,7 @@ class Fences:
         return copy
 
     def broken(self) -> str:
-        """Return the name of the first array next to which, or into which, something was written; "" if none was."""
+        """Return the name of the first array with a forbidden write; "" if there is none."""
         for name, block, first, last, original in self._fenced:
             if (block[:first] != _FILLING).any() or (block[last:] != _FILLING).any():
                 return name

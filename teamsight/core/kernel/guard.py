@@ -1,12 +1,12 @@
-"""Guarded arrays: arrays for kernels that stop the kernel at an access outside of them and report it.
+"""Guarded arrays: an access outside of one stops the kernel and is reported.
 
-The checks of policies and of degrees of awareness run kernels on such arrays. Machine code for worlds has no bounds
-checks, and both NumPy and numba let negative indices count from the end; here every index must lie between 0 and the
-length of its axis, and arrays that a kernel may only read refuse to be written.
+The checks of policies, degrees of awareness and arenas run kernels on such arrays. Code for worlds has no bounds
+checks, and both NumPy and numba let negative indices count from the end; here every index must be at least 0 and below
+the length of its axis, and read-only arrays cannot be written.
 
-`Guarded` is numba's type of arrays with other code for reading and writing elements; all else is inherited. Which array
-it is, travels as a number through all its views, in the field `parent` of numba's array structure, which code without
-reference counting leaves empty.
+`Guarded` is numba's array type with other code for reading and writing elements; all else is inherited. A number that
+identifies the array is passed on to all its views, in the field `parent` of numba's array structure, which is unused in
+code without reference counting.
 """
 
 from __future__ import annotations
@@ -42,15 +42,14 @@ _WORD = ir.IntType(64)
 
 
 class Access(NamedTuple):
-    """An access that a kernel was stopped at.
+    """A forbidden access.
 
     Attributes
     ----------
     array : int
         The array's number, as given to `numbered`; 0 for one that the kernel made itself.
     dimensions, axis : int
-        How many axes the array, or the view of it, had, and which of them was left; −1 for a write to an array that may
-        only be read.
+        The number of axes of the array or view, and the axis of the wrong index; −1 for a write to a read-only array.
     at, size : int
         The index and the number of elements along that axis.
     place : str
@@ -83,7 +82,7 @@ class Guarded(numba.types.Array):  # type: ignore[misc]
         )
 
     def unify(self, typing_context: Any, other: Any) -> Any:
-        """Return the type of what may be either of two arrays."""
+        """Return the common type of two arrays."""
         common = super().unify(typing_context, other)
         return None if common is None else guarded_type(common)
 
@@ -97,7 +96,7 @@ def guarded_type(array: Any) -> Guarded:
 
 
 class Watch(NamedTuple):
-    """What guarded kernels were stopped at, and the exceptions that left them."""
+    """The forbidden accesses of guarded kernels, and the exceptions that they raised."""
 
     accesses: list[Access]
     raised: list[BaseException]
@@ -110,7 +109,7 @@ def _note(array: int, dimensions: int, axis: int, at: int, size: int, line: int,
     _accesses.append(Access(array, dimensions, axis, at, size, shown(file.decode(), line)))
 
 
-# Machine code, also that from the cache, calls the function by this name. It needs the reference to live on.
+# Machine code, also from the cache, calls the function by this name, so the reference to it is kept.
 _SYMBOL = "teamsight_note_access"
 _NOTE = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6, ctypes.c_char_p)(_note)
 llvmlite.binding.add_symbol(_SYMBOL, ctypes.cast(_NOTE, ctypes.c_void_p).value)
@@ -118,7 +117,7 @@ llvmlite.binding.add_symbol(_SYMBOL, ctypes.cast(_NOTE, ctypes.c_void_p).value)
 
 @contextmanager
 def watched() -> Iterator[Watch]:
-    """Collect what happens in guarded kernels, of which numba would only print that an exception was ignored."""
+    """Collect forbidden accesses and exceptions in kernels; numba would only print that an exception was ignored."""
     _accesses.clear()
     watch, hook = Watch(_accesses, []), sys.unraisablehook
 
@@ -136,7 +135,7 @@ def watched() -> Iterator[Watch]:
 
 
 def _place() -> tuple[str, int] | None:
-    """Return the file and the line for which numba is writing machine code; None inside of numba's own functions."""
+    """Return the file and the line that numba is compiling; None in numba's own functions."""
     frame: Any = sys._getframe(1)
     while frame is not None:
         lower = frame.f_locals.get("self")
@@ -181,7 +180,7 @@ def _check(context: Any, builder: Any, kind: Any, array: Any, index_type: Any, i
 
 
 def _axes(context: Any, builder: Any, dimensions: int, kind: Any, index: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Yield the axes that an index speaks of, each with its part of the index and that part's type."""
+    """Yield each axis of an index, with the type and the value of its part of the index."""
     is_tuple = isinstance(kind, numba.types.BaseTuple)
     types = list(kind.types) if is_tuple else [kind]
     values = cgutils.unpack_tuple(builder, index, count=len(types)) if is_tuple else [index]
@@ -264,8 +263,8 @@ def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) 
     return signature, generate
 
 
-#: Changes with the checks, which are in the machine code of every guarded kernel.
+#: A digest of the checks, which are in the machine code of every guarded kernel.
 VERSION = digest(_reading) + digest(_write)
 
-#: What guarded kernels call instead of the functions that make arrays, or read many elements at once.
+#: The guarded forms of the functions that make arrays, or read many elements at once.
 REPLACED: dict[Any, Any] = {array_at: _guarded_array_at, scratch: _guarded_scratch, below_64: _guarded_below_64}

@@ -11,14 +11,14 @@ from teamsight.core.kernel.guard import Access, watched
 
 
 class Axis(NamedTuple):
-    """An axis of an array: what its elements are, and the cure for an index that does not exist."""
+    """An axis of an array: the name of its elements, and the cure for a wrong index."""
 
     what: str
     cure: str
 
 
 class Named(NamedTuple):
-    """An array of a guarded kernel: its name as the kernel writes it, and its axes."""
+    """An array of a guarded kernel: its name in the kernel, and its axes."""
 
     name: str
     axes: tuple[Axis, ...]
@@ -35,9 +35,9 @@ def run_guarded(
     Parameters
     ----------
     owner : str
-        Whose kernel it is, for errors.
+        The class of the kernel, for errors.
     kernel : str
-        What the kernel is called, for errors.
+        The kernel's name, for errors.
     entry : callable
         The entry.
     record : Packed
@@ -48,7 +48,7 @@ def run_guarded(
     Raises
     ------
     ValueError
-        If the kernel reads or writes outside of its arrays, writes into one that it may only read, or raises.
+        If the kernel reads or writes outside of its arrays, writes into a read-only one, or raises an exception.
     """
     with watched() as watch:
         status = entry(record)
@@ -58,8 +58,8 @@ def run_guarded(
     if watch.raised:
         error = watch.raised[0]
         raise ValueError(
-            f"{owner}: {kernel} raises {type(error).__name__}({str(error)[:80]!r}); a world cannot see exceptions of "
-            "kernels: check indices and values where they are used"
+            f"{owner}: {kernel} raises {type(error).__name__}({str(error)[:80]!r}); exceptions of kernels are lost in "
+            "a world: check indices and values where they are used"
         )
     return status
 
@@ -67,7 +67,7 @@ def run_guarded(
 def _account(access: Access, arrays: Sequence[Named]) -> str:
     named = arrays[access.array] if access.array else OWN
     if access.axis < 0:
-        return f"writes into {named.name}, which it may only read; copy its numbers and change the copy"
+        return f"writes into {named.name}, which is read-only; copy its numbers and change the copy"
     # Views have lost axes from the left.
     axis = len(named.axes) - access.dimensions + access.axis
     what, cure = named.axes[axis] if 0 <= axis < len(named.axes) else ("elements", "stay within its shape")
@@ -82,30 +82,30 @@ def machine_code(owner: str, kernel: str, entry: Entry, plain: Entry) -> Entry |
     Parameters
     ----------
     owner, kernel : str
-        Whose kernel it is and what it is called, for the warning.
+        The class and the name of the kernel, for the warning.
     entry : Entry
         The entry of the guarded kernel.
     plain : Entry
-        That of the kernel as worlds run it.
+        The entry of the kernel as worlds run it.
 
     Returns
     -------
     Entry or None
-        None, and a warning, where guarded arrays cannot do what the kernel does with its own.
+        None, with a warning, if the kernel compiles for worlds but not on guarded arrays.
 
     Raises
     ------
     TypeError
-        If the kernel cannot be compiled for worlds either.
+        If the kernel cannot be compiled for worlds.
     """
     try:
         entry.address  # noqa: B018
     except TypeError as error:
-        # A mistake in the kernel is named by what worlds run. If there is none, the guard is to blame.
+        # Raises if the mistake is in the kernel.
         plain.address  # noqa: B018
         warnings.warn(
-            f"{owner}: the accesses of {kernel} to memory are not checked, since guarded arrays cannot do what it does "
-            f"with arrays ({error}); take their elements one by one",
+            f"{owner}: the memory accesses of {kernel} are not checked, since it uses arrays in a way that guarded "
+            f"arrays do not support ({error}); use their elements one by one",
             stacklevel=2,
         )
         return None

@@ -1,4 +1,4 @@
-"""Copies of kernels in which all arrays are guarded, those that they make themselves included."""
+"""Copies of kernels in which all arrays are guarded, including those that they make themselves."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from teamsight.core.kernel.guard import REPLACED, VERSION
 from teamsight.core.kernel.guarded_record import guarded_at
 from teamsight.core.kernel.layout import Node
 
-# Modules whose functions cannot reach a kernel's arrays but through numba's own code.
+# Modules whose functions access a kernel's arrays through numba's own code only.
 _OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
 
 # Calls in place of code inlined everywhere compile faster.
@@ -24,13 +24,7 @@ _OPTIONS = {"boundscheck": True, "no_cpython_wrapper": True, "no_cfunc_wrapper":
 
 
 def guarded(kernel: Any) -> Callable[..., Any]:
-    """Return a copy of a kernel that is to be called with guarded arrays; what it calls is copied too.
-
-    Parameters
-    ----------
-    kernel : kernel
-        It stays as it is. What is no kernel is returned, for the compiler to refuse.
-    """
+    """Return a copy, for guarded arrays, of a kernel and all that it calls; anything else is returned unchanged."""
     if not isinstance(kernel, Dispatcher):
         return cast(Callable[..., Any], kernel)
     return cast(Callable[..., Any], _copy(kernel, {}))
@@ -46,7 +40,7 @@ def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
         copy.__qualname__ = f"{function.__qualname__}-{_lines(function.__code__)}"
         kept = {name: value for name, value in kernel.targetoptions.items() if name not in _DROPPED}
         copies[id(kernel)] = numba.njit(**kept, **_OPTIONS)(copy)
-        # Filled in last, since a kernel may call itself.
+        # Last, since a kernel may call itself.
         used = set(_names(function.__code__))
         for name, value in function.__globals__.items():
             if name in used or name.startswith("__"):
@@ -57,7 +51,7 @@ def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
 
 
 def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
-    """Return what a copy uses in place of something that the original uses."""
+    """Return what a copy uses in place of a value that the original uses."""
     if isinstance(value, Dispatcher):
         return value if _root(value.py_func.__module__) in _OTHERS else _copy(value, copies)
     if isinstance(value, python_types.ModuleType) and _root(value.__name__) not in _OTHERS:
@@ -82,6 +76,6 @@ def _names(code: python_types.CodeType) -> Iterator[str]:
 
 
 def _lines(code: python_types.CodeType) -> str:
-    """Return a digest of where code is written, which its machine code names: one that is moved is another kernel."""
+    """Return a digest of where code is written, because the machine code contains file and lines."""
     where = f"{code.co_filename} {code.co_firstlineno} {code.co_linetable!r} {VERSION}"
     return hashlib.blake2b(where.encode(), digest_size=8).hexdigest()

@@ -16,29 +16,29 @@ from teamsight.core.kernel.unpacking import Plain, load_word, unpacking
 
 _WORD = ir.IntType(64)
 
-# Arrays of a record that a kernel reads by itself.
+# The number, access and limit of arrays of a record that the kernel reads itself.
 _OWN = 0, True, -1
 
 
 class GuardedRecord:
-    """The code that reads a record, and what its arrays are called in errors.
+    """The code that reads a record with guarded arrays, and their names in errors.
 
     Parameters
     ----------
     record : Record
         The record.
     writable : tuple of str
-        The beginnings of the paths of those arrays that a kernel may write; all others may only be read.
+        Prefixes of the paths of the arrays that a kernel may write; all others are read-only.
     axes : mapping of str to Axis
-        For each name of a length, or path and name as in ``"noise lanes"``, what stands along the axis and the cure;
-        the key ``"2"`` is for axes of that fixed length.
+        The axis for each name of a length, or path and name as in ``"noise lanes"``; the key ``"2"`` is for axes of
+        that fixed length.
     limits : mapping of str to str, optional
-        For a path, the name of the length beyond which the last axis must not be used, though it is longer.
+        For a path, the name of a length shorter than the last axis, beyond which elements must not be used.
 
     Attributes
     ----------
     at : kernel
-        Return the NamedTuple for the address of a record; its arrays are guarded.
+        Returns the NamedTuple for the address of a record; its arrays are guarded.
     arrays : list of Named
         The arrays by number, for `run_guarded`.
     """
@@ -62,7 +62,6 @@ class GuardedRecord:
 
 
 def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
-    """Return how errors speak of an array."""
     found = []
     for length in leaf.lengths or ():
         key = f"{length.name} + {length.plus}" if length.name and length.plus else length.name or str(length.plus)
@@ -71,7 +70,7 @@ def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
 
 
 def guarded_at(node: Node) -> Any:
-    """Return the kernel that reads a record in guarded copies of kernels which do so by themselves."""
+    """Return the kernel that reads a record in guarded copies of kernels."""
     return unpacking(node, _Guards({}))
 
 
@@ -81,7 +80,7 @@ class _Guards(Plain):
     Parameters
     ----------
     numbers : dict of str to tuple
-        For each array's path: its number, whether it may be written, and which word limits its last axis; −1 for none.
+        For each array's path: its number, whether it may be written, and the word that limits its last axis, or −1.
     """
 
     def __init__(self, numbers: dict[str, tuple[int, bool, int]]) -> None:

@@ -1,4 +1,4 @@
-"""Intrinsics: what kernels need and numba lacks, such as arrays at an address and calls of other entries."""
+"""Intrinsics that numba lacks, such as arrays at an address and calls of other entries."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _CACHE_LINE = 64
 
 
 def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
-    """Mark a function that types a call and writes its machine code; kernels call it without the typing context."""
+    """Make an intrinsic of a function that types a call and writes its machine code."""
     return cast(Callable[..., Any], intrinsic(typing))
 
 
@@ -46,9 +46,9 @@ def array_value(context: Any, builder: Any, array: Any, address: Any, lengths: l
 
 @_generated
 def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
-    """Return the array of this shape and dtype, in C order, that lies at an address.
+    """Return the array of this shape and dtype, in C order, at an address.
 
-    `shape` is an int or a tuple of int, `dtype` a constant: a type such as ``np.float64``, or that of a record.
+    `shape` is an int or a tuple of int, `dtype` a constant: a type such as ``np.float64``, or a structured dtype.
     """
     element = dtype.dtype
     dimensions = len(shape) if isinstance(shape, numba.types.BaseTuple) else 1
@@ -65,9 +65,9 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
 
 @_literal
 def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
-    """Return an array of `count` numbers on the stack, as they happen to be; it ends with the entry that runs.
+    """Return an uninitialised array of `count` numbers on the stack, valid until the present entry returns.
 
-    `count` and `dtype` are constants. However often the line is met, a call has one such array: clear it before use.
+    `count` and `dtype` are constants. Each execution of the line in a call returns the same array: clear it before use.
     """
     if not isinstance(count, numba.types.IntegerLiteral):
         return None
@@ -88,7 +88,7 @@ def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
 
 @_generated
 def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    """Return a word whose bits 0..63 say which of the float32 at ``first .. first + 63`` are less than the limit."""
+    """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.FloatType(), 64)
@@ -105,7 +105,7 @@ def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
 
 @_generated
 def ones(typing_context: Any, word: Any) -> Any:
-    """Return how many bits of a word are set."""
+    """Return the number of bits of a word that are set."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return builder.ctpop(arguments[0])
@@ -115,7 +115,7 @@ def ones(typing_context: Any, word: Any) -> Any:
 
 @_generated
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
-    """Return a word whose bits 0..7 say which of the places ``first .. first + 7`` are within the square distance."""
+    """Return a word in which bit i is set if point ``first + i`` is within the square distance, for 8 points."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.DoubleType(), 8)

@@ -1,4 +1,4 @@
-"""The layout of a record: which word holds which length, address or number."""
+"""The layout of a record: the length, address or number that each word holds."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 
 
 class Length(NamedTuple):
-    """The length of one axis: the word `slot` of the record, plus a number; or, without a slot, the number alone.
+    """The length of one axis: the word `slot` of the record plus the number `plus`, or that number alone.
 
     Attributes
     ----------
     name : str
         The name in the annotation, without the leading dot; "" for a number alone.
     slot : int
-        Which word holds it; −1 for a number alone.
+        The word that holds it; −1 for a number alone.
     plus : int
-        What is added.
+        The number to add.
     last : tuple of int
-        Where the length is the last element of an array: the slot of that array's address and of its length, and what
-        is added to the latter; otherwise empty.
+        If the length is the last element of an array: the slots of that array's address and of its length, and the
+        number to add to the latter; otherwise empty.
     """
 
     name: str
@@ -35,15 +35,15 @@ class Leaf(NamedTuple):
     Attributes
     ----------
     path : str
-        Its name with those of the NamedTuples around it, as in ``percept.targets.start``.
+        Its name within the record, as in ``percept.targets.start``.
     slot : int
-        Which word of the record holds its address, or the number itself.
+        The word of the record that holds its address, or the number itself.
     dtype : numpy.dtype or None
         The type of the array's elements, or of the number; None for the address of an entry or of another record.
     lengths : tuple of Length or None
         The lengths of the array's axes; None for a number.
     is_list : bool
-        Whether it is the array of the addresses of some records.
+        Whether it is an array of addresses of records.
     """
 
     path: str
@@ -86,7 +86,7 @@ class Layout:
         kind : type
             The NamedTuple.
         path : str
-            What precedes the names of its fields.
+            The prefix of the names of its fields.
         rules : dict of str to str
             For the name of a length, the array whose last element is that length, as ``start[-1]``.
         """

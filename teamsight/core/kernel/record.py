@@ -1,7 +1,7 @@
-"""Records: how Python hands arrays to compiled code.
+"""Records: how arrays are passed from Python to compiled code.
 
 An entry takes one number, the address of a record. A record is a row of 64-bit words: lengths, addresses of arrays and
-plain numbers. What it holds is declared once, as a NamedTuple whose annotations give the shape of each array::
+plain numbers. Its content is declared once, as a NamedTuple whose annotations give the shape of each array::
 
     class Shift(NamedTuple):
         position: Annotated[Floats, "bodies", 2]
@@ -13,10 +13,10 @@ plain numbers. What it holds is declared once, as a NamedTuple whose annotations
     packed = SHIFT.pack(Shift(position, speed, 2.0))
     Entry(kernel_that_calls_shift_at)(packed)
 
-A length is a number, which the compiler knows; a name, which is the same number throughout the record; a name plus a
-number, as in ``"bodies + 1"``; or a name that begins with a dot, which belongs to its own NamedTuple. A nested
-NamedTuple annotated with ``".neighbours = start[-1]"`` has arrays as long as the last element of its array `start` says
-at the time of the call. Without this annotation arrays are as long as they were packed.
+A length is a number, fixed at compile time; a name, which means the same length throughout the record; a name plus a
+number, as in ``"bodies + 1"``; or a name that begins with a dot, which is local to its own NamedTuple. If a nested
+NamedTuple is annotated with ``".neighbours = start[-1]"``, that length is the last element of its array `start` at the
+time of the call; otherwise it is that of the array when it was packed.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ T = TypeVar("T")
 
 
 class Packed(Generic[T]):
-    """A record in memory. It keeps the arrays alive whose addresses it holds.
+    """A record in memory. It keeps a reference to each array whose address it holds.
 
     Attributes
     ----------
     address : int
-        Where the record lies; it never changes.
+        The address of the record; it never changes.
     value : NamedTuple
         The arrays and numbers that were packed.
     """
@@ -52,7 +52,7 @@ class Packed(Generic[T]):
         self.put(value)
 
     def put(self, value: T) -> None:
-        """Replace everything that the record holds.
+        """Replace the whole content of the record.
 
         Raises
         ------
@@ -80,9 +80,9 @@ class Record(Generic[T]):
     Attributes
     ----------
     at : kernel
-        Return the NamedTuple for the address of a record. Arrays are views of the memory that was packed.
+        Returns the NamedTuple for the address of a record. Its arrays are views of those that were packed.
     size : int
-        How many words a record has.
+        The number of words of a record.
     """
 
     def __init__(self, kind: Callable[..., T]) -> None:
@@ -105,9 +105,9 @@ class Record(Generic[T]):
 
 
 def _packing(node: Node, size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:
-    """Return the function that turns a NamedTuple into the words of a record and what must be kept alive.
+    """Return the function that turns a NamedTuple into the words of a record and the arrays to keep alive.
 
-    It is written out, because building a world packs hundreds of arrays and a loop takes twice as long.
+    The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """
     lines, known = ["def words(value):"], set[int]()
     leaves, places = node.leaves(), _places(node, "value")
@@ -136,7 +136,7 @@ def _packing(node: Node, size: int) -> Callable[[Any], tuple[list[int], tuple[An
 
 
 def _places(node: Node, name: str) -> list[str]:
-    """Return Python for each array and number of a NamedTuple."""
+    """Return a Python expression for each array and number of a NamedTuple."""
     found: list[str] = []
     for at, part in enumerate(node.parts):
         found += _places(part, f"{name}[{at}]") if isinstance(part, Node) else [f"{name}[{at}]"]
@@ -148,7 +148,6 @@ def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:
 
 
 def _number(leaf: Leaf, value: Any) -> int:
-    """Return the word for a number or an address."""
     if leaf.dtype is None:
         return 0 if value is None else int(value.address)
     if leaf.dtype.kind == "f":
@@ -159,7 +158,7 @@ def _number(leaf: Leaf, value: Any) -> int:
 def _misfit(leaf: Leaf, array: npt.NDArray[Any]) -> Exception:
     """Return the error for an array that compiled code would misread."""
     if array.dtype != leaf.dtype or not array.flags.c_contiguous:
-        return TypeError(f"{leaf.path}: is an array of {array.dtype}; it must be a dense one of {leaf.dtype}")
+        return TypeError(f"{leaf.path}: is an array of {array.dtype}; it must be a C-contiguous array of {leaf.dtype}")
     names = [f"{length.name} + {length.plus}" if length.name else str(length.plus) for length in leaf.lengths or ()]
     shape = ", ".join(names).replace(" + 0", "")
-    return ValueError(f"{leaf.path}: has the shape {array.shape}; it must be ({shape}), as that of the other arrays")
+    return ValueError(f"{leaf.path}: has the shape {array.shape}; it must be ({shape}), to match the other arrays")

@@ -16,12 +16,12 @@ _WORD = ir.IntType(64)
 
 
 class Plain:
-    """The arrays of a record as worlds read them; `guarded_record` has those that checks read."""
+    """The arrays of a record as worlds read them; checks read those of `guarded_record`."""
 
     code = ""
 
     def __repr__(self) -> str:
-        # Part of the digest of kernels; the default names a place in memory.
+        # Part of the digest of kernels; the default contains an address.
         return f"{type(self).__name__}({self.code})"
 
     def kind(self, array: Any) -> Any:
@@ -41,7 +41,7 @@ def unpacking(node: Node, arrays: Any) -> Any:
     node : Node
         The layout.
     arrays : Plain
-        What its arrays are.
+        The kind of its arrays.
     """
     def unpack(typing_context: Any, address: Any) -> Any:
         if not isinstance(address, numba.types.Integer):
@@ -55,7 +55,7 @@ def unpacking(node: Node, arrays: Any) -> Any:
         return kind(numba.types.int64), generate
 
     made = intrinsic(unpack)
-    # Guarded copies of kernels read the same record in another way.
+    # Guarded copies of kernels replace it by `guarded_at(node)`.
     made.node = node
     return made
 

@@ -155,9 +155,9 @@ def test_the_situation_follows_when_somebody_is_moved_or_turned(awareness: Aware
 
 @pytest.mark.parametrize("team_size", [1, 2, 30])
 def test_widths(team_size: int) -> None:
-    widths = {name: tuple(degree().width(team_size)) for name, degree in AWARENESS.items()}
     others = team_size - 1
-    assert widths == {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
+    widths = {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
+    assert {name: tuple(AWARENESS[name]().width(team_size)) for name in widths} == widths
     assert RingAwareness(7).width(team_size) == (16, 7)
 
 
@@ -212,11 +212,11 @@ MISFITS = [
         {"needs": ("teammate",)},
         r"Reader\.needs='teammate': unknown; did you mean 'teammates'\?",
     ),
-    ("none", {"inputs": 32}, r"reads 32 inputs, and awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
+    ("none", {"inputs": 32}, r"reads 32 inputs, but awareness 'none' gives 16 in a team of 10; use awareness='ring'"),
     (
         "ring",
         {"inputs": 34},
-        r"reads 34 inputs, and awareness 'ring' gives 32 in a team of 10; use awareness='pairwise' \(--awareness pairwise\)",
+        r"reads 34 inputs, but awareness 'ring' gives 32 in a team of 10; use awareness='pairwise' \(--awareness pairwise\)",
     ),
     ("shared", {"inputs": 16}, "use awareness='none'"),
     ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\) \(--awareness ring --delta 5\)"),
@@ -238,7 +238,7 @@ def test_a_policy_that_fits_is_not_refused() -> None:
 
 def test_degrees_change_what_robots_do() -> None:
     ends = {}
-    for name in AWARENESS:
+    for name in ("none", "ring", "pairwise", "shared"):
         model = CMOMMT(awareness=name, radius=2.0, rng=5)
         model.run(100)
         ends[name] = model.robots.position.tobytes()
@@ -248,7 +248,7 @@ def test_degrees_change_what_robots_do() -> None:
 @pytest.mark.parametrize("delta", [10**9, 10_001, 10**400])
 def test_a_ring_of_more_sectors_than_fit_in_memory_is_refused(delta: int) -> None:
     for make in (lambda: RingAwareness(delta), lambda: CMOMMT(robots=2, awareness="ring", delta=delta)):
-        with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 are a degree of arc each$"):
+        with pytest.raises(ValueError, match=r"^delta=.*: must be at most 10000, since .*; 360 sectors of one degree"):
             make()
     assert RingAwareness(10_000).width(3) == (16, 10_000)
 
@@ -268,6 +268,6 @@ class OneMore(NoAwareness):
 def test_a_degree_that_never_has_enough_room_is_named(path: str) -> None:
     world = World(Disc(3.0), rng=1)
     robots = world.add(Robot, 3, policy="random-walk", awareness=OneMore())
-    with pytest.raises(ValueError, match=r"awareness=.*its perceive asks for more room each time.*check_awareness\(\)"):
+    with pytest.raises(ValueError, match=r"awareness=.*perceive asks for more room on every call.*check_awareness\(\)"):
         world.run(5) if path == "run" else world.step() if path == "step" else robots[0].percept
     assert world.tick == 0

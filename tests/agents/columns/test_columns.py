@@ -116,7 +116,7 @@ def test_names_that_agents_have_are_refused() -> None:
         with pytest.raises(ValueError, match=f"name='{name}'.*take another name"):
             model.robots.add_column(name)
     for name in ("", 3, None):
-        with pytest.raises(TypeError, match="must be a text"):
+        with pytest.raises(TypeError, match="must be a string"):
             model.robots.add_column(name)  # type: ignore[arg-type]
 
 

@@ -94,7 +94,7 @@ def test_a_wall_that_leaks_is_named_and_nobody_is_left_outside(arena: Arena, pat
     world = World(arena, rng=1)
     robots = world.add(Robot, 6, policy=RandomWalk(0.05), speed=0.05, placement=np.zeros((6, 2)))
     for _ in range(3):
-        with pytest.raises(ValueError, match=re.escape(repr(arena)) + r": its wall lets robots out at tick \d+; .*check_arena\(\)"):
+        with pytest.raises(ValueError, match=re.escape(repr(arena)) + r": confine left an agent of robots outside at tick \d+; .*check_arena\(\)"):
             advance(world, path)
         assert 5 < world.tick < 300
         assert len(world.recording.history) == world.tick == world.steps
@@ -115,7 +115,7 @@ def test_a_wall_that_leaks_within_the_box_is_named_after_the_call(path: str) -> 
     world = World(Cross(), rng=1)
     world.add(Robot, 6, policy="random-walk", speed=0.05, placement=np.zeros((6, 2)))
     for _ in range(3):
-        with pytest.raises(ValueError, match=r"Cross\(\): an agent of robots is at \(.*outside by contains\(\).*check_arena"):
+        with pytest.raises(ValueError, match=r"Cross\(\): an agent of robots is at \(.*outside according to contains\(\).*check_arena"):
             advance(world, path)
         assert world.tick == world.steps == len(world.recording.history) > 0
 

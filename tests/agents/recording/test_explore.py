@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, Target, World
-from teamsight.agents.recording.explore import explore, meet, memory_of
+from teamsight.agents.recording.explore import explore, memory_of, record_run
 from teamsight.policies import RandomWalk
 from teamsight.policies.memory import LazyMemory
 
@@ -28,7 +28,7 @@ def same(one: LazyMemory, other: LazyMemory) -> bool:
 def test_a_memory_is_the_transitions_in_the_order_of_its_content() -> None:
     world, other = (CMOMMT(robots=5, targets=10, radius=3.0, awareness="ring", rng=1) for _ in range(2))
     memory = explore(world, 120)
-    met = meet(other, other.robots, 120)
+    met = record_run(other, other.robots, 120)
     assert (len(memory), memory.own, memory.added) == (600, 16, 16)
     columns = [met.situation, met.action, met.next_situation]
     rows = np.concatenate([*columns, *(met.facts[name][:, None] for name in sorted(met.facts))], axis=1)
@@ -63,10 +63,10 @@ def test_any_world_can_be_explored_and_is_described() -> None:
 
 def test_an_exploration_that_goes_on_holds_the_new_pairs_alone() -> None:
     world, whole = (CMOMMT(radius=3.0, awareness="ring", rng=1) for _ in range(2))
-    parts = [meet(world, world.robots, steps) for steps in (10, 20)]
+    parts = [record_run(world, world.robots, steps) for steps in (10, 20)]
     assert [len(part.situation) for part in parts] == [100, 200]
     settings = {"awareness": "ring"}
-    once = memory_of([meet(whole, whole.robots, 30)], whole.robots, settings)
+    once = memory_of([record_run(whole, whole.robots, 30)], whole.robots, settings)
     assert same(memory_of(parts, world.robots, settings), once)
     assert same(memory_of(parts[::-1], world.robots, settings), once)
 
@@ -81,8 +81,8 @@ def test_what_cannot_be_explored_is_refused() -> None:
     with pytest.raises(ValueError, match="no robot is on a team"):
         explore(empty, 5)
     small, large = (CMOMMT(robots=n, awareness="pairwise", rng=1) for n in (2, 3))
-    parts = [meet(model, model.robots, 2) for model in (small, large)]
-    with pytest.raises(ValueError, match=r"18 and 20 components.*RingAwareness"):
+    parts = [record_run(model, model.robots, 2) for model in (small, large)]
+    with pytest.raises(ValueError, match=r"18 and 20 inputs.*RingAwareness"):
         memory_of(parts, small.robots, {})
 
 
@@ -90,8 +90,8 @@ def test_what_cannot_be_explored_is_refused() -> None:
     ("world", "message"),
     [
         (CMOMMT, "world=CMOMMT: is a class; give a world, such as CMOMMT"),
-        ("ring", "world='ring': is no world; give one, such as"),
-        (None, "world=None: is no world"),
+        ("ring", "world='ring': is not a world; give one, such as"),
+        (None, "world=None: is not a world"),
     ],
 )
 def test_what_is_no_world_is_refused(world: Any, message: str) -> None:

@@ -51,7 +51,7 @@ def test_a_state_of_another_arena_is_refused(arena: Any) -> None:
         world.run(5)
         worlds.append(world)
     before = worlds[0].groups[0].position.copy()
-    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world in .*this one is Disc\(radius=3\.0\)"):
+    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world in .*this world is in Disc\(radius=3\.0\)"):
         worlds[0].restore(worlds[1].state())
     assert np.array_equal(worlds[0].groups[0].position, before)
     worlds[0].restore(worlds[0].state())

@@ -197,7 +197,7 @@ def test_only_a_ring_stays_as_wide_as_it_is_when_the_team_grows() -> None:
         if fits:
             assert len(world.recording.transitions(world.robots).situation) == 50
         else:
-            with pytest.raises(ValueError, match=r"24 and 28 components.*use RingAwareness"):
+            with pytest.raises(ValueError, match=r"24 and 28 inputs.*use RingAwareness"):
                 world.recording.transitions(world.robots)
 
 

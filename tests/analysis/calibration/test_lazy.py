@@ -84,7 +84,10 @@ def test_a_trial_depends_on_itself_alone(small: pd.DataFrame) -> None:
 def test_a_row_of_the_shipped_table_is_what_the_search_makes(phase: str, steps: int) -> None:
     table = pd.read_parquet(DOCS / "lazy-search.parquet")
     row = table[table["phase"] == phase].iloc[-1]
-    again = assessed(row, Phase(phase, lazy.GRID, (int(row["root"]),), OPEN_CLAIMS, runs=1, steps=steps))
+    # The shipped table leaves out claims that are younger than it.
+    claims = {name: claim for name, claim in OPEN_CLAIMS.items() if name in table}
+    again = assessed(row, Phase(phase, lazy.GRID, (int(row["root"]),), claims, runs=1, steps=steps))
+    assert claims
     assert again == {name: row[name] for name in again}
 
 

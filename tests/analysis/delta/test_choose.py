@@ -149,7 +149,7 @@ def test_a_model_that_is_none_is_refused() -> None:
     [
         ({"runs": 10**12}, "runs=1000000000000: must be at most 1000000; give fewer"),
         ({"steps": 10**12}, "steps=1000000000000: must be at most 10000000; make more runs"),
-        ({"risk": 1e-300}, r"risk=1e-300: asks for 1.0e.301 runs, at most 1000000; give a risk of at least 1e-05, or"),
+        ({"risk": 1e-300}, r"risk=1e-300: needs 1.0e.301 runs, at most 1000000; give a risk of at least 1e-05, or"),
     ],
 )
 def test_what_would_run_for_ever_is_refused(given: dict[str, Any], message: str) -> None:

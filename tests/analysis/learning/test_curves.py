@@ -18,7 +18,10 @@ from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.workers import WorkerPool
 
-SMALL = Curves(samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0, steps=8, seed=6)
+SMALL = Curves(
+    degrees=("none", "ring", "pairwise", "shared"), samples=(40, 300), memories=2, worlds=2, robots=5, targets=4, radius=2.0,
+    steps=8, seed=6,
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

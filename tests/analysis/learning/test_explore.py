@@ -72,8 +72,8 @@ def test_finished_runs_are_kept_after_an_interruption(tmp_path: Path, monkeypatc
         explore(SMALL, checkpoint=kept, progress=stop)
     assert module.kept_transitions(SMALL, kept) == 120
     made: list[int] = []
-    meet = module.meet
-    monkeypatch.setattr(module, "meet", lambda *given: (made.append(1), meet(*given))[1])
+    record = module.record_run
+    monkeypatch.setattr(module, "record_run", lambda *given: (made.append(1), record(*given))[1])
     assert bits(explore(SMALL, checkpoint=kept)) == bits(memory)
     assert len(made) == 3
     # A damaged entry is made again.

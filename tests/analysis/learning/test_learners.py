@@ -44,7 +44,7 @@ def memory(awareness: Any = "ring", robots: int = 3) -> LazyMemory:
 def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
     pairs = memory()
     if name == "sheppard" and reward != "own":
-        with pytest.raises(ValueError, match="knows only how many targets it gained and lost itself"):
+        with pytest.raises(ValueError, match="must depend only on the facts gained and lost"):
             learn(name, pairs, Objective(REWARDS[reward]))
         return
     policy = learn(name, pairs, Objective(REWARDS[reward], discount=0.5))
@@ -69,7 +69,7 @@ def test_a_memory_reports_the_degree_that_shows_its_situations() -> None:
     unnamed = LazyMemory.of(
         pairs.situation, pairs.action, pairs.next_situation, {name: pairs.fact(name) for name in pairs.facts}
     )
-    with pytest.raises(ValueError, match="degree of awareness None, which is not one of none, ring, pairwise, shared"):
+    with pytest.raises(ValueError, match="degree of awareness None, which is not one of none, ring, "):
         awareness_for(unnamed)
 
 
@@ -116,8 +116,8 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
         (("sheppard",), "own", 5, None, "k=5: sheppard matches no fixed number"),
         (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
         (("lazy",), "own", 129, None, "k=129: must be at most 128"),
-        (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, and the memory has only 60"),
-        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, and the memory has only 29"),
+        (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, but the memory has only 60"),
+        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, but the memory has only 29"),
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(

@@ -160,7 +160,7 @@ def test_each_kind_of_result_is_known_again(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("~/x", "'~/x': ~ is not expanded; give Path"), ("", "is empty; give a"), ("a\0b", "null character, as no path")],
+    [("~/x", "'~/x': ~ is not expanded; give Path"), ("", "is empty; give a"), ("a\0b", "null character; remove it")],
 )
 def test_a_place_that_cannot_be_meant_is_refused(
     name: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ import pytest
 from teamsight import CMOMMT, Disc, Robot, World, run_many
 from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.analysis.runs.workers import JobError
+from teamsight.policies import RandomWalk
 
 
 def alone(row: Any, settings: dict[str, Any]) -> tuple[float, int, float]:
@@ -96,21 +99,39 @@ def nothing(world: World, steps: int) -> None:
 
 
 @pytest.mark.parametrize(("settings", "named", "error", "message"), [
-    ({"rng": [1, 2]}, {}, ValueError, r"settings: 'rng' is no setting; give it as seeds=\[…\]"),
-    ({"seed": 1}, {}, ValueError, r"'seed' is no setting; give it as seeds=\[…\]"),
-    ({"steps": 1}, {}, ValueError, r"'steps' is no setting; give it as an argument"),
+    ({"rng": [1, 2]}, {}, ValueError, r"settings: 'rng' is not a setting; give it as seeds=\[…\]"),
+    ({"seed": 1}, {}, ValueError, r"'seed' is not a setting; give it as seeds=\[…\]"),
+    ({"steps": 1}, {}, ValueError, r"'steps' is not a setting; give it as an argument"),
     ([], {}, ValueError, r"settings: there are none to run; give at least one"),
     ({"radius": []}, {}, ValueError, r"settings: there are none"),
     ("robots", {}, TypeError, r"settings='robots': must be a mapping of parameters"),
     ([3], {}, TypeError, r"settings=3: must be a mapping"),
     ({}, {"seeds": [1], "rng": 2}, ValueError, r"seeds: cannot be combined with replicates or rng"),
     ({}, {"seeds": [-1]}, ValueError, r"seeds=-1: must be at least 0"),
-    ({}, {"replicates": 0}, ValueError, r"runs=0: must be at least 1"),
+    ({}, {"seeds": []}, ValueError, r"seeds: there are none; give at least one"),
+    ({}, {"seeds": 3}, TypeError, r"seeds=3: must be several whole numbers, such as \[1, 2\]"),
+    ({}, {"replicates": 0}, ValueError, r"replicates=0: must be at least 1$"),
+    ({}, {"replicates": 10**7}, ValueError, r"replicates=10000000: must be at most 1000000; give fewer"),
+    ({"robots": range(10**10)}, {}, ValueError, r"runs=10000000000: must be at most 1000000; give fewer"),
+    ({"robots": range(10**4)}, {"replicates": 10**4}, ValueError, r"runs=100000000: must be at most 1000000"),
+    ({}, {"steps": 0}, ValueError, r"steps=0: must be at least 1$"),
+    ({}, {"measure": 3}, TypeError, r"measure=3: must be a function that is called as measure\(world, steps\)"),
+    ({}, {"model": "CMOMMT"}, TypeError, r"model='CMOMMT': must be a function that is called as model"),
+    ({}, {"progress": None}, TypeError, r"progress=None: must be a function"),
+    ({3: 4}, {}, TypeError, r"settings: the name 3 must be a text"),
+    (pd.DataFrame([[1, 2]], columns=["robots", "robots"]), {}, ValueError, r"the column 'robots' twice; keep one"),
+    ({"robots": "five"}, {}, JobError, r"robots='five': must be a whole number of at least 1 \(in the run robots=five"),
+    ({"robots": float("inf")}, {}, JobError, r"robots=inf: must be a whole number"),
+    ({"robots": None}, {}, JobError, r"robots=None: must be a whole number"),
+    ({"targets": 10**400}, {}, JobError, r"targets=.*must be at most 10000000"),
     ({}, {"steps": 0.5}, TypeError, r"steps=0.5"),
     ({}, {"workers": 10_000}, ValueError, r"workers=10000: must be at most"),
     ({"radius": -1}, {}, JobError, r"radius=-1.*in the run radius=-1"),
     ({"colour": "red"}, {}, JobError, r"colour"),
-    ({}, {"measure": nothing}, TypeError, r"measure returned NoneType: must be a NamedTuple or a mapping"),
+    ({}, {"measure": nothing}, JobError, r"measure returned NoneType: must be a NamedTuple or a mapping.*in the run"),
+    ({}, {"measure": lambda world, steps: {"seed": 1}}, JobError, r"measure returned 'seed'.*take another name"),
+    ({}, {"measure": lambda world, steps: {}["key"]}, JobError, r"^KeyError: 'key' \(in the run"),
+    ({}, {"measure": lambda world, steps: {"world": world}}, JobError, r"a World .* cannot be copied; use state\(\)"),
 ])  # fmt: skip
 def test_what_is_wrong_is_named(settings: Any, named: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
@@ -126,3 +147,89 @@ def test_it_is_imported_when_it_is_used() -> None:
 def test_an_array_of_values_is_swept() -> None:
     table = run_many({"radius": np.array([1.0, 2.0])}, steps=1, seeds=[0])
     assert table["radius"].tolist() == [1.0, 2.0]
+
+
+def places(world: World, steps: int) -> dict[str, Any]:
+    world.run(steps)
+    return {"position": world.groups[0].position, "percept": world.groups[0].percept}
+
+
+def test_what_a_run_returns_stays_when_the_next_reuses_its_world() -> None:
+    table = run_many({"robots": 4, "radius": [2.0, 3.0]}, steps=9, seeds=[1, 2], measure=places)
+    for row in table.itertuples():
+        model = CMOMMT(robots=4, radius=row.radius, rng=row.seed)
+        model.run(9)
+        assert row.position.tobytes() == model.robots.position.tobytes()
+        assert row.percept.targets.distance.tobytes() == model.robots.percept.targets.distance.tobytes()
+
+
+class Quiet(RandomWalk):
+    """A policy whose repr hides its constants."""
+
+    def __repr__(self) -> str:
+        return "Quiet()"
+
+
+def test_settings_that_look_alike_are_run_each() -> None:
+    settings: list[dict[str, Any]] = [{"robots": 3, "policy": Quiet(rate)} for rate in (0.0, 1.0)]
+    table = run_many(settings, steps=40, seeds=[1])
+    for observed, setting in zip(table["observed_fraction"], settings, strict=True):
+        model = CMOMMT(**setting, rng=1)
+        model.run(40)
+        assert observed == model.observed_fraction
+    assert table["observed_fraction"].nunique() == 2
+
+
+def total(start: Any, rng: int) -> World:
+    world = disc(1, rng)
+    world.total = start.sum()  # type: ignore[attr-defined]
+    return world
+
+
+def test_long_arrays_that_are_shown_alike_are_run_each() -> None:
+    starts = [np.zeros(5000), np.eye(1, 5000, 2500)[0]]
+    assert repr(starts[0]) == repr(starts[1])
+    table = run_many([{"start": start} for start in starts], steps=1, model=total, measure=lambda world, steps: {
+        "total": world.total,  # type: ignore[attr-defined]
+    })  # fmt: skip
+    assert table["total"].tolist() == [0.0, 1.0]
+
+
+def test_a_failure_keeps_the_traceback_of_the_function_that_failed() -> None:
+    def broken(world: World, steps: int) -> dict[str, float]:
+        return {"share": 1 / 0}
+
+    with pytest.raises(JobError, match="ZeroDivisionError: division by zero") as failure:
+        run_many({}, steps=1, measure=broken)
+    assert "in broken" in str(failure.value.__cause__)
+
+
+def answer(world: World, steps: int) -> dict[str, Any]:
+    return {"answer": lambda: 1}
+
+
+@pytest.mark.parametrize("measure", [answer, lambda world, steps: {}], ids=["result", "function"])
+def test_what_cannot_reach_a_worker_is_named_with_the_cure(measure: Any) -> None:
+    with pytest.raises(JobError, match="pickle.*lambda.*define functions in a module, or give workers=1"):
+        run_many({}, steps=1, workers=2, measure=measure)
+
+
+SCRIPT = """
+from teamsight import run_many
+def mine(world, steps):
+    return {"a": 1}
+run_many({}, steps=1, workers=2, measure=mine)
+"""
+
+
+@pytest.mark.parametrize(("is_file", "message"), [
+    (False, "Can't get attribute 'mine'.*define functions in a module, or give workers=1"),
+    (True, r"JobError: a worker ended with exit code 1.*a file and do so under if __name__ == \"__main__\":"),
+], ids=["as in a notebook", "without a guard"])  # fmt: skip
+def test_a_program_that_workers_cannot_import_gets_the_cure(tmp_path: Path, is_file: bool, message: str) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    # With -c, as in a notebook, __main__ has no file.
+    command = [sys.executable, str(script)] if is_file else [sys.executable, "-c", SCRIPT]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert re.search(message, done.stderr.splitlines()[-1]), done

@@ -183,7 +183,7 @@ def test_what_is_learned_depends_on_pairs_and_reward_alone(kind: Any) -> None:
 def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
     StateGrid(16, 16, "ring")
     with pytest.raises(
-        ValueError, match=r"3\^20 states: 3 readings of 20 sensors; at most 1,000,000 fit.*LinearQ or LazyQ"
+        ValueError, match=r"3\^20 states .3 readings of 20 sensors.: must have at most 1,000,000.*LinearQ or LazyQ"
     ):
         StateGrid(16, 64, "shared")
     with pytest.raises(ValueError, match=r"3\^22 states"):
@@ -192,7 +192,7 @@ def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
         StateGrid(16, 0, "none", sectors=5)
     with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; 2 or a divisor"):
         StateGrid(16, 6, "ring")
-    with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of teammates evenly; 1 does"):
+    with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of teammates evenly; give 1"):
         StateGrid(16, 7, "ring")
 
 
@@ -222,7 +222,7 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
 @pytest.mark.parametrize(
     ("kind", "settings", "message"),
     [
-        (TabularQ, {"levels": 1}, "levels=1: must be at least 2; something sensed, or nothing"),
+        (TabularQ, {"levels": 1}, "levels=1: must be at least 2; one for a sensed body, one for none"),
         (TabularQ, {"sweeps": 0}, "sweeps=0"),
         (LinearQ, {"features": 0}, "features=0"),
         (LinearQ, {"learning_rate": 1.5}, "learning_rate=1.5"),

@@ -82,7 +82,7 @@ def test_what_is_shipped_is_the_default_and_says_what_made_it() -> None:
     ("change", "message"),
     [
         (lambda content: content.pop("constants"), "holds no constants"),
-        (lambda content: content.update(schema=99), "has the schema 99, and this version reads 1"),
+        (lambda content: content.update(schema=99), "has the schema 99, but this version reads 1"),
         (lambda content: content["constants"].pop("drives"), "holds no constants.*drives"),
         (lambda content: content["constants"]["mate_law"].pop(), r"mate_law has the shape \(5,\), not \(6,\)"),
         (lambda content: content["constants"]["scalars"].__setitem__(2, "fast"), "scalars: could not convert"),
@@ -127,4 +127,4 @@ def test_the_blocks_fill_the_vector() -> None:
 def test_silenced_networks_say_nothing() -> None:
     rule = np.array(shipped())
     assert np.count_nonzero(silenced(rule, "both networks") != rule) == 18 + 6
-    assert np.count_nonzero(silenced(rule, "memory of ground and trail") != rule) == 4 * 8
+    assert np.count_nonzero(silenced(rule, "memory of area and trail") != rule) == 4 * 8

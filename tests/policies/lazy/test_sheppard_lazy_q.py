@@ -141,7 +141,7 @@ def test_policies_that_differ_have_different_reprs() -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"reward": team_reward}, r"knows only how many targets it gained and lost itself, at most 8 each"),
+        ({"reward": team_reward}, r"must depend only on the facts gained and lost, at most 8 each"),
         ({"reward": lambda memory: np.full(len(memory), np.nan)}, r"is nan"),
         ({"memory": made_up(1, 30), "capacity": 29}, r"capacity=29: the memory has 30 transitions; give a larger capacity, or a"),
         ({"memory": made_up(1, 30), "inputs": 32}, r"inputs=32: the memory has 2 components for targets and 1 for"),

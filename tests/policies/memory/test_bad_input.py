@@ -23,7 +23,7 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"situation": np.zeros((0, 3))}, "situation: has 0 transitions; a memory needs at least 1: explore"),
     ({"situation": np.zeros((2, 0))}, "situation: has 0 components; .* give the percept"),
     ({"situation": [0.5, 1.0]}, r"situation: has the shape \(2,\); it must be \(transitions, inputs\)"),
-    ({"situation": [[0.5], [1.0, 1.0]]}, "situation: is no array .* give rows of equal length"),
+    ({"situation": [[0.5], [1.0, 1.0]]}, "situation: is not an array .* give rows of equal length"),
     ({"situation": [["a"]]}, "situation: has the type <U1; it must be numbers"),
     ({"situation": [[1j]]}, "situation: has the type complex128; it must be numbers"),
     ({"situation": [[0.5, NAN, 1.0], [1.0, 0.25, 1.0]]}, r"situation\[0, 1\] = nan: .* leave such transitions out"),
@@ -39,11 +39,11 @@ CASES: list[tuple[dict[str, Any], str]] = [
     ({"facts": {"gained": [1]}}, r"fact 'gained': has the shape \(1,\); it must be \(2,\)"),
     ({"facts": {"gained": [1, NAN]}}, r"fact 'gained'\[1\] = nan"),
     ({"facts": {"gained": ["x", "y"]}}, "fact 'gained': has the type <U1; it must be numbers"),
-    ({"facts": {3: [1, 0]}}, r"names \[3\]; the name of a fact must be a text"),
+    ({"facts": {3: [1, 0]}}, r"names \[3\]; the name of a fact must be a string"),
     ({"own": 4}, "own=4: must be at most 3"),
     ({"own": 0}, "own=0: must be at least 1"),
-    ({"settings": {"seed": NAN}}, "settings: cannot be kept as JSON .* give numbers, texts and lists"),
-    ({"settings": {"policy": object()}}, "settings: cannot be kept as JSON"),
+    ({"settings": {"seed": NAN}}, "settings: cannot be written as JSON .* give numbers, strings and lists"),
+    ({"settings": {"policy": object()}}, "settings: cannot be written as JSON"),
 ]
 
 
@@ -63,7 +63,7 @@ def test_the_furthest_rotation_is_allowed() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (([[1.0, 1.0, 1.0]], 3), "k=3: the memory has 2 transitions; ask for fewer, or explore for longer"),
+        (([[1.0, 1.0, 1.0]], 3), "k=3: the memory has 2 transitions; give a smaller k, or explore longer"),
         (([[1.0, 1.0, 1.0]], 0), "k=0: must be at least 1"),
         (([[1.0, 1.0, 1.0]], 1.5), "k=1.5: must be a whole number"),
         (([[1.0, 1.0]], 1), "queries: have 2 components; 3 are compared: give 3"),
@@ -110,7 +110,7 @@ def test_memories_that_do_not_merge(changes: dict[str, Any], message: str) -> No
 
 def test_samples_and_facts() -> None:
     memory = LazyMemory.of(**GOOD)
-    with pytest.raises(ValueError, match="count=3: the memory has 2 transitions; ask for fewer"):
+    with pytest.raises(ValueError, match="count=3: the memory has 2 transitions; give a smaller count"):
         memory.sample(3, 1)
     with pytest.raises(ValueError, match="count=0: must be at least 1"):
         memory.sample(0, 1)
@@ -129,9 +129,9 @@ def test_tables_that_kernels_would_misread(table: Any) -> None:
 @pytest.mark.parametrize(
     ("other", "message"),
     [
-        ([LazyMemory.of(**GOOD)], "is no LazyMemory; give merge(*memories)"),
-        ("x", "merge: 'x' is no LazyMemory; give merge(*memories)"),
-        (None, "merge: None is no LazyMemory"),
+        ([LazyMemory.of(**GOOD)], "is not a LazyMemory; give merge(*memories)"),
+        ("x", "merge: 'x' is not a LazyMemory; give merge(*memories)"),
+        (None, "merge: None is not a LazyMemory"),
     ],
 )
 def test_only_memories_merge(other: Any, message: str) -> None:

@@ -189,7 +189,7 @@ def test_every_memory_that_can_be_made_comes_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("settings", [{"a": "\ud800"}, {"\udfff": 1}, {"a": 10**5000}, {"a": {1, 2}}])
 def test_settings_that_no_file_holds_are_refused_when_the_memory_is_made(settings: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="settings: cannot be kept as JSON .* give numbers, texts and lists"):
+    with pytest.raises(ValueError, match="settings: cannot be written as JSON .* give numbers, strings and lists"):
         LazyMemory.of([[0.5]], [[0, 0]], [[0.5]], {}, own=1, settings=settings)
 
 

@@ -121,7 +121,7 @@ def test_unverified_pairs_are_the_only_thing_believed(saved: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (b'"schema": "1"', b'"schema": "2"', "has the schema '2', this version of teamsight reads '1'; read it with"),
+        (b'"schema": "1"', b'"schema": "2"', "has the schema '2', but this version of teamsight reads '1'; read it with"),
         (b'"F32"', b'"I32"', "its header is not that of a lazy memory"),
         (b"teamsight lazy memory", b"teamsight lost memory", "its header is not that of a lazy memory"),
         (b"[14, 40]", b"[40, 14]", "its (metadata|content) is invalid"),
@@ -164,5 +164,5 @@ def test_a_failed_save_leaves_what_was_there(saved: Path, monkeypatch: pytest.Mo
         memory_of(seed=2).save(saved)
     assert saved.read_bytes() == before
     assert os.listdir(saved.parent) == [saved.name]
-    with pytest.raises(MemoryFileError, match="cannot be written .* give a place that can be"):
+    with pytest.raises(MemoryFileError, match="cannot be written .* give a path that can be"):
         memory_of().save(saved.parent / "nowhere" / "transitions")

@@ -33,7 +33,7 @@ def test_scratch_is_room_of_its_own() -> None:
     row = np.arange(300, dtype=np.float32)
     assert Entry(_reverse)(row.ctypes.data) == 305
     assert row.tolist() == list(range(299, -1, -1))
-    with pytest.raises(TypeError, match=r"test_kernel_lanes\.py:\d+: numba cannot compile scratch\(int64"):
+    with pytest.raises(TypeError, match=r"test_lanes\.py:\d+: numba cannot compile scratch\(int64"):
         Entry(_unknown).address  # noqa: B018
 
 

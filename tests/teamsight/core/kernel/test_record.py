@@ -178,5 +178,5 @@ def test_a_guarded_record_names_the_array_and_refuses_what_may_only_be_read() ->
     packed = record.pack(Numbers(np.zeros(3), np.zeros(3)))
     with pytest.raises(ValueError, match=r"index 3 of first, whose number of numbers is 3; stay below n"):
         run_guarded("owner", "kernel", Entry(_beyond), packed, guarded.arrays)
-    with pytest.raises(ValueError, match=r"writes into first, which it may only read"):
+    with pytest.raises(ValueError, match=r"writes into first, which is read-only"):
         run_guarded("owner", "kernel", Entry(_writes), packed, guarded.arrays)
