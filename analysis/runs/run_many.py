@@ -212,15 +212,20 @@ _WHAT = "settings={}: must be a mapping of parameters, an iterable of mappings, 
 _PLACES = {"rng": "seeds=[…], or rng=… with replicates", "seed": "seeds=[…]", "replicate": "replicates=…"}
 
 
-def _values(value: Any) -> list[Any]:
+def _values(value: Any) -> Sequence[Any]:
     if isinstance(value, (list, tuple, range)):
         return value
     return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
 
 
-def _seeding(
-    replicates: int | None, seeds: Sequence[int] | None, rng: int | None, model: Model | None
-) -> Callable[[Mapping[str, Any]], list[int]]:
+class _Seeding(NamedTuple):
+    """How many runs each setting has, and what gives their seeds."""
+
+    runs: int
+    seeds_of: Callable[[Mapping[str, Any]], list[int]]
+
+
+def _seeding(replicates: int | None, seeds: Iterable[int] | None, rng: int | None, model: Model | None) -> _Seeding:
     if seeds is not None:
         if replicates is not None or rng is not None:
             raise ValueError("seeds: cannot be combined with replicates or rng; give either")
