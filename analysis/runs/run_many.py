@@ -177,6 +177,7 @@ class Columns:
 
 
 def _listed(settings: Any) -> list[dict[str, Any]]:
+    """Return the settings one by one."""
     if isinstance(settings, pd.DataFrame):
         if not settings.columns.is_unique:
             twice = settings.columns[settings.columns.duplicated()][0]
@@ -213,6 +214,7 @@ _PLACES = {"rng": "seeds=[…], or rng=… with replicates", "seed": "seeds=[…
 
 
 def _values(value: Any) -> Sequence[Any]:
+    """Return the values of one parameter."""
     if isinstance(value, (list, tuple, range)):
         return value
     return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
