@@ -5,15 +5,13 @@ Run it with the Python of the checkout: `.venv/bin/python .ci/commands_page.py`.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
 import click
 
+from teamsight.analysis.plot import markdown
 from teamsight.cli.main import commands
-
-_WIDTH = 120
 
 
 def main() -> None:
@@ -26,15 +24,13 @@ def page() -> str:
     """Return the page."""
     parts = [
         "# Commands",
-        _wrapped(
-            "All commands of teamsight with their options. This page is made by `python .ci/commands_page.py` from the "
-            "declarations that `--help` shows too. Results depend on the settings and the seed only, not on the number "
-            "of workers. Ctrl-C ends a command with status 130, wrong input with status 2."
-        ),
+        "All commands of teamsight with their options. This page is made by `python .ci/commands_page.py` from the "
+        "declarations that `--help` shows too. Results depend on the settings and the seed only, not on the number of "
+        "workers. Ctrl-C ends a command with status 130, wrong input with status 2.",
     ]
     for name, command in leaves("teamsight", commands):
         parts += [f"## {name}", *_help(command), _table(command)]
-    return "\n\n".join(parts) + "\n"
+    return markdown.page(*parts)
 
 
 def leaves(path: str, command: click.Command) -> Iterator[tuple[str, click.Command]]:
@@ -52,18 +48,13 @@ def _help(command: click.Command) -> Iterator[str]:
         if lines[0] == "\b":
             yield "\n".join(["```", *lines[2:], "```"])
         else:
-            yield _wrapped(" ".join(lines))
+            yield " ".join(lines)
 
 
 def _table(command: click.Command) -> str:
     context = click.Context(command)
     records = [record for one in command.params if (record := one.get_help_record(context)) and record[1]]
-    rows = ["| option | meaning |", "|---|---|"]
-    return "\n".join(rows + [f"| `{names}` | {help} |" for names, help in records])
-
-
-def _wrapped(text: str) -> str:
-    return "\n".join(textwrap.wrap(text, _WIDTH, break_long_words=False, break_on_hyphens=False))
+    return markdown.table(("option", "meaning"), [(f"`{names}`", help) for names, help in records])
 
 
 if __name__ == "__main__":

@@ -113,6 +113,7 @@ class Policy(ABC):
     needs : tuple of str, default ()
         Fields of the percept that the policy requires: "targets", "teammates", "relayed". A world whose degree of
         awareness never fills them refuses the policy.
+        In `CMOMMT` the targets sense the robots if their policy needs "targets".
     effort : int, default 0
         Numbers that a decision of one robot compares, for policies that search a table. The worker pool estimates the
         time of a run from it.

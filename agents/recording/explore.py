@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.model import World
-from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Transitions
+from teamsight.agents.recording.transitions import Transitions, concatenated
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
 from teamsight.world.arena import Disc
@@ -80,14 +79,7 @@ def memory_of(parts: Iterable[Transitions], group: Group, settings: Mapping[str,
             f"situations of {' and '.join(map(str, widths))} inputs: a memory holds one width; explore with teams of "
             "one size, or with RingAwareness()"
         )
-    return LazyMemory.of(
-        np.concatenate([part.situation for part in kept]),
-        np.concatenate([part.action for part in kept]),
-        np.concatenate([part.next_situation for part in kept]),
-        {name: np.concatenate([part.facts[name] for part in kept]) for name in FACTS},
-        own=group.awareness.width(1).own,
-        settings=settings,
-    )
+    return LazyMemory.of(*concatenated(kept), own=group.awareness.width(1).own, settings=settings)
 
 
 def settings_of(world: World, group: Group) -> dict[str, Any]:

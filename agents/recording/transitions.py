@@ -5,7 +5,7 @@ The compiled loop writes them, see `teamsight.agents.recording.transition_kernel
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -118,6 +118,11 @@ def joined(group: Group, logs: list[TransitionLog]) -> Transitions:
             "size has changed; use RingAwareness(), whose width does not depend on the team size"
         )
     parts = [log.transitions() for log in logs if log.rows] or [logs[-1].transitions()]
+    return concatenated(parts)
+
+
+def concatenated(parts: Sequence[Transitions]) -> Transitions:
+    """Return transitions of one width, one after another."""
     return Transitions(
         np.concatenate([part.situation for part in parts]),
         np.concatenate([part.action for part in parts]),

@@ -145,7 +145,7 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
             settings.learner, memory, objective, lambda done, total: watch("learning", done, total)
         )
     except TooManyStatesError as error:
-        wrong = str(error).partition(". ")[0]
+        wrong = str(error).partition(";")[0]
         raise ValueError(
             f"learner={settings.learner}: {wrong}; give --learner linear or lazy, or explore with a degree of "
             "awareness that adds fewer inputs"

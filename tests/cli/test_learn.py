@@ -405,7 +405,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
         (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of transitions; leave it out"]),
-        (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard continues to learn while it acts"]),
+        (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard learns while it acts"]),
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
         (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, but the memory has only 10"]),

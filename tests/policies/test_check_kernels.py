@@ -184,7 +184,7 @@ def test_a_kernel_that_cannot_be_guarded_is_checked_otherwise_and_said_so(monkey
 
     monkeypatch.setattr("teamsight.policies.guarded_decision.guarded", refuse)
     policy = type("Stays", (CompiledPolicy,), {"kernel": stays, "parameters": ()})()
-    with pytest.warns(UserWarning, match=r"Stays: the accesses of its kernel to memory are not checked.*one by one"):
+    with pytest.warns(UserWarning, match=r"Stays: the memory accesses of its kernel are not checked.*one by one"):
         check_policy(policy)
 
 

@@ -49,7 +49,7 @@ def test_ones_own() -> None:
 @pytest.mark.parametrize(
     ("reward", "message"),
     [
-        (lambda memory: [0, np.nan, np.inf], r"reward <lambda>: is nan for transition 1 and not finite for 2 of 3"),
+        (lambda memory: [0, np.nan, np.inf], r"reward <lambda>: is nan for transition 1, and not finite for 2 of 3"),
         (lambda memory: [1, 2], r"returned the shape \(2,\); for 3 transitions it must be \(3,\)"),
         (lambda memory: 1.0, r"returned the shape \(\)"),
         (lambda memory: np.zeros((3, 1)), r"returned the shape \(3, 1\)"),

@@ -126,7 +126,7 @@ def test_a_search_makes_room_and_overwrites_what_it_found() -> None:
     [
         ([[0.0, np.nan]], None, 1.0, None, r"observers: row 0 is .*; positions must be finite"),
         ([[0.0, 0.0]], [[0.0, 0.0], [np.inf, 0.0]], 1.0, None, r"observed: row 1 is .*; positions must be finite"),
-        ([0.0, 0.0], None, 1.0, None, r"observers: shape \(2,\); positions have the shape \(n, 2\)"),
+        ([0.0, 0.0], None, 1.0, None, r"observers: has the shape \(2,\); give positions of shape \(n, 2\)"),
         ([[0.0, 0.0]], None, -1.0, None, r"reach: .* at least 0"),
         ([[0.0, 0.0]], None, np.nan, None, r"reach: .* finite"),
         ([[0.0, 0.0]], None, 6.0, Torus(10, 12), r"range=6: .* at most half .* 5;"),

@@ -188,7 +188,7 @@ def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
         StateGrid(16, 64, "shared")
     with pytest.raises(ValueError, match=r"3\^22 states"):
         StateGrid(16, 18, "pairwise")
-    with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly; 16 or a divisor"):
+    with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly; give 16 or a divisor"):
         StateGrid(16, 0, "none", sectors=5)
     with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; 2 or a divisor"):
         StateGrid(16, 6, "ring")
