@@ -190,7 +190,7 @@ def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
         StateGrid(16, 18, "pairwise")
     with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly; give 16 or a divisor"):
         StateGrid(16, 0, "none", sectors=5)
-    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; 2 or a divisor"):
+    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; give 2 or a divisor"):
         StateGrid(16, 6, "ring")
     with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of teammates evenly; give 1"):
         StateGrid(16, 7, "ring")
