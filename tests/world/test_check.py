@@ -243,5 +243,5 @@ def test_a_confine_that_cannot_be_compiled_is_named_with_its_line() -> None:
 def test_something_else_than_an_arena_is_refused() -> None:
     with pytest.raises(TypeError, match=r"float: must be an object of a subclass of Arena"):
         check_arena(2.0)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"ABCMeta: must be an object of a subclass of Arena"):
+    with pytest.raises(TypeError, match=r"Disc: must be an object of a subclass of Arena"):
         check_arena(Disc)  # type: ignore[arg-type]
