@@ -190,7 +190,7 @@ WRONG = [
     ({"contains": lambda self, p: np.abs(p[:, 0]) + np.abs(p[:, 1]) <= 2.0}, r"contains of positions of shape \(2, 3, 2\) .*last axis"),
     ({"contains": lambda self, p: bool((np.abs(p).sum(axis=-1) <= 2.0).all())}, r"contains of positions of shape \(6, 2\) has the shape \(\).*last axis"),
     ({"contains": lambda self, p: np.abs(p).sum(axis=-1)}, r"has the shape \(6,\) and the type float64; it must be \(6,\) and bool"),
-    ({"place": wide}, r"place\(.*, margin=0\) is \[.*\], outside according to contains\(\); map all of \(0, 1\)"),
+    ({"place": wide}, r"place\(.*, margin=0\) is \[.*\], which is outside according to contains\(\); map all of \(0, 1\)"),
     ({"place": no_margin}, r"place\(.*, margin=0\.02\d*\) is \[.*\], nearer to the wall than the margin: \[.*\] is outside; return positions"),
     ({"place": lambda self, u, v, margin=0.0: np.stack([u, v])}, r"place of numbers of shape \(\d+,\) has the shape \(2, \d+\); stack x and y"),
     ({"place": lambda self, u, v, margin=0.0: np.stack([u * np.nan, v], axis=-1)}, r"place\(.*\) is \[nan, .*\]; it must be finite"),
@@ -243,5 +243,5 @@ def test_a_confine_that_cannot_be_compiled_is_named_with_its_line() -> None:
 def test_something_else_than_an_arena_is_refused() -> None:
     with pytest.raises(TypeError, match=r"float: must be an object of a subclass of Arena"):
         check_arena(2.0)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"ABCMeta: must be an object of a subclass of Arena"):
+    with pytest.raises(TypeError, match=r"Disc: must be an object of a subclass of Arena"):
         check_arena(Disc)  # type: ignore[arg-type]
