@@ -176,7 +176,7 @@ def test_what_cannot_be_learned_from_is_refused() -> None:
             ValueError, match="k=1000: must be at most 128, .* at most the 9 transitions of the memory; use a sm"
         ):
             kind(memory, k=1000)
-        with pytest.raises(ValueError, match="is nan for transition 0 and not finite for 9 of 9"):
+        with pytest.raises(ValueError, match="is nan for transition 0, and not finite for 9 of 9"):
             kind(memory, lambda memory: np.full(9, np.nan), k=3)
     with pytest.raises(ValueError, match="has 300 actions; at most 256 fit"):
         PessimisticLazyQ(memory, k=3, actions=ActionGrid(100, (0.0, 0.5, 1.0)))

@@ -215,7 +215,7 @@ def test_a_mistake_is_named_with_the_users_line_first(rule: Any, mark: str, mess
 
 def test_a_kernel_with_other_parameters_is_named() -> None:
     assert re.search(
-        rf"{HERE}:\d+: .*three\(percept, arrays, noise\) is called as three\(percept, arrays, noise, action\); take",
+        rf"{HERE}:\d+: .*three\(percept, arrays, noise\) is called as three\(percept, arrays, noise, action\); give",
         str(refused(three)),
     )
 
