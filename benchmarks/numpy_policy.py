@@ -46,12 +46,12 @@ def _add(force: Floats, row: npt.NDArray[np.int64], part: Floats) -> None:
 
 
 def _taken(targets: Any, teammates: Any, watcher: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-    """Say for each sighting of a target whether a perceived teammate is nearer to it."""
+    """Say for each entry of a target whether a perceived teammate is nearer to it."""
     degree = np.diff(teammates.start)[watcher]
-    sighting = np.repeat(np.arange(len(watcher)), degree)
-    # For each sighting all teammates of the robot that sees: the numbers of their entries, counted up from its first.
+    entry = np.repeat(np.arange(len(watcher)), degree)
+    # For each entry all teammates of the robot that sees: the numbers of their entries, counted up from its first.
     first = np.repeat(teammates.start[watcher] - np.cumsum(degree) + degree, degree)
-    mate = np.arange(len(sighting)) + first
-    way = targets.offset[sighting] - teammates.offset[mate]
-    nearer = np.einsum("ij,ij->i", way, way) < targets.distance[sighting] ** 2
-    return np.bincount(sighting, nearer, len(watcher)) > 0
+    teammate = np.arange(len(entry)) + first
+    way = targets.offset[entry] - teammates.offset[teammate]
+    nearer = np.einsum("ij,ij->i", way, way) < targets.distance[entry] ** 2
+    return np.bincount(entry, nearer, len(watcher)) > 0

@@ -34,7 +34,7 @@ static double radius;
 static body *robot, *target;
 static track *tracks;
 static int *track_count;
-static sights seen, mates;
+static sights seen, teammates;
 static vector *aim;
 static double *distance;
 
@@ -141,9 +141,9 @@ static inline double attract(double d) {
 }
 
 /* The force of a target at `way`; none when a teammate is strictly nearer to it. */
-static vector pull(vector way, double square, const sight *mate, int mate_count) {
+static vector pull(vector way, double square, const sight *teammate, int mate_count) {
     for (int k = 0; k < mate_count; k++) {
-        vector other = {way.x - mate[k].offset.x, way.y - mate[k].offset.y};
+        vector other = {way.x - teammate[k].offset.x, way.y - teammate[k].offset.y};
         if (square_of(other) < square)
             return (vector){0.0, 0.0};
     }
@@ -210,20 +210,20 @@ static int update_tracks(track *list, int old, vector moved, const sight *sights
 /* Decisions. */
 
 static void decide(int i, long tick) {
-    const sight *sights = seen.list + seen.first[i], *mate = mates.list + mates.first[i];
-    int sight_count = seen.count[i], mate_count = mates.count[i];
+    const sight *sights = seen.list + seen.first[i], *teammate = teammates.list + teammates.first[i];
+    int sight_count = seen.count[i], mate_count = teammates.count[i];
     track *list = tracks + (size_t)i * TRACKS;
     vector force = {0.0, 0.0};
     for (int k = 0; k < mate_count; k++) {
-        if (mate[k].square >= DR2 * DR2 || mate[k].square == 0.0)
+        if (teammate[k].square >= DR2 * DR2 || teammate[k].square == 0.0)
             continue;
-        double d = sqrt(mate[k].square), push = repel(d);
+        double d = sqrt(teammate[k].square), push = repel(d);
         push /= d;
-        force.x += push * mate[k].offset.x;
-        force.y += push * mate[k].offset.y;
+        force.x += push * teammate[k].offset.x;
+        force.y += push * teammate[k].offset.y;
     }
     for (int k = 0; k < sight_count; k++) {
-        vector part = pull(sights[k].offset, sights[k].square, mate, mate_count);
+        vector part = pull(sights[k].offset, sights[k].square, teammate, mate_count);
         force.x += part.x;
         force.y += part.y;
     }
@@ -233,7 +233,7 @@ static void decide(int i, long tick) {
         for (int slot = 0; slot < count; slot++) {
             if (list[slot].age == 0)
                 continue;
-            vector part = pull(list[slot].place, square_of(list[slot].place), mate, mate_count);
+            vector part = pull(list[slot].place, square_of(list[slot].place), teammate, mate_count);
             if (part.x == 0.0 && part.y == 0.0)
                 continue;
             double exists = exp(-list[slot].age / DECAY);
@@ -293,7 +293,7 @@ static inline void append(sights *s, int i, int other, vector offset, double squ
 }
 
 static void look_at_all(void) {
-    memset(mates.count, 0, robots * sizeof(int));
+    memset(teammates.count, 0, robots * sizeof(int));
     memset(seen.count, 0, robots * sizeof(int));
     for (int i = 0; i < robots; i++) {
         vector here = robot[i].position;
@@ -301,8 +301,8 @@ static void look_at_all(void) {
             vector way = {robot[j].position.x - here.x, robot[j].position.y - here.y};
             double square = square_of(way);
             if (square <= REACH * REACH) {
-                append(&mates, i, j, way, square);
-                append(&mates, j, i, (vector){-way.x, -way.y}, square);
+                append(&teammates, i, j, way, square);
+                append(&teammates, j, i, (vector){-way.x, -way.y}, square);
             }
         }
         for (int j = 0; j < targets; j++) {
@@ -377,9 +377,9 @@ static void look_around(sights *s, const grid *g, int i, int myself) {
 static void look_in_cells(void) {
     sort_into(&robot_grid, robot, robots);
     sort_into(&target_grid, target, targets);
-    mates.used = seen.used = 0;
+    teammates.used = seen.used = 0;
     for (int i = 0; i < robots; i++) {
-        look_around(&mates, &robot_grid, i, i);
+        look_around(&teammates, &robot_grid, i, i);
         look_around(&seen, &target_grid, i, -1);
     }
 }
@@ -470,7 +470,7 @@ int main(int argc, char **argv) {
     robot_noise = array(robots, sizeof(block));
     target_noise = array(targets, sizeof(block));
     turn_noise = array(targets, sizeof(block));
-    mates = new_sights(robots, with_cells);
+    teammates = new_sights(robots, with_cells);
     seen = new_sights(targets, with_cells);
     if (with_cells) {
         robot_grid = new_grid(robots);
@@ -500,8 +500,8 @@ int main(int argc, char **argv) {
         if (with_cells) look_in_cells(); else look_at_all();
         int observed = 0, edges = 0, largest = 0;
         for (int i = 0; i < robots; i++) {
-            edges += mates.count[i];
-            largest = mates.count[i] > largest ? mates.count[i] : largest;
+            edges += teammates.count[i];
+            largest = teammates.count[i] > largest ? teammates.count[i] : largest;
             for (int k = 0; k < seen.count[i]; k++) {
                 int j = seen.list[seen.first[i] + k].other;
                 observed += met[j] != tick + 1;

@@ -10,26 +10,26 @@ import numpy.typing as npt
 #: Features of a robot's whole situation; see `teamsight.policies.evolved.senses`.
 CONTEXT = 7
 #: Further features of a target, and of a teammate.
-TARGET_FEATURES, MATE_FEATURES = 8, 2
-TARGET_NEURONS, MATE_NEURONS = 8, 5
+TARGET_FEATURES, TEAMMATE_FEATURES = 8, 2
+TARGET_NEURONS, TEAMMATE_NEURONS = 8, 5
 #: Knots of the force laws, a fifth of the range apart.
-TARGET_KNOTS, MATE_KNOTS = 8, 6
+TARGET_KNOTS, TEAMMATE_KNOTS = 8, 6
 #: Forces from memory: forward, away from the recent and the old trail, away from remembered teammates, to the middle.
 DRIVES = 5
 
 TARGET_INPUTS = CONTEXT + TARGET_FEATURES
-MATE_INPUTS = CONTEXT + MATE_FEATURES
+TEAMMATE_INPUTS = CONTEXT + TEAMMATE_FEATURES
 
 # The blocks are contiguous; a neuron is its bias followed by its weights.
 TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
 TARGET_LAW = 6
-MATE_LAW = TARGET_LAW + TARGET_KNOTS
-DRIVE = MATE_LAW + MATE_KNOTS
+TEAMMATE_LAW = TARGET_LAW + TARGET_KNOTS
+DRIVE = TEAMMATE_LAW + TEAMMATE_KNOTS
 TARGET_HIDDEN = DRIVE + DRIVES * (1 + CONTEXT)
 TARGET_OUT = TARGET_HIDDEN + TARGET_NEURONS * (1 + TARGET_INPUTS)
-MATE_HIDDEN = TARGET_OUT + 2 * (1 + TARGET_NEURONS)
-MATE_OUT = MATE_HIDDEN + MATE_NEURONS * (1 + MATE_INPUTS)
-SIZE = MATE_OUT + 1 + MATE_NEURONS
+TEAMMATE_HIDDEN = TARGET_OUT + 2 * (1 + TARGET_NEURONS)
+TEAMMATE_OUT = TEAMMATE_HIDDEN + TEAMMATE_NEURONS * (1 + TEAMMATE_INPUTS)
+SIZE = TEAMMATE_OUT + 1 + TEAMMATE_NEURONS
 
 
 class Block(NamedTuple):
@@ -43,12 +43,12 @@ class Block(NamedTuple):
 BLOCKS = {
     "scalars": Block(TURN, (6,)),
     "target_law": Block(TARGET_LAW, (TARGET_KNOTS,)),
-    "mate_law": Block(MATE_LAW, (MATE_KNOTS,)),
+    "teammate_law": Block(TEAMMATE_LAW, (TEAMMATE_KNOTS,)),
     "drives": Block(DRIVE, (DRIVES, 1 + CONTEXT)),
     "target_hidden": Block(TARGET_HIDDEN, (TARGET_NEURONS, 1 + TARGET_INPUTS)),
     "target_out": Block(TARGET_OUT, (2, 1 + TARGET_NEURONS)),
-    "mate_hidden": Block(MATE_HIDDEN, (MATE_NEURONS, 1 + MATE_INPUTS)),
-    "mate_out": Block(MATE_OUT, (1, 1 + MATE_NEURONS)),
+    "teammate_hidden": Block(TEAMMATE_HIDDEN, (TEAMMATE_NEURONS, 1 + TEAMMATE_INPUTS)),
+    "teammate_out": Block(TEAMMATE_OUT, (1, 1 + TEAMMATE_NEURONS)),
 }
 
 _HIDDEN_SPREAD = 0.7
@@ -57,7 +57,7 @@ _HIDDEN_SPREAD = 0.7
 def spreads() -> npt.NDArray[np.float64]:
     """Return the relative initial standard deviation of each constant in the evolution."""
     wide = np.ones(SIZE)
-    wide[TARGET_HIDDEN:TARGET_OUT] = wide[MATE_HIDDEN:MATE_OUT] = 2.0
+    wide[TARGET_HIDDEN:TARGET_OUT] = wide[TEAMMATE_HIDDEN:TEAMMATE_OUT] = 2.0
     return wide
 
 
@@ -69,9 +69,9 @@ def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.fl
     """Return the constants with the outputs of a part set to 0."""
     changed = constants.copy()
     if part in ("target network", "both networks"):
-        changed[TARGET_OUT:MATE_HIDDEN] = 0.0
+        changed[TARGET_OUT:TEAMMATE_HIDDEN] = 0.0
     if part in ("teammate network", "both networks"):
-        changed[MATE_OUT:SIZE] = 0.0
+        changed[TEAMMATE_OUT:SIZE] = 0.0
     if part == "memory of area and trail":
         # All drives except the first, forward.
         changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
@@ -93,10 +93,10 @@ def beginning(seed: int) -> npt.NDArray[np.float64]:
     constants = np.zeros(SIZE)
     constants[[TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY]] = 0.22, 1.0, 0.0, 20.0, 0.0, 0.3
     constants[TARGET_LAW : TARGET_LAW + TARGET_KNOTS] = -0.8, 0.2, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0
-    constants[MATE_LAW : MATE_LAW + MATE_KNOTS] = -1.0, -1.0, -1.0, -0.5, 0.0, 0.0
+    constants[TEAMMATE_LAW : TEAMMATE_LAW + TEAMMATE_KNOTS] = -1.0, -1.0, -1.0, -0.5, 0.0, 0.0
     # Forward, unless the robot has targets of its own.
     constants[DRIVE], constants[DRIVE + 2] = 1.0, -1.5
     rng = np.random.default_rng(seed)
-    for first, last in ((TARGET_HIDDEN, TARGET_OUT), (MATE_HIDDEN, MATE_OUT)):
+    for first, last in ((TARGET_HIDDEN, TARGET_OUT), (TEAMMATE_HIDDEN, TEAMMATE_OUT)):
         constants[first:last] = rng.normal(0.0, _HIDDEN_SPREAD, last - first)
     return constants

@@ -105,10 +105,10 @@ def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
         distance = teammates.distance[k] / percept.awareness_range[i]
         features[at.CONTEXT] = 2.0 * distance - 1.0
         features[at.CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
-        force = constants[at.MATE_OUT] + _law(constants, at.MATE_LAW, at.MATE_KNOTS, distance)
-        for j in range(at.MATE_NEURONS):
-            first = at.MATE_HIDDEN + j * (1 + at.MATE_INPUTS)
-            force += _neuron(constants, first, features, at.MATE_INPUTS) * constants[at.MATE_OUT + 1 + j]
+        force = constants[at.TEAMMATE_OUT] + _law(constants, at.TEAMMATE_LAW, at.TEAMMATE_KNOTS, distance)
+        for j in range(at.TEAMMATE_NEURONS):
+            first = at.TEAMMATE_HIDDEN + j * (1 + at.TEAMMATE_INPUTS)
+            force += _neuron(constants, first, features, at.TEAMMATE_INPUTS) * constants[at.TEAMMATE_OUT + 1 + j]
         force /= max(teammates.distance[k], 1e-9)
         force_x += force * teammates.offset[k, 0]
         force_y += force * teammates.offset[k, 1]

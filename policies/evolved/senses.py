@@ -20,9 +20,9 @@ ROWS, FIELDS = TRACKS + 2, 16
 # They follow the fields of the target track.
 DISTANCE, RIVAL_DISTANCE, RIVAL_LOAD, RIVALS, COMPANY, OWN = range(4, 10)
 # Fields of the row for the robot itself.
-FRESH_X, FRESH_Y, OLD_X, OLD_Y, MET_X, MET_Y, LEFT, RIGHT, BOTTOM, TOP, SEEN_LATELY, MATES_LATELY, IDLE = range(13)
+FRESH_X, FRESH_Y, OLD_X, OLD_Y, MET_X, MET_Y, LEFT, RIGHT, BOTTOM, TOP, SEEN_LATELY, TEAMMATES_LATELY, IDLE = range(13)
 # The context: the first inputs of each network.
-SEEN, MINE, MATES, OFTEN_SEEN, OFTEN_MATES, IDLENESS, EXTENT = range(7)
+SEEN, MINE, TEAMMATES, OFTEN_SEEN, OFTEN_TEAMMATES, IDLENESS, EXTENT = range(7)
 
 #: Distance from a target beyond which a teammate does not count as a rival.
 NO_RIVAL = 1.5
@@ -89,10 +89,10 @@ def _write_rivals(i: int, slot: int, x: float, y: float, percept: Any, floats: A
 
 
 @inlined
-def load(mate: int, percept: Any, floats: Any, ints: Any, count: int, per_reach: float) -> float:
+def load(teammate: int, percept: Any, floats: Any, ints: Any, count: int, per_reach: float) -> float:
     """Return how many of the targets in the robot's sight are in range of a teammate."""
-    x = percept.teammates.offset[mate, 0]
-    y = percept.teammates.offset[mate, 1]
+    x = percept.teammates.offset[teammate, 0]
+    y = percept.teammates.offset[teammate, 1]
     found = 0
     for slot in range(count):
         way_x = (floats[slot, X] - x) * per_reach
@@ -123,7 +123,7 @@ def update_self(i: int, seen: int, percept: Any, floats: Any) -> None:
     teammates = percept.teammates.start[i + 1] - percept.teammates.start[i]
     state[IDLE] = 0.0 if seen > 0 else state[IDLE] + 1.0
     state[SEEN_LATELY] += _LATELY * (few(seen) - state[SEEN_LATELY])
-    state[MATES_LATELY] += _LATELY * (few(teammates) - state[MATES_LATELY])
+    state[TEAMMATES_LATELY] += _LATELY * (few(teammates) - state[TEAMMATES_LATELY])
     state[FRESH_X] = _FRESH * (state[FRESH_X] - moved_x)
     state[FRESH_Y] = _FRESH * (state[FRESH_Y] - moved_y)
     state[OLD_X] = _OLD * (state[OLD_X] - moved_x)
@@ -171,9 +171,9 @@ def put_context(seen: int, mine: float, teammates: int, floats: Any) -> None:
     extent = 0.5 * max(state[RIGHT] - state[LEFT], state[TOP] - state[BOTTOM])
     context[SEEN] = few(seen)
     context[MINE] = few(mine)
-    context[MATES] = few(teammates)
+    context[TEAMMATES] = few(teammates)
     context[OFTEN_SEEN] = state[SEEN_LATELY]
-    context[OFTEN_MATES] = state[MATES_LATELY]
+    context[OFTEN_TEAMMATES] = state[TEAMMATES_LATELY]
     context[IDLENESS] = state[IDLE] / (state[IDLE] + 20.0)
     context[EXTENT] = extent / (extent + 3.0)
 

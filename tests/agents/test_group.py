@@ -85,7 +85,7 @@ def test_the_graph_of_neighbours(equal: bool) -> None:
     graph = to_networkx(world.neighbours, members.position, members.identity, directed=not equal)
     assert sorted(graph.nodes) == robots.identity.tolist()
     for robot in robots:
-        assert sorted(graph.adj[robot.unique_id]) == [mate.unique_id for mate in robot.neighbours]
+        assert sorted(graph.adj[robot.unique_id]) == [teammate.unique_id for teammate in robot.neighbours]
         assert graph.nodes[robot.unique_id]["position"] == tuple(robot.position)
     for one, other, data in graph.edges(data=True):
         places = [np.array(graph.nodes[node]["position"]) for node in (one, other)]

@@ -142,7 +142,7 @@ def test_removing_an_agent() -> None:
     assert len(model.robots) == 4
     assert gone not in model.agents
     assert {robot.unique_id: robot.position.tolist() for robot in model.robots} == before
-    assert gone not in [mate for robot in model.robots for mate in robot.neighbours]
+    assert gone not in [teammate for robot in model.robots for teammate in robot.neighbours]
     assert gone not in [robot for target in model.targets for robot in target.observers]
     model.run(3)
     late = model.add(Robot, 2, policy=RandomWalk(), name="late")

@@ -48,9 +48,9 @@ def test_neighbours_are_those_counted_by_hand(_: int) -> None:
     for row, (agent, reach) in enumerate(zip(agents, reaches, strict=True)):
         edges = slice(graph.start[row], graph.start[row + 1])
         expected = []
-        for other, mate in enumerate(agents):
-            way = world.arena.displacement(agent.position, mate.position)
-            near = mate is not agent and mate.group.team == agent.group.team and np.hypot(*way) <= reach
+        for other, teammate in enumerate(agents):
+            way = world.arena.displacement(agent.position, teammate.position)
+            near = teammate is not agent and teammate.group.team == agent.group.team and np.hypot(*way) <= reach
             expected += [other] if near else []
         assert graph.identity[edges].tolist() == expected, seed
         assert graph.distance[edges] == pytest.approx(np.hypot(*graph.offset[edges].T)), seed

@@ -63,15 +63,15 @@ class EvolvedRobot(naive.ACmommtRobot):
         self.here += moved
         self.tick += 1
         self._update(one)
-        teammates = [complex(*mate) / reach for mate in one.teammates.offset.tolist()]
+        teammates = [complex(*teammate) / reach for teammate in one.teammates.offset.tolist()]
         near = [d / one.awareness_range for d in one.teammates.distance.tolist()]
         target_tracks = [
             SimpleNamespace(at=self._expected(t) / reach, step=t[3] / reach, age=self.tick - t[2]) for t in self.target_tracks
         ]
         seen = [t for t in target_tracks if t.age == 0]
-        loads = [sum(abs(t.at - mate) < 1 for t in seen) for mate in teammates]
+        loads = [sum(abs(t.at - teammate) < 1 for t in seen) for teammate in teammates]
         for t in target_tracks:
-            gaps = [abs(t.at - mate) for mate in teammates]
+            gaps = [abs(t.at - teammate) for teammate in teammates]
             t.rival = min([1.5, *gaps])
             t.load = loads[int(np.argmin(gaps))] if gaps and t.rival < 1.5 else 0
             t.rivals = sum(gap < 1 for gap in gaps)
@@ -90,7 +90,7 @@ class EvolvedRobot(naive.ACmommtRobot):
         xs, ys = [g.real for g in self.ground], [g.imag for g in self.ground]
         extent = max(max(xs) - min(xs), max(ys) - min(ys)) / 2
         middle = complex(min(xs) + max(xs), min(ys) + max(ys)) / 2 - self.here / reach
-        off = -sum((1 - d) * way(mate) for mate, d in zip(teammates, near, strict=True))
+        off = -sum((1 - d) * way(teammate) for teammate, d in zip(teammates, near, strict=True))
         self.met = 0.95 * self.met + 0.05 * off
         context = [
             few(len(seen)), few(mine), few(len(teammates)), self.often_seen, self.often_teammates, self.idle / (self.idle + 20),
@@ -106,9 +106,9 @@ class EvolvedRobot(naive.ACmommtRobot):
             ])  # fmt: skip
             pull += t.own * self.law("target", d)
             force += math.exp(-t.age * decay**2) * (pull * way(t.at + lead * t.step) + 10 * along * t.step)
-        for mate, d, load in zip(teammates, near, loads, strict=True):
-            (push,) = self.network("mate", [*context, 2 * d - 1, few(load)])
-            force += (push + self.law("mate", d)) * way(mate)
+        for teammate, d, load in zip(teammates, near, loads, strict=True):
+            (push,) = self.network("teammate", [*context, 2 * d - 1, few(load)])
+            force += (push + self.law("teammate", d)) * way(teammate)
         drives = self.blocks["drives"] @ np.r_[1, context]
         ways = [complex(*one.heading), self.fresh, 0.2 * self.old, 3 * self.met, middle / (1 + abs(middle))]
         force += sum(drive * where for drive, where in zip(drives, ways, strict=True))

@@ -96,8 +96,8 @@ def attraction(distance: float, do1: float, do2: float, do3: float, predictive: 
 def weight(rule: str, target: Vector, teammates: list[Vector], reach: float, shared: float, loss: float) -> float:
     """The probability that no other robot already monitors the target."""
     if rule == "nearest":
-        return 0.0 if any(math.dist(target, mate) < math.hypot(*target) for mate in teammates) else 1.0
-    rivals = sum(math.dist(target, mate) < reach for mate in teammates)
+        return 0.0 if any(math.dist(target, teammate) < math.hypot(*target) for teammate in teammates) else 1.0
+    rivals = sum(math.dist(target, teammate) < reach for teammate in teammates)
     if rule == "shared":
         return shared if rivals else 1.0
     return max(1 - loss * rivals, 0.0) if rule == "per-teammate" else 1.0
@@ -167,7 +167,7 @@ def ring_view(teammates: list[Vector], heading: Vector, sectors: int) -> list[Ve
     """What the ring shows: for each sector in turn the nearest teammate's distance, in the direction of its centre."""
     ahead, shown = math.atan2(heading[1], heading[0]), []
     for k in range(sectors):
-        inside = [math.hypot(*mate) for mate in teammates if sector(mate, heading, sectors) == k]
+        inside = [math.hypot(*teammate) for teammate in teammates if sector(teammate, heading, sectors) == k]
         if inside:
             angle = ahead + 2 * math.pi * k / sectors
             shown.append((min(inside) * math.cos(angle), min(inside) * math.sin(angle)))
@@ -233,10 +233,10 @@ class ACmommtRobot:
         self.tick += 1
         if p.target_tracks:
             self._update(one)
-        teammates = [tuple(mate) for mate in one.teammates.offset.tolist()]
+        teammates = [tuple(teammate) for teammate in one.teammates.offset.tolist()]
         scale = reach if p.repulsion_scale == "sensing" else one.awareness_range
         force = sum(
-            repulsion(math.hypot(*mate) / scale, p.dr1, p.dr2) * complex(*mate) / math.hypot(*mate) for mate in teammates
+            repulsion(math.hypot(*teammate) / scale, p.dr1, p.dr2) * complex(*teammate) / math.hypot(*teammate) for teammate in teammates
         )
         for target in one.targets.offset.tolist():
             force += self._pull(tuple(target), teammates, reach)

@@ -88,7 +88,7 @@ def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
         percept = robot.percept
         assert percept.targets.identity.tolist() == [target.unique_id for target in robot.observed_targets]
         assert np.allclose(percept.targets.offset, np.reshape([way(robot, t) for t in robot.observed_targets], (-1, 2)))
-        teammates = [way(robot, mate) for mate in robot.neighbours]
+        teammates = [way(robot, teammate) for teammate in robot.neighbours]
         if isinstance(awareness, NoAwareness):
             assert len(percept.teammates.identity) == 0
         elif isinstance(awareness, RingAwareness):
@@ -96,11 +96,11 @@ def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
             assert np.allclose(percept.teammates.offset, np.reshape(shown, (-1, 2)), atol=1e-9)
             assert np.all(percept.teammates.identity == -1)
         else:
-            assert percept.teammates.identity.tolist() == [mate.unique_id for mate in robot.neighbours]
+            assert percept.teammates.identity.tolist() == [teammate.unique_id for teammate in robot.neighbours]
             assert np.allclose(percept.teammates.offset, np.reshape(teammates, (-1, 2)))
         relayed = []
         if isinstance(awareness, SharedAwareness):
-            relayed = [(target, way(robot, target)) for mate in robot.neighbours for target in mate.observed_targets]
+            relayed = [(target, way(robot, target)) for teammate in robot.neighbours for target in teammate.observed_targets]
         assert percept.relayed.identity.tolist() == [target.unique_id for target, _ in relayed]
         assert np.allclose(percept.relayed.offset, np.reshape([offset for _, offset in relayed], (-1, 2)))
         for seen in (percept.targets, percept.teammates, percept.relayed):
@@ -115,14 +115,14 @@ def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
 
     inputs, near, reach = own(robot), robot.neighbours, reach_of(robot, "awareness")
     if isinstance(awareness, RingAwareness):
-        return inputs + naive.ring([way(robot, mate) for mate in near], robot.heading.tolist(), awareness.delta, reach)
-    for mate in (mate for mate in team if mate is not robot):
+        return inputs + naive.ring([way(robot, teammate) for teammate in near], robot.heading.tolist(), awareness.delta, reach)
+    for teammate in (teammate for teammate in team if teammate is not robot):
         if isinstance(awareness, PairwiseAwareness):
-            x, y = way(robot, mate)
+            x, y = way(robot, teammate)
             bearing = math.atan2(y, x) - math.atan2(robot.heading[1], robot.heading[0])
-            inputs += [math.hypot(x, y) / reach, bearing / (2 * math.pi) % 1] if mate in near else [1.0, 1.0]
+            inputs += [math.hypot(x, y) / reach, bearing / (2 * math.pi) % 1] if teammate in near else [1.0, 1.0]
         elif isinstance(awareness, SharedAwareness):
-            inputs += own(mate) if mate in near else [1.0] * 16
+            inputs += own(teammate) if teammate in near else [1.0] * 16
     return inputs
 
 

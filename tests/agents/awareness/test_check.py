@@ -235,7 +235,7 @@ WRONG = [
     ({"perceive": _writes_scene}, r".*: perceive writes into scene\.heading, which is read-only; copy"),
     ({"shows_teammates": True}, r".*: perceive writes into teammates\.start, which is read-only"),
     ({"delivers": ("targets",)}, r"delivers=\('targets',\): perceive writes teammates; add 'teammates'"),
-    ({"delivers": ("targets", "mate")}, r"delivers=\('targets', 'mate'\): must be a tuple of some of targets, teammates, relayed"),
+    ({"delivers": ("targets", "teammate")}, r"delivers=\('targets', 'teammate'\): must be a tuple of some of targets, teammates, relayed"),
     ({"situate": _other_columns}, r".*: situate uses index \d+ of situation, whose number of inputs is 2; width\(team_size\)"),
     ({"situate": _unwritten}, r"situate, of robot 0 in a team of 1, leaves input 1 of 2 unwritten; write every element"),
     ({"situate": _not_finite}, r"situate, of robot 0 in a team of 1, writes nan to input 1; readings must be finite"),

@@ -84,7 +84,7 @@ def test_what_is_shipped_is_the_default_and_says_what_made_it() -> None:
         (lambda content: content.pop("constants"), "holds no constants"),
         (lambda content: content.update(schema=99), "has the schema 99, but this version reads 1"),
         (lambda content: content["constants"].pop("drives"), "holds no constants.*drives"),
-        (lambda content: content["constants"]["mate_law"].pop(), r"mate_law has the shape \(5,\), not \(6,\)"),
+        (lambda content: content["constants"]["teammate_law"].pop(), r"teammate_law has the shape \(5,\), not \(6,\)"),
         (lambda content: content["constants"]["scalars"].__setitem__(2, "fast"), "scalars: could not convert"),
         (lambda content: content["constants"]["scalars"].__setitem__(2, float("nan")), "is not finite"),
     ],
