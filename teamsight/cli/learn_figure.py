@@ -86,7 +86,7 @@ def figure(settings: FigureSettings) -> None:
 
     Each learner learns from equal numbers of transitions under every degree. Writes learning-curves.png and three
     tables: every test, the points of the curves, and the gain from awareness. An interrupted command keeps what is
-    finished in FOLDER, and the same command continues from there. It takes about eight minutes on two cores; with
+    finished in FOLDER, and the same command continues from there. It takes about four minutes on two cores; with
     --quick, seconds. Figure 11 of the paper is `teamsight reproduce 11`.
 
     \b

@@ -16,7 +16,8 @@ from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.cli import main
 
-PAGE = (Path(__file__).parents[2] / "docs" / "learning.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "learning.md").read_text(encoding="utf-8")
 # A number and its interval, as in "36.3 % (34.5 to 38.0)" of the page and "36.3 (34.5 to 38.0) %" of the command.
 INTERVAL = re.compile(r"([-+]?\d+\.\d)(?: %| points| pp)? \(([-+]?\d+\.\d) to ([-+]?\d+\.\d)\)")
 
@@ -70,6 +71,23 @@ def test_the_first_points_of_the_curves_are_made_again(reward: str, degree: str,
         begin = next(i for i, line in enumerate(rows) if line.startswith(f"| {learner} |"))
         row = next(line for line in rows[begin:] if f"| {AWARENESS[degree].order} |" in line)
         assert written(points, learner) == re.findall(r"\d+\.\d ± \d+\.\d", row)[:2]
+
+
+def test_the_table_of_the_curves_is_that_of_the_shipped_points() -> None:
+    points = pd.read_parquet(DOCS / "learning-curves.parquet")
+    own = next(lines for lines in tables() if "38,400" in lines[0])
+    learner, cells = "", 0
+    for line in own[2:]:
+        name, degree, *_ = (cell.strip() for cell in line.strip("|").split("|"))
+        learner = name or learner
+        shown = re.findall(r"\d+\.\d ± \d+\.\d", line)
+        rows = points[points["learner"] == learner]
+        if degree:
+            number = next(key for key in AWARENESS if AWARENESS[key].order == degree)
+            rows = rows[(rows["degree"] == number) & rows["transitions"].isin((150, 600, 2400, 9600, 38400))]
+        assert written(rows, learner) == shown
+        cells += len(shown)
+    assert cells == 57
 
 
 def written(points: pd.DataFrame, learner: str) -> list[str]:
