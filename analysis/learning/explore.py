@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import io
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import safetensors
-import safetensors.numpy
 
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
@@ -139,17 +139,22 @@ def transitions(world: World, steps: int) -> Transitions:
 
 
 def _encode(found: Transitions) -> bytes:
-    arrays = {"situation": found.situation, "action": found.action, "next_situation": found.next_situation}
+    arrays: dict[str, Any] = {
+        "situation": found.situation, "action": found.action, "next_situation": found.next_situation,
+    }  # fmt: skip
     arrays |= {f"fact {name}": values for name, values in found.facts.items()}
-    return safetensors.numpy.save({name: np.ascontiguousarray(values) for name, values in arrays.items()})
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    return buffer.getvalue()
 
 
 def _decode(content: bytes) -> Transitions:
     try:
-        arrays = safetensors.numpy.load(content)
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            arrays = dict(file)
         facts = {name: arrays[f"fact {name}"] for name in FACTS}
         return Transitions(arrays["situation"], arrays["action"], arrays["next_situation"], facts)
-    except (safetensors.SafetensorError, KeyError) as error:
+    except (OSError, ValueError, EOFError, TypeError, KeyError, zipfile.BadZipFile) as error:
         raise ValueError("not transitions") from error
 
 

@@ -41,6 +41,14 @@ def canonical(value: Any) -> str:
     Whole numbers are written as integers, other numbers exactly in hexadecimal, mappings in the order of their keys,
     everything else by ``repr``.
     """
+    # The usual types first: a study asks this a million times, and checks against abstract classes are slow.
+    kind = type(value)
+    if kind is str or kind is bool:
+        return repr(value)
+    if kind is int:
+        return str(value)
+    if kind is float:
+        return str(int(value)) if value.is_integer() else value.hex()
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
     if isinstance(value, bool):

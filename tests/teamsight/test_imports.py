@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -86,3 +88,18 @@ def test_a_model_imports_what_it_uses() -> None:
     assert not [name for name in policies if name.split(".")[2:3] in (["lazy"], ["eager"], ["memory"], ["evolved"])]
     assert len(policies) <= MOST_POLICIES, sorted(policies)
     assert len(loaded) <= MOST_MODULES, sorted(loaded)
+
+
+def test_the_package_imports_its_dependencies_alone() -> None:
+    """What only the tests install would be missing from a wheel; cma is an extra, and its one import says so."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    declared = {re.match(r"[\w-]+", line)[0] for line in project["dependencies"]}  # type: ignore[index]
+    # numba comes with llvmlite, matplotlib with mpl_toolkits.
+    allowed = declared | set(sys.stdlib_module_names) | {"teamsight", "llvmlite", "mpl_toolkits", "cma"}
+    for path in modules().values():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                names = [node.module]
+            wrong = {name.partition(".")[0] for name in names} - allowed
+            assert not wrong, f"{path}: imports {wrong}"
