@@ -41,7 +41,7 @@ def canonical(value: Any) -> str:
     Whole numbers are written as integers, other numbers exactly in hexadecimal, mappings in the order of their keys,
     everything else by ``repr``.
     """
-    # The usual types first: a study asks this a million times, and checks against abstract classes are slow.
+    # The usual types first: a reproduction converts a million values, and checks against abstract classes are slow.
     kind = type(value)
     if kind is str or kind is bool:
         return repr(value)
