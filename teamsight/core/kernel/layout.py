@@ -117,7 +117,7 @@ class Layout:
         if isinstance(notes[0], np.dtype):
             dtype, notes = notes[0], notes[1:]
         else:
-            dtype = np.dtype(get_args(get_args(kind)[1])[0])
+            dtype = np.dtype(_scalar(kind))
         return Leaf(path, self._next(), dtype, tuple(self._length(note, own, rules, done) for note in notes))
 
     def _length(self, note: Any, own: dict[str, int], rules: dict[str, str], done: dict[str, Leaf]) -> Length:
@@ -133,3 +133,10 @@ class Layout:
             assert array.lengths is not None
             last = array.slot, array.lengths[0].slot, array.lengths[0].plus
         return Length(name.removeprefix("."), slots[name], int(plus or 0), last)
+
+
+def _scalar(kind: Any) -> Any:
+    """Return the scalar type of an array type; NumPy versions differ in whether ``NDArray[T]`` is an alias."""
+    while arguments := get_args(kind):
+        kind = arguments[-1]
+    return kind
