@@ -24,8 +24,8 @@ LEAST_RISK = 1e-9
 
 # Agents × steps of one command: months of work.
 _MOST_AGENT_STEPS = 1e14
-# Agents × steps that take about a second, as long as worker processes take to start.
-_SHORT = 1e7
+# Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.
+_SHORT = 1e8
 # Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
 _MOST_NEIGHBOURS = 2e8
 # Bytes of the recorded transitions; sorting them takes as much again.
