@@ -237,15 +237,10 @@ class LazyMemory:
         for other in others:
             if not isinstance(other, LazyMemory):
                 raise TypeError(f"merge: {checks.shown(other)} is not a LazyMemory; give merge(*memories)")
-            combine.check_layouts(self._mergeable, other._mergeable)
+            combine.check_layouts(self, other)
         table = combine.merged_table([self.table, *(one.table for one in others)])
         settings = combine.merged_settings([self.settings, *(one.settings for one in others)])
         return LazyMemory(table, self.own, self.added, self.facts, settings)
-
-    @property
-    def _mergeable(self) -> combine.Layout:
-        about = self.settings
-        return combine.Layout(about.get("awareness"), about.get("degree"), self.own, self.added, self.facts)
 
     def sample(self, count: int, seed: int) -> LazyMemory:
         """Return a memory of some of the transitions, drawn without replacement.

@@ -22,7 +22,7 @@ _FACTOR, _ONE, _HIGH = np.uint64(6364136223846793005), np.uint64(1), np.uint64(2
 
 
 class Sorting(NamedTuple):
-    """The record of a call of `_find_order`."""
+    """The record of a call of `_sort_order`."""
 
     table: Annotated[Table, "columns", "k"]
     order: Annotated[npt.NDArray[np.int64], "k"]
@@ -43,19 +43,20 @@ def sort_transitions(table: Table) -> None:
     """
     for row in table:
         row += np.float32(0.0)
-    order = canonical_order(table)
-    if order is None:
+    if is_ordered(table):
         return
+    order = canonical_order(table)
     sorted_row = np.empty(table.shape[1], np.float32)
     for row in table:
         np.take(row, order, out=sorted_row, mode="clip")
         row[:] = sorted_row
 
 
-def canonical_order(table: Table) -> npt.NDArray[np.int64] | None:
-    """Return the indices that sort the columns lexicographically, or None if they are sorted."""
+def canonical_order(table: Table) -> npt.NDArray[np.int64]:
+    """Return the indices that sort the columns lexicographically."""
     order, key = np.arange(table.shape[1], dtype=np.int64), np.empty(table.shape[1], np.float32)
-    return order if _ENTRY(SORTING.pack(Sorting(table, order, key))) else None
+    _ENTRY(SORTING.pack(Sorting(table, order, key)))
+    return order
 
 
 def is_ordered(table: Table) -> bool:
@@ -76,15 +77,13 @@ def is_ordered(table: Table) -> bool:
     return True
 
 
-def _find_order(address: int) -> int:
+def _sort_order(address: int) -> int:
     sorting = sorting_at(address)
-    if _is_ordered(sorting.table):
-        return 0
     _sort(sorting.table, sorting.order, sorting.key)
-    return 1
+    return 0
 
 
-_ENTRY = Entry(_find_order)
+_ENTRY = Entry(_sort_order)
 
 
 @inlined
@@ -95,14 +94,6 @@ def _is_before(table: Any, one: Any, other: Any, row: Any) -> bool:
         if a != b:
             return a < b  # type: ignore[no-any-return]
     return False
-
-
-@kernel
-def _is_ordered(table: Any) -> bool:
-    for transition in range(1, table.shape[1]):  # noqa: SIM110 (kernels have no generators)
-        if _is_before(table, transition, transition - 1, 0):
-            return False
-    return True
 
 
 @kernel

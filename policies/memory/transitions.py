@@ -51,15 +51,17 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
     after = two_dimensional("next_situation", next_situation, transitions, inputs)
     if not all(isinstance(name, str) for name in facts):
         raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a string")
-    table = np.empty((2 * inputs + len(ACTION) + len(facts), transitions), np.float32)
-    _fill(table[:inputs], before, "situation")
-    _fill(table[inputs : inputs + len(ACTION)], did, "action")
-    _fill(table[inputs + len(ACTION) : len(table) - len(facts)], after, "next_situation")
-    for row, name in zip(table[len(table) - len(facts) :], sorted(facts), strict=True):
+    parts = {"situation": before, "action": did, "next_situation": after}
+    for name in sorted(facts):
         fact = _numbers(f"fact {name!r}", facts[name])
         if fact.shape != (transitions,):
             raise ValueError(f"fact {name!r}: has the shape {fact.shape}; it must be ({transitions},)")
-        _fill(row[None], fact[:, None], f"fact {name!r}")
+        parts[f"fact {name!r}"] = fact[:, None]
+    table = np.empty((2 * inputs + len(ACTION) + len(facts), transitions), np.float32)
+    first = 0
+    for name, part in parts.items():
+        _fill(table[first : first + part.shape[1]], part, name)
+        first += part.shape[1]
     for name, row in zip(ACTION, table[inputs:], strict=False):
         _check_limits(name, row)
     sort_transitions(table)
