@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,6 @@ _AXES = PERCEPT_AXES | {
 _GUARDED = {
     hides: GuardedRecord(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)
 }
-
 
 _ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
 
@@ -60,7 +60,7 @@ class GuardedScene:
 
     def __init__(self, awareness: Awareness, sample: Sample) -> None:
         self._awareness, self._fences = awareness, Fences()
-        put, size = self._put, len(sample.heading)
+        put, size = partial(self._fences.put, read_only=True), len(sample.heading)
         team = [
             TEAM_GROUP.pack(TeamGroup(
                 first, put("a teammate's heading", heading), put("a teammate's sensing range", reach),
@@ -77,26 +77,18 @@ class GuardedScene:
         nothing = no_neighbours(size)
         self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, np.zeros((size, 0), np.float32)))
 
-    def _put(self, name: str, value: Any, *, read_only: bool = True) -> Any:
-        if isinstance(value, NeighbourList):
-            parts = value._asdict().items()
-            return NeighbourList(*(self._put(f"{name}.{n}", part, read_only=read_only) for n, part in parts))
-        return self._fences.put(name, value, read_only=read_only)
-
     def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
         """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
         entry = _entry(perceive_at, self._awareness, "perceive", perceive_entry(self._awareness))
         if entry is None:
             return 0, shown, relayed
-        shown, relayed = (
-            self._put(name, room, read_only=False) for name, room in (("teammates", shown), ("relayed", relayed))
-        )
+        shown, relayed = self._fences.put("teammates", shown), self._fences.put("relayed", relayed)
         self._record.update(teammates=shown, relayed=relayed)
         return self._run("perceive", entry), shown, relayed
 
     def situate(self, situation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Run `situate` on a copy of this array; return what it wrote."""
-        written: npt.NDArray[np.float32] = self._put("situation", situation, read_only=False)
+        written: npt.NDArray[np.float32] = self._fences.put("situation", situation)
         self._record.update(situation=written)
         entry = _entry(situate_at, self._awareness, "situate", situate_entry(self._awareness))
         assert entry is not None
@@ -107,9 +99,5 @@ class GuardedScene:
         name = type(self._awareness).__name__
         guarded_record = _GUARDED[not self._awareness.shows_teammates]
         answer = run_guarded(name, kernel, entry, self._record, guarded_record.arrays)
-        if broken := self._fences.broken():
-            raise ValueError(
-                f"{name}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
-                "their shape"
-            )
+        self._fences.check(f"{name}: {kernel}")
         return answer

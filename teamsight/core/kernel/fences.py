@@ -26,19 +26,22 @@ class Fences:
     def __init__(self) -> None:
         self._fenced: list[_Fenced] = []
 
-    def put(self, name: str, array: npt.NDArray[Any], *, read_only: bool = False) -> npt.NDArray[Any]:
-        """Return a copy of an array between fences.
+    def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
+        """Return a copy of an array, or of each array of a NamedTuple, between fences.
 
         Parameters
         ----------
         name : str
-            The name that `broken` returns.
-        array : ndarray
-            The array.
+            Its name in errors.
+        value : ndarray or NamedTuple
+            The array or arrays.
         read_only : bool, default False
-            Whether its content must not change either.
+            Whether the content must not change either.
         """
-        array = np.ascontiguousarray(array)
+        if isinstance(value, tuple):
+            parts = zip(getattr(value, "_fields", ()), value, strict=True)
+            return type(value)(*(self.put(f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
+        array = np.ascontiguousarray(value)
         block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
         first = _WIDTH + -block.ctypes.data % 64
         last = first + array.nbytes
@@ -47,11 +50,18 @@ class Fences:
         self._fenced.append(_Fenced(name, block, first, last, array.copy() if read_only else None))
         return copy
 
-    def broken(self) -> str:
-        """Return the name of the first array with a forbidden write; "" if there is none."""
+    def check(self, kernel: str) -> None:
+        """Raise an error if `kernel`, named with its class, wrote where it must not.
+
+        Raises
+        ------
+        ValueError
+            Naming the first such array.
+        """
         for name, block, first, last, original in self._fenced:
-            if (block[:first] != _FILLING).any() or (block[last:] != _FILLING).any():
-                return name
-            if original is not None and original.tobytes() != block[first:last].tobytes():
-                return name
-        return ""
+            is_changed = original is not None and original.tobytes() != block[first:last].tobytes()
+            if is_changed or (block[:first] != _FILLING).any() or (block[last:] != _FILLING).any():
+                raise ValueError(
+                    f"{kernel} writes next to {name}, or into it although it is read-only; index arrays within their "
+                    "shape"
+                )
