@@ -89,6 +89,13 @@ def _check_members(name: str, degree: Awareness) -> None:
         raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
     for team_size in (1, 2, 10):
         _width(name, degree, team_size)
+        rings, added = degree.rings(team_size), degree.width(team_size).added
+        is_good = isinstance(rings, tuple) and all(type(ring) is int and ring > 0 for ring in rings)
+        if not is_good or sum(rings) > added:
+            raise ValueError(
+                f"{name}.rings({team_size})={rings!r}: must be a tuple of numbers of sectors, in all at most the "
+                f"{added} inputs that it adds"
+            )
 
 
 def _width(name: str, degree: Awareness, team_size: int) -> int:

@@ -37,7 +37,8 @@ class LazyMemory:
     facts : tuple of str
         Names of the last rows, in alphabetical order.
     settings : mapping
-        Settings of the exploration, JSON-serialisable; "degree" is the name of the degree of awareness.
+        Settings of the exploration, JSON-serialisable; "degree" is the name of the degree of awareness,
+        "rings" the numbers of sectors of the rings that it adds.
     """
 
     table: Table
@@ -55,6 +56,8 @@ class LazyMemory:
                 f"table: is {table.dtype} of shape {table.shape}; for {self.inputs} inputs and {len(self.facts)} facts "
                 f"it must be C-contiguous float32 of shape ({columns}, transitions); use LazyMemory.of"
             )
+        if not table.shape[1]:
+            raise ValueError("table: has 0 transitions; a memory needs at least 1: explore first")
         frozen = table.view(np.ndarray)
         frozen.flags.writeable = False
         object.__setattr__(self, "table", frozen)
