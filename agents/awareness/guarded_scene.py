@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_at, perceive_entry, situate_at, situate_entry
-from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness, Scene, TeamGroup
+from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness
 from teamsight.agents.awareness.sample_scene import Sample
 from teamsight.core.kernel import Entry, specialise
 from teamsight.core.kernel.fences import Fences
@@ -48,34 +48,17 @@ def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plai
 
 
 class GuardedScene:
-    """A random scene in guarded arrays, on which the kernels of a degree of awareness run.
-
-    Parameters
-    ----------
-    awareness : Awareness
-        The degree.
-    sample : Sample
-        The scene.
-    """
+    """A random scene in guarded arrays, on which the kernels of a degree of awareness run."""
 
     def __init__(self, awareness: Awareness, sample: Sample) -> None:
         self._awareness, self._fences = awareness, Fences()
-        put, size = partial(self._fences.put, read_only=True), len(sample.heading)
-        team = [
-            TEAM_GROUP.pack(TeamGroup(
-                first, put("a teammate's heading", heading), put("a teammate's sensing range", reach),
-                put("a teammate's targets", seen),
-            ))
-            for first, heading, reach, seen in sample.groups
-        ]  # fmt: skip
-        ranges = put("scene.sensing_range", sample.sensing_range), put("scene.awareness_range", sample.awareness_range)
-        scene = Scene(
-            put("scene.heading", sample.heading), *ranges, put("scene.targets", sample.targets),
-            put("scene.teammates", sample.teammates), put("scene.place", sample.place), sample.first, team,
-        )  # fmt: skip
+        put = partial(self._fences.put, read_only=True)
+        team = [TEAM_GROUP.pack(put("a teammate", group)) for group in sample.groups]
+        scene = put("scene", sample.scene)._replace(team=team)
         parameters = put("parameters", np.ascontiguousarray(awareness.parameters, float))
-        nothing = no_neighbours(size)
-        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, np.zeros((size, 0), np.float32)))
+        nothing = no_neighbours(len(scene.heading))
+        blank = np.zeros((len(scene.heading), 0), np.float32)
+        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, blank))
 
     def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
         """Run `perceive` on copies of these buffers; return its answer and what it wrote."""

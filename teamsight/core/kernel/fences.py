@@ -27,13 +27,13 @@ class Fences:
         self._fenced: list[_Fenced] = []
 
     def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
-        """Return a copy of an array, or of each array of a NamedTuple, between fences.
+        """Return a copy of an array, or of each array of a NamedTuple, between fences; other values as they are.
 
         Parameters
         ----------
         name : str
             Its name in errors.
-        value : ndarray or NamedTuple
+        value : object
             The array or arrays.
         read_only : bool, default False
             Whether the content must not change either.
@@ -41,6 +41,8 @@ class Fences:
         if isinstance(value, tuple):
             parts = zip(getattr(value, "_fields", ()), value, strict=True)
             return type(value)(*(self.put(f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
+        if not isinstance(value, np.ndarray):
+            return value
         array = np.ascontiguousarray(value)
         block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
         first = _WIDTH + -block.ctypes.data % 64
