@@ -33,9 +33,7 @@ def check_layouts(one: LazyMemory, other: LazyMemory) -> None:
 
 def merged_table(tables: Sequence[Table]) -> Table:
     """Return all columns of tables with the same rows, in canonical order."""
-    table = np.empty((len(tables[0]), sum(part.shape[1] for part in tables)), np.float32)
-    for row, *rows in zip(table, *tables, strict=True):
-        np.concatenate(rows, out=row)
+    table = np.concatenate(tables, axis=1)
     sort_transitions(table)
     return table
 
@@ -68,7 +66,4 @@ def sampled_table(table: Table, count: int, seed: int) -> Table:
     lots = np.random.Philox(key=seed).random_raw(size)
     # Sorted, so that the canonical order is kept.
     chosen = np.sort(np.argsort(lots, kind="stable")[:count])
-    sample = np.empty((len(table), count), np.float32)
-    for row, whole in zip(sample, table, strict=True):
-        np.take(whole, chosen, out=row)
-    return sample
+    return np.take(table, chosen, axis=1)

@@ -36,10 +36,7 @@ sorting_at = SORTING.at
 def sort_transitions(table: Table) -> None:
     """Sort the columns of a table lexicographically, by the first row first; in place.
 
-    Parameters
-    ----------
-    table : ndarray, shape (columns, transitions), float32
-        C-contiguous and without NaN. −0 becomes 0, so that equal numbers have equal bits.
+    The table is C-contiguous and without NaN. −0 becomes 0, so that equal numbers have equal bits.
     """
     for row in table:
         row += np.float32(0.0)
@@ -120,18 +117,14 @@ def _sort(table: Any, order: Any, key: Any) -> None:
         lot = lot * _FACTOR + _ONE
         low, high = _partition(order, key, first, last, lot)
         equal = high if row + 1 < table.shape[0] else low
-        if high - low >= max(low - first, last - high):
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, first, low, row)
-            depth = _push(stack, depth, high, last, row)
-        elif low - first >= last - high:
-            depth = _push(stack, depth, first, low, row)
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, high, last, row)
-        else:
-            depth = _push(stack, depth, high, last, row)
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, first, low, row)
+        largest = max(low - first, high - low, last - high)
+        for is_largest in (True, False):
+            if (high - low == largest) == is_largest:
+                depth = _push(stack, depth, low, equal, row + 1)
+            if (low - first == largest) == is_largest:
+                depth = _push(stack, depth, first, low, row)
+            if (last - high == largest) == is_largest:
+                depth = _push(stack, depth, high, last, row)
 
 
 @inlined
