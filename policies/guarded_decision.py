@@ -65,13 +65,7 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
 
 
 def check_declared(policy: CompiledPolicy) -> None:
-    """Refuse parameters that are not a one-dimensional, and a table that is not a two-dimensional array of numbers.
-
-    Raises
-    ------
-    TypeError
-        Naming the policy and the member.
-    """
+    """Refuse parameters that are not numbers in one dimension, and a table that is not in two."""
     for member, dimensions in (("parameters", 1), ("table", 2)):
         value = getattr(policy, member)
         try:
@@ -88,14 +82,7 @@ def check_declared(policy: CompiledPolicy) -> None:
 
 
 def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
-    """Run a policy's kernel on guarded arrays.
-
-    Parameters
-    ----------
-    policy : CompiledPolicy
-        The policy.
-    percept, state, noise
-        The arguments of `CompiledPolicy.decide`; they are not changed.
+    """Run a policy's kernel on guarded copies of the arguments of `CompiledPolicy.decide`.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.evolved.layout import BLOCKS, SIZE, parts
 from teamsight.policies.evolved.rule import decide
 from teamsight.policies.evolved.senses import FIELDS, ROWS, TRACKS
-from teamsight.policies.handmade.target_tracks import IDENTITY
+from teamsight.policies.handmade.target_tracks import no_target_tracks
 from teamsight.policies.interface import PolicyState
 
 SCHEMA = 1
@@ -78,9 +78,7 @@ class Evolved(CompiledPolicy):
         return self.constants
 
     def start(self, size: int) -> PolicyState:
-        ints = np.zeros((size, TRACKS, 3), np.int64)
-        ints[:, :, IDENTITY] = -1
-        return PolicyState(np.zeros((size, ROWS, FIELDS)), ints)
+        return no_target_tracks(size, TRACKS)._replace(floats=np.zeros((size, ROWS, FIELDS)))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Evolved:

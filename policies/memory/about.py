@@ -11,21 +11,12 @@ from teamsight.core import checks
 
 
 def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
-    """Raise an error if the description of a memory is invalid.
-
-    Parameters
-    ----------
-    own, added : int
-        Components of a situation that show targets, and that the degree of awareness adds.
-    facts : tuple of str
-        Names in alphabetical order.
-    settings : mapping
-        Settings of the exploration.
+    """Raise an error if the description of a memory is invalid; for its parts see `LazyMemory`.
 
     Raises
     ------
     TypeError, ValueError
-        If one has a wrong type or is outside its limits.
+        If a part has a wrong type or is outside its limits.
     """
     checks.count("own", own)
     checks.count("added", added, least=0)

@@ -75,7 +75,7 @@ _ENTRY = Entry(_search)
 def nearest(
     table: npt.NDArray[np.float32], queries: npt.NDArray[np.float32], k: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float32]]:
-    """Return the k nearest transitions of each query, and their distances.
+    """Return the k nearest transitions of each query and their distances, as `LazyMemory.nearest` does.
 
     Parameters
     ----------
@@ -85,13 +85,6 @@ def nearest(
         Situations, dense and without NaN. Their number of inputs is the number of rows compared.
     k : int
         Number of transitions, from 1 to the number in the table.
-
-    Returns
-    -------
-    index : ndarray, shape (q, k), int64
-        The transitions, the nearest first, ties in the order of the table.
-    distance : ndarray, shape (q, k), float32
-        The distances.
     """
     index, distance = np.full((len(queries), k), -1, np.int64), np.full((len(queries), k), np.inf, np.float32)
     rows = queries.shape[1] + 1

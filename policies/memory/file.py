@@ -34,20 +34,9 @@ class MemoryFileError(ValueError):
 def write(
     path: str | os.PathLike[str], table: Table, sha256: str, about: Mapping[str, Any], *, force: bool = False
 ) -> None:
-    """Write a table and its description; an existing file is replaced only when the new one is complete.
+    """Write a table, its checksum and its description; an existing file is replaced only when the new one is complete.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    table : ndarray, shape (columns, transitions), float32
-        The numbers.
-    sha256 : str
-        Their checksum.
-    about : mapping
-        The description, JSON-serialisable.
-    force : bool
-        Replace any regular file; by default only a memory is replaced.
+    Only another memory is replaced, or, with `force`, any regular file.
 
     Raises
     ------
@@ -71,12 +60,7 @@ def write(
 def read(path: str | os.PathLike[str], *, verify: bool = True) -> tuple[Table, str, dict[str, Any]]:
     """Return the table of a file, memory-mapped and read-only, its checksum, and its description.
 
-    Parameters
-    ----------
-    path : path
-        A file that `write` wrote.
-    verify : bool
-        Compare the numbers with their checksum, which reads all of them.
+    With `verify`, the numbers are compared with their checksum, which reads all of them.
 
     Raises
     ------

@@ -34,17 +34,7 @@ class SearchTable(NamedTuple):
 
 
 def search_table(table: npt.NDArray[np.float32], inputs: int, k: int) -> SearchTable:
-    """Return the table in which `k_nearest` searches.
-
-    Parameters
-    ----------
-    table : ndarray, shape (columns, transitions), float32
-        The table of a memory.
-    inputs : int
-        Number of rows to compare.
-    k : int
-        The largest number of matches of a query.
-    """
+    """Return the table in which `k_nearest` finds up to `k` matches, by the first `inputs` rows of a memory's table."""
     situation = table[:inputs]
     # Equal situations are adjacent, and no more than k of them can be among the k nearest.
     is_first = np.concatenate([[True], (situation[:, 1:] != situation[:, :-1]).any(axis=0)])
@@ -64,10 +54,8 @@ def k_nearest(table: Any, margin: float, query: Any, k: int, index: Any, distanc
 
     Parameters
     ----------
-    table : ndarray, shape (inputs + 1, columns), float32
-        The table of a `SearchTable`.
-    margin : float
-        The margin of the `SearchTable`.
+    table, margin
+        Those of a `SearchTable`.
     query : ndarray, shape (at least inputs,), float32
         A situation, without NaN.
     k : int
@@ -76,10 +64,6 @@ def k_nearest(table: Any, margin: float, query: Any, k: int, index: Any, distanc
         Written: the columns, the nearest first, ties in the order of the table; −1 if the table has fewer than k.
     distance : ndarray, shape (at least k,), float32
         Written: the sums of absolute differences, in the order of the rows; infinite if the table has fewer than k.
-
-    Notes
-    -----
-    *Source:* section 8.1, eq. 1.
     """
     inputs = table.shape[0] - 1
     correction = correction_of(query, inputs, margin)
