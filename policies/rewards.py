@@ -63,6 +63,14 @@ class GainReward:
         return reward
 
 
+def keep_reward(memory: LazyMemory) -> Floats:
+    """Return −1 for each target that the robot alone sensed of its team, and that it no longer senses alone.
+
+    The paper has no such reward; docs/learning.md shows its effect.
+    """
+    return -np.asarray(memory.fact("alone_lost"), float)
+
+
 own_reward = GainReward("own")
 team_reward = GainReward("team")
 alone_reward = GainReward("alone")

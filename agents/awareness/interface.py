@@ -96,6 +96,9 @@ class Awareness(ABC):
         What it shows of teammates, for legends.
     shows_teammates : bool
         Whether the percept holds every teammate in range, with identity and exact offset.
+    teammate_layout : {"", "sectors", "offsets"}
+        How the added inputs show where teammates are: the nearest distance in each sector of one ring; distance and
+        bearing of each teammate, in turn; or, by default, not at all.
     perceive : kernel or None
         ``perceive(scene, parameters, teammates, relayed)`` writes the neighbour lists of the percept: `teammates`
         (unless `shows_teammates`) and `relayed`. It returns the number of entries that the longer list needs. If there
@@ -111,6 +114,7 @@ class Awareness(ABC):
     formula: ClassVar[str] = ""
     shows: ClassVar[str] = ""
     shows_teammates: ClassVar[bool] = False
+    teammate_layout: ClassVar[str] = ""
     perceive: ClassVar[Callable[..., int] | None] = None
     situate: ClassVar[Callable[..., None]]
     delivers: ClassVar[tuple[str, ...]] = ("targets",)

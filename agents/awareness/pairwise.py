@@ -57,6 +57,7 @@ class PairwiseAwareness(Awareness):
     formula = "n + σN"
     shows = "every teammate's offset"
     shows_teammates = True
+    teammate_layout = "offsets"
     situate = _situate
     delivers = ("targets", "teammates")
 

@@ -99,6 +99,7 @@ class RingAwareness(Awareness):
     order = "Θ(1)"
     formula = "n + δ"
     shows = "the nearest in each of δ sectors"
+    teammate_layout = "sectors"
     perceive = _perceive
     situate = _situate
     delivers = ("targets", "teammates")

@@ -91,6 +91,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "awareness": repr(group.awareness),
         "degree": group.awareness.name,
         "rings": list(group.awareness.rings(team_size)),
+        "teammate_layout": group.awareness.teammate_layout,
         "policy": _described(group.policy),
         "robots": team_size,
         "targets": sum(map(len, targets)),
