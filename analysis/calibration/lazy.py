@@ -13,13 +13,14 @@ from teamsight.agents.presets import PRESETS
 from teamsight.analysis.calibration.lazy_constants import VALUES, Constants
 from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, Tables
-from teamsight.analysis.paper.claims.interface import average, gain, maxima, part, peak, percent
+from teamsight.analysis.paper.claims.interface import average, part, peak
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request
 from teamsight.analysis.runs.seeds import ROOTS
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.stats.paired import gain, maxima, percent
 
 #: The claims that depend on these constants.
 OPEN_CLAIMS = {name: claim for name, claim in CLAIMS.items() if COOPERATIVE in claim.needs}

@@ -15,15 +15,13 @@ from teamsight.analysis.paper.claims.interface import (
     at_most,
     average,
     claim,
-    gain,
-    maxima,
     part,
     peak,
     pooled,
     within,
 )
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
-from teamsight.analysis.stats.paired import cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import cell_means, gain, grid_of, maxima, paired
 
 
 @claim(

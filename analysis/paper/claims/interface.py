@@ -10,8 +10,6 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 
-from teamsight.analysis.stats.paired import cell_maxima, cell_means, grid_of, paired
-
 #: One row a run, by name of the experiment.
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
 
@@ -108,21 +106,6 @@ def at_least(value: float, limit: float) -> float:
 def above(value: float, limit: float) -> float:
     """Return 0 when `value` is above `limit`, else 1 plus the relative shortfall."""
     return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
-
-
-def percent(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean observed fraction of each cell [%]: rows are team sizes, columns radii."""
-    return grid_of(cell_means(table, "observed_fraction")) * 100.0
-
-
-def maxima(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the largest number of neighbours over the replicates of each cell: rows are team sizes, columns radii."""
-    return grid_of(cell_maxima(table, "max_neighbours"))
-
-
-def gain(table: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
-    """Return the paired gain of each cell in percentage points: rows are team sizes, columns radii."""
-    return grid_of(cell_means(paired(table, base), "difference")) * 100.0
 
 
 def pooled(se: pd.DataFrame) -> pd.DataFrame:

@@ -10,12 +10,11 @@ from teamsight.analysis.paper.claims.interface import (
     at_most,
     average,
     claim,
-    maxima,
     part,
     peak,
     within,
 )
-from teamsight.analysis.stats.paired import cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import cell_means, grid_of, maxima, paired
 
 
 @claim(

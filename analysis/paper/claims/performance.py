@@ -16,11 +16,10 @@ from teamsight.analysis.paper.claims.interface import (
     average,
     claim,
     part,
-    percent,
     pooled,
     within,
 )
-from teamsight.analysis.stats.paired import cell_means, grid_of
+from teamsight.analysis.stats.paired import cell_means, grid_of, percent
 
 
 @claim(
