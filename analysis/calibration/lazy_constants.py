@@ -14,8 +14,6 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward
 
-_DEFAULTS: Mapping[str, Any] = MappingProxyType({})
-
 #: The values of each constant.
 VALUES: dict[str, tuple[Any, ...]] = {
     "radius": (2.0, 3.0, 4.0, 5.0),
@@ -60,16 +58,14 @@ class Constants:
     scope: str = "own"
     both: str = "gain"
 
-    def exploration(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> Exploration:
-        """Return the exploration with a seed, in the world of a setting."""
+    def memory(self, seed: int, setting: Mapping[str, Any] = MappingProxyType({})) -> LazyMemory:
+        """Return the transitions of the exploration with a seed, in the world of a setting."""
         walk = RandomWalk(random_distance=self.distance == "random")
         world = world_of(setting)
         world["robot_speed"] = self.speed_ratio * world.get("robot_speed", DEFAULTS["robot_speed"])
-        return Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
-
-    def memory(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> LazyMemory:
-        """Return the transitions of the exploration with a seed, in the world of a setting."""
-        return explore(self.exploration(seed, setting))
+        return explore(
+            Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
+        )
 
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11, learned from a memory."""

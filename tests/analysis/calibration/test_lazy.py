@@ -69,7 +69,7 @@ def test_varying_changes_one_constant_at_a_time(small: pd.DataFrame) -> None:
 def assessed(row: pd.Series, phase: Phase) -> dict[str, object]:
     """Return a row of a table, made again."""
     trial = Trial(Constants(**{name: row[name] for name in VALUES}), int(row["memory"]), row["setting"])
-    (again,) = assess(phase, [trial], lambda one: lazy.candidate_of(one, phase.grid), measure=lazy.measures)
+    (again,) = assess(phase, [trial], lazy.candidate_of, measure=lazy.measures)
     return again
 
 
