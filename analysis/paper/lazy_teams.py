@@ -61,12 +61,7 @@ def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
 
 def treatments(setting: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the treatments of the two surfaces of Fig. 11, learned in the world of a setting."""
-    return dict(_treatments(memory_for(setting)))
-
-
-@cache
-def _treatments(memory: LazyMemory) -> dict[str, dict[str, Any]]:
-    return treatments_on(memory)
+    return _learned_from(memory_for(setting))
 
 
 def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, Any]]:
@@ -85,3 +80,6 @@ def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, A
         COOPERATIVE: {"policy": LazyQ(memory, **constants), "awareness": "ring"},
         COLLECTIVE: {"policy": LazyQ(memory, inputs=memory.own, **constants), "awareness": "none"},
     }
+
+
+_learned_from = cache(treatments_on)
