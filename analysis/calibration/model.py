@@ -7,7 +7,7 @@ grid with other root seeds.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import combinations, product
 from typing import Any
 
 import pandas as pd
@@ -124,14 +124,9 @@ def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
 
     Only rows in which both were judged count, because the screening leaves out some claims.
     """
-    names = list(judged(table))
-    known = table[names].notna().to_numpy(dtype=int)
-    holds = table[names].eq(True).to_numpy(dtype=int)
-    # [first, second]: rows in which first holds and second was judged, and rows in which both hold.
-    alone, both = holds.T @ known, holds.T @ holds
-    return [
-        (first, second)
-        for row, first in enumerate(names)
-        for column, second in enumerate(names)
-        if row < column and alone[row, column] and alone[column, row] and not both[row, column]
-    ]
+
+    def excluded(first: str, second: str) -> bool:
+        both = table[[first, second]].dropna().astype(bool)
+        return bool(both.any().all() and not both.all(axis=1).any())
+
+    return [pair for pair in combinations(judged(table), 2) if excluded(*pair)]
