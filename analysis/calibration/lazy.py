@@ -187,40 +187,16 @@ def _varied(constants: Constants, count: int) -> list[Trial]:
     return [Trial(one, 2000 + number) for one in (constants, *changed) for number in range(count)]
 
 
-def effects(rows: pd.DataFrame, column: str = "distance_from_paper") -> pd.DataFrame:
-    """Return mean and standard error of a column for each value of each constant.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Trials with random constants.
-    column : str
-        Which column.
-
-    Returns
-    -------
-    DataFrame
-        Columns constant, value, mean, se, count.
-    """
-    found = [
-        {"constant": name, "value": value, "mean": part.mean(), "se": part.sem(), "count": len(part)}
-        for name in VALUES
-        for value, part in rows.groupby(name, sort=True)[column]
-    ]
-    return pd.DataFrame(found)
-
-
 def chosen_constants(table: pd.DataFrame) -> Constants:
     """Return the default constants, except those for which another value agrees clearly better with the paper."""
-    shown = effects(table[table["phase"] == "draw"])
+    drawn = table[table["phase"] == "draw"]
     values: dict[str, Any] = {}
     for name in VALUES:
-        rows = shown[shown["constant"] == name]
-        means, errors = (dict(zip(rows["value"], rows[column], strict=True)) for column in ("mean", "se"))
-        given = getattr(Constants(), name)
-        best = min(means, key=lambda value: means[value])
-        better = means[given] - means[best] > CLEARLY * np.hypot(errors[given], errors[best])
-        values[name] = best if better else given
+        distances: dict[Any, Any] = dict(list(drawn.groupby(name)["distance_from_paper"]))
+        best = min(distances, key=lambda value: distances[value].mean())
+        given, least = distances[getattr(Constants(), name)], distances[best]
+        if given.mean() - least.mean() > CLEARLY * np.hypot(given.sem(), least.sem()):
+            values[name] = best
     return Constants(**values)
 
 

@@ -30,7 +30,9 @@ VALUES: dict[str, tuple[Any, ...]] = {
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of exploration, reward and learner; the defaults are those that the search compares others with.
+    """Constants of exploration, reward and learner.
+
+    The defaults are those that the search compares others with, and those of `LazyQ` and `Exploration`.
 
     Parameters
     ----------
@@ -73,7 +75,3 @@ class Constants:
         return treatments_on(
             memory, reward=reward, k=int(self.k), discount=float(self.discount), sweeps=int(self.sweeps)
         )
-
-
-#: What the search chose, and therefore the defaults of `LazyQ` and `Exploration`; see docs/lazy-search.md.
-CHOSEN = Constants()

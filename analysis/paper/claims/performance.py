@@ -86,7 +86,7 @@ def small_arena_policy(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding
 def acmommt_monotonic(acmommt: pd.DataFrame) -> Finding:
     cells = cell_means(acmommt, "observed_fraction")
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
-    worst = max(_against(mean, se, axis=0, sign=1.0), _against(mean, se, axis=1, sign=-1.0))
+    worst = max(_largest_fall(mean, se), _largest_fall(-mean.T, se.T))
     return f"worst pair {worst:.1f} se against it" if worst > 0 else "no pair against it", at_most(worst, CHANCE)
 
 
@@ -139,15 +139,11 @@ def stationary_r10(stationary: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
     return f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), above(mobile, still)
 
 
-def _against(mean: pd.DataFrame, se: pd.DataFrame, axis: int, sign: float) -> float:
-    """Return how far the worst pair of neighbouring cells along `axis` moves against `sign` [standard errors]."""
-    step = -sign * np.diff(mean.to_numpy(), axis=axis)
-    variance = se.to_numpy() ** 2
-    ahead, behind = (np.delete(variance, end, axis=axis) for end in (0, -1))
-    spread = np.sqrt(ahead + behind)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steps = np.where(step > 0, step / spread, 0.0)
-    return float(steps.max())
+def _largest_fall(mean: pd.DataFrame, se: pd.DataFrame) -> float:
+    """Return the largest fall from a row to the next [standard errors], 0 if there is none."""
+    fall, variance = -mean.diff(), se**2
+    spread = np.sqrt(variance + variance.shift())
+    return float(fall.div(spread).where(fall > 0, 0.0).to_numpy().max())
 
 
 def _se_of_mean(se: pd.DataFrame) -> float:
