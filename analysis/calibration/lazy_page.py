@@ -29,13 +29,7 @@ _SUMMARY = {
 
 
 def page(table: pd.DataFrame) -> str:
-    """Return the page in Markdown.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As `lazy.search` returns it.
-    """
+    """Return the page in Markdown about a table that `lazy.search` returned."""
     phases = _phases(table)
     constants = lazy.chosen_constants(table)
     return markdown.page(

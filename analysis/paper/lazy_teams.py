@@ -23,16 +23,11 @@ SEEDS: Mapping[tuple[tuple[str, Any], ...], int] = MappingProxyType({(("robot_sp
 
 
 def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
-    """Return the 600 transitions explored in the world of a setting.
+    """Return the 600 transitions explored in the world of a setting, which holds keyword parameters of CMOMMT.
 
     In the default world this is the exploration that ships with the package. In any other world, an exploration of
     the same size is made there, with the seed in `SEEDS`, or else with the seed of the shipped one. Like the constants
     of A-CMOMMT, the exploration is part of the policy: it does not depend on the root seed.
-
-    Parameters
-    ----------
-    setting : mapping
-        Keyword parameters of CMOMMT.
 
     Notes
     -----

@@ -22,7 +22,7 @@ _CAPTION = 84
 _CHANCE = 0.025
 
 
-class Quantity(NamedTuple):
+class _Quantity(NamedTuple):
     """A quantity of each cell: how a table of runs gives it, under which conditions, and its axis from 0 to `high`."""
 
     name: str
@@ -33,15 +33,15 @@ class Quantity(NamedTuple):
     high: float | None = None  # the largest value of all cells
 
 
-_NEIGHBOURS = Quantity(
+_NEIGHBOURS = _Quantity(
     "Largest number of neighbours", maxima, "maximum", "awareness range 1", "largest number of neighbours  [robots]"
 )
-_OBSERVED = Quantity(
+_OBSERVED = _Quantity(
     "Observed targets", percent, "mean", "15 targets, sensing range 1", "observed targets  [%]", high=100
 )
 
 
-def level_figure(name: str, quantity: Quantity, experiment: str, policy: str) -> Figure:
+def _level_figure(name: str, quantity: _Quantity, experiment: str, policy: str) -> Figure:
     """Return the figure of a quantity under one policy."""
     title = f"{quantity.name}: {policy}"
 
@@ -62,18 +62,8 @@ def level_figure(name: str, quantity: Quantity, experiment: str, policy: str) ->
     return Figure(name, title, (experiment,), lambda tables, conditions: {"": tables[experiment]}, draw)
 
 
-class Contrast(NamedTuple):
-    """Two experiments whose difference is drawn.
-
-    Attributes
-    ----------
-    treated, base : str
-        Names of the experiments; `base` is subtracted.
-    variant : str
-        Value of the column `variant`, which identifies the contrast in the tables.
-    caption : str
-        Text above the surface.
-    """
+class _Contrast(NamedTuple):
+    """A difference, treated − base, of two experiments; its value in the column `variant`; text above its surface."""
 
     treated: str
     base: str
@@ -81,25 +71,16 @@ class Contrast(NamedTuple):
     caption: str
 
 
-def difference_figure(
+def _difference_figure(
     name: str,
     title: str,
-    *contrasts: Contrast,
+    *contrasts: _Contrast,
     own_colours: bool = False,
     summarise: Callable[[pd.DataFrame], str] | None = None,
 ) -> Figure:
-    """Return a figure of paired differences in percentage points, one row for each contrast.
+    """Return a figure of paired differences in percentage points, one row for each contrast, all of one height.
 
-    Parameters
-    ----------
-    name, title : str
-        See `Figure`.
-    *contrasts : Contrast
-        The rows, from the top. All surfaces have the same height.
-    own_colours : bool
-        Give each row its own colour scale, so that small differences stay visible beside large ones.
-    summarise : callable, optional
-        See `Figure`.
+    With `own_colours` each row has its own colour scale, so that small differences stay visible beside large ones.
     """
 
     def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
@@ -159,42 +140,42 @@ def _learned_in_words(cells: pd.DataFrame) -> str:
     return f"{text}; see docs/lazy-search.md"
 
 
-FIGURE_4 = level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
-FIGURE_5 = level_figure("5", _NEIGHBOURS, "a-cmommt", "A-CMOMMT")
-FIGURE_6 = level_figure("6", _OBSERVED, "centroid", "centroid of the sensed targets, no awareness")
-FIGURE_7 = level_figure("7", _OBSERVED, "a-cmommt", "A-CMOMMT, pairwise awareness")
-FIGURE_8 = difference_figure(
+FIGURE_4 = _level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
+FIGURE_5 = _level_figure("5", _NEIGHBOURS, "a-cmommt", "A-CMOMMT")
+FIGURE_6 = _level_figure("6", _OBSERVED, "centroid", "centroid of the sensed targets, no awareness")
+FIGURE_7 = _level_figure("7", _OBSERVED, "a-cmommt", "A-CMOMMT, pairwise awareness")
+FIGURE_8 = _difference_figure(
     "8",
     "Gain by awareness: A-CMOMMT − centroid",
-    Contrast("a-cmommt", "centroid", "a-cmommt - centroid", "Fig. 7 − Fig. 6"),
+    _Contrast("a-cmommt", "centroid", "a-cmommt - centroid", "Fig. 7 − Fig. 6"),
 )
-FIGURE_10 = difference_figure(
+FIGURE_10 = _difference_figure(
     "10",
     "Gain by an awareness range of 1 instead of 0.5: A-CMOMMT",
-    Contrast(
+    _Contrast(
         "a-cmommt",
         "half-range",
         "repulsion scaled with sensing range",
         "repulsion scaled with the sensing range (d1, d2 = 0.481, 0.769)",
     ),
-    Contrast(
+    _Contrast(
         "a-cmommt",
         "half-range-scaled",
         "repulsion scaled with awareness range",
         "repulsion scaled with the awareness range (half of that at 0.5)",
     ),
 )
-FIGURE_11 = difference_figure(
+FIGURE_11 = _difference_figure(
     "11",
     "Gain by awareness in lazy Q-learning: 32 inputs − 16 inputs, with Fig. 8 for comparison",
-    Contrast(
+    _Contrast(
         "lazy-cooperative",
         "lazy-collective",
         "learned",
         "lazy Q-learning from one memory of 600 transitions: with teammates − without; this row has its own "
         "colour scale; another memory gives another surface (docs/lazy-search.md)",
     ),
-    Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT − centroid"),
+    _Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT − centroid"),
     own_colours=True,
     summarise=_learned_in_words,
 )
