@@ -92,7 +92,8 @@ def search(
     """
     tried = candidates() if values is None else list(values)
     rows = assess(phases[0], tried, candidate_of, simulator)
-    best: list[Mapping[Any, Any]] = [*ranked(pd.DataFrame(rows)).head(finalists)[list(PARAMETERS)].to_dict("records")]
+    order = ranked(pd.DataFrame(rows))[list(PARAMETERS)]
+    best: list[Mapping[Any, Any]] = [*order.head(finalists).to_dict("records")]
     again = best if defaults() in best else [*best, defaults()]
     return pd.DataFrame(rows + assess(phases[1], again, candidate_of, simulator))
 

@@ -77,4 +77,5 @@ def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, A
     }
 
 
+# A figure and its claims learn once.
 _learned_from = cache(treatments_on)
