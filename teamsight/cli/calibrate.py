@@ -33,15 +33,9 @@ def calibrate(settings: CalibrateSettings) -> None:
     """
     from teamsight.analysis.calibration.calibrate import calibrate as search
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    with (
-        when_stopped(lambda: "nothing was kept"),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
         written = search(settings.search, folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

@@ -46,9 +46,7 @@ class EvaluateSettings(Settings):
 
     def check(self) -> None:
         """Refuse worlds that are too large."""
-        robots = self.robots or 1
-        limits.check_work(robots, self.targets, self.steps, self.runs)
-        limits.check_neighbours(robots, self.targets, self.radius, 1.0)
+        limits.check_worlds(self.robots or 1, self.targets, self.radius, self.steps, self.runs)
 
 
 def evaluate(settings: EvaluateSettings) -> None:
@@ -69,9 +67,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import watching, working
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
@@ -85,10 +81,11 @@ def evaluate(settings: EvaluateSettings) -> None:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
-    with when_stopped(lambda: "nothing was kept"), watching() as watch:
-        policies = _learned(settings, memory, watch)
-        work = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
-        with WorkerPool(limits.workers_for(settings.workers, work), IMPORTS, watch.print) as pool:
+    with when_stopped(lambda: "nothing was kept"):
+        with watching() as watch:
+            policies = _learned(settings, memory, watch)
+        agent_steps = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
+        with working(settings.workers, agent_steps) as (watch, pool):
             table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
@@ -118,8 +115,7 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     robots = settings.robots
     if robots is None:
         robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
-    limits.check_work(robots, settings.targets, settings.steps, settings.runs)
-    limits.check_neighbours(robots, settings.targets, settings.radius, 1.0)
+    limits.check_worlds(robots, settings.targets, settings.radius, settings.steps, settings.runs)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
     return evaluation.Scenario(

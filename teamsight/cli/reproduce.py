@@ -61,19 +61,13 @@ def reproduce(settings: ReproduceSettings) -> None:
     from teamsight.analysis.paper.reproduce import check_results
     from teamsight.analysis.paper.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, show_ledger, watching
+    from teamsight.cli.show import say, show_ledger, working
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with (
-        when_stopped(lambda: _kept(folder)),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)

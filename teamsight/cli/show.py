@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -25,6 +26,10 @@ from teamsight.cli.streams import LossyStream, give_up, named
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.claims import Ledger
+    from teamsight.analysis.runs.workers import WorkerPool
+
+# Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.
+_SHORT = 1e8
 
 
 class Watch:
@@ -67,6 +72,25 @@ def watching() -> Iterator[Watch]:
         console.file = cast(TextIO, LossyStream(sys.stderr))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield Watch(progress)
+
+
+@contextlib.contextmanager
+def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tuple[Watch, WorkerPool]]:
+    """Show progress as `watching` does, and start a worker pool whose messages stand above the bars.
+
+    Parameters
+    ----------
+    workers : int or None
+        The number of workers; None stands for the number of cores, or for 1 if the work is short.
+    agent_steps : float
+        Agents × steps × runs of the command.
+    """
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+
+    number = workers or (cores() if agent_steps > _SHORT else 1)
+    with watching() as watch, WorkerPool(number, IMPORTS, watch.print) as pool:
+        yield watch, pool
 
 
 def plural(count: int, noun: str) -> str:
