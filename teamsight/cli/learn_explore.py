@@ -28,9 +28,7 @@ class ExploreSettings(Settings):
         "ring", "Degree of awareness that determines the situations: {names}.", values.DEGREES
     )
     delta: int = values.sectors(16)
-    policy: str = values.choice(
-        "random-walk", "Policy of the robots during the exploration: {names}.", values.POLICIES
-    )
+    policy: str = values.choice("random-walk", "Policy of the robots during the exploration: {names}.", values.POLICIES)
     distance: str = values.choice(
         "random",
         "Distance that random walkers move per step, as a fraction of their speed: {names}.",

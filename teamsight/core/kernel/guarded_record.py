@@ -12,7 +12,7 @@ from teamsight.core.kernel.guard import LIMIT, READ_ONLY, VERSION, guarded_type,
 from teamsight.core.kernel.guarded_arrays import Axis, Named
 from teamsight.core.kernel.layout import Leaf, Node
 from teamsight.core.kernel.record import Record
-from teamsight.core.kernel.unpacking import Plain, load_word, unpacking
+from teamsight.core.kernel.unpacking import load_word, unpacking
 
 _WORD = ir.IntType(64)
 
@@ -74,7 +74,7 @@ def guarded_at(node: Node) -> Any:
     return unpacking(node, _Guards({}))
 
 
-class _Guards(Plain):
+class _Guards:
     """Makes the arrays of a record guarded.
 
     Parameters
@@ -86,7 +86,10 @@ class _Guards(Plain):
     def __init__(self, numbers: dict[str, tuple[int, bool, int]]) -> None:
         self._numbers = numbers
         # The checks are part of the machine code.
-        self.code = f"{VERSION} {digest(_Guards.value)} {numbers}"
+        self._code = f"{VERSION} {digest(_Guards.value)} {numbers}"
+
+    def __repr__(self) -> str:
+        return self._code
 
     def kind(self, array: Any) -> Any:
         return guarded_type(array)
