@@ -7,6 +7,7 @@ missing.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import pickle
 import re
@@ -23,7 +24,7 @@ from teamsight.core.kernel.cache_folder import cache_folder, read, write
 from teamsight.core.kernel.digest import digest
 
 _FORMAT = b"teamsight kernel 1\n"
-_CHECKSUM = hashlib.sha256().digest_size
+_HEAD = len(_FORMAT) + hashlib.sha256().digest_size
 # Settings of numba, beside its description of the processor, that change the machine code.
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 _PYTHON = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
@@ -54,12 +55,11 @@ class KernelCache:
         target.refresh()
         key = self._key(signature, target.codegen())
         file = self._file(key)
-        payload = _verified(read(file), key) if file else None
-        if payload is not None:
-            try:
+        data = read(file) if file else None
+        if data is not None and data == _sealed(key, payload := data[_HEAD:]):
+            # One that is intact but unreadable is compiled and replaced.
+            with contextlib.suppress(Exception):
                 return CompileResult._rebuild(target, *pickle.loads(payload))
-            except Exception:  # intact but unreadable: compile and replace it
-                pass
         self._missing(self._name)
         return None
 
@@ -73,7 +73,7 @@ class KernelCache:
             payload = dumps(result._reduce())
         except Exception:  # it cannot be pickled: each process compiles it
             return
-        write(file, _FORMAT + _checksum(key, payload) + payload)
+        write(file, _sealed(key, payload))
 
     def _key(self, signature: Any, codegen: Any) -> bytes:
         settings = [getattr(config, name, None) for name in _SETTINGS]
@@ -86,15 +86,7 @@ class KernelCache:
         return folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
 
 
-def _verified(data: bytes | None, key: bytes) -> bytes | None:
-    """Return the payload of a file; None if it is damaged or has another key."""
-    head = len(_FORMAT) + _CHECKSUM
-    if data is None or len(data) < head or not data.startswith(_FORMAT):
-        return None
-    payload = data[head:]
-    return payload if data[len(_FORMAT) : head] == _checksum(key, payload) else None
-
-
-def _checksum(key: bytes, payload: bytes) -> bytes:
+def _sealed(key: bytes, payload: bytes) -> bytes:
+    """Return the content of a file."""
     # The digest of the key has a fixed length, so that key and payload cannot be confused.
-    return hashlib.sha256(hashlib.sha256(key).digest() + payload).digest()
+    return _FORMAT + hashlib.sha256(hashlib.sha256(key).digest() + payload).digest() + payload

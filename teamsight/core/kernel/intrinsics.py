@@ -24,23 +24,18 @@ def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
     return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
 
 
-def array_value(context: Any, builder: Any, array: Any, address: Any, lengths: list[Any]) -> Any:
-    """Write code that makes an array of numba's type `array`, in C order, at an address."""
+def array_value(context: Any, builder: Any, array: Any, data: Any, lengths: list[Any]) -> Any:
+    """Write code that makes an array of numba's type `array`, in C order, at an address or a pointer."""
     element = context.get_data_type(array.dtype)
     itemsize = cgutils.intp_t(context.get_abi_sizeof(element))
+    if not isinstance(data.type, ir.PointerType):
+        data = builder.inttoptr(data, element.as_pointer())
     strides, step = [], itemsize
     for length in reversed(lengths):
         strides.append(step)
         step = builder.mul(step, length)
     result = make_array(array)(context, builder)
-    populate_array(
-        result,
-        data=builder.inttoptr(address, element.as_pointer()),
-        shape=lengths,
-        strides=strides[::-1],
-        itemsize=itemsize,
-        meminfo=None,
-    )
+    populate_array(result, data=data, shape=lengths, strides=strides[::-1], itemsize=itemsize, meminfo=None)
     return result._getvalue()
 
 
@@ -74,16 +69,21 @@ def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
     array = numba.types.Array(dtype.dtype, 1, "C")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        element = context.get_data_type(array.dtype)
-        length, itemsize = cgutils.intp_t(count.literal_value), cgutils.intp_t(context.get_abi_sizeof(element))
+        length = cgutils.intp_t(count.literal_value)
         with builder.goto_entry_block():
-            room = builder.alloca(element, length)
+            room = builder.alloca(context.get_data_type(array.dtype), length)
             room.align = _CACHE_LINE
-        result = make_array(array)(context, builder)
-        populate_array(result, data=room, shape=[length], strides=[itemsize], itemsize=itemsize, meminfo=None)
-        return result._getvalue()
+        return array_value(context, builder, array, room, [length])
 
     return array(count, dtype), generate
+
+
+def _in_all(builder: Any, lanes: Any, value: Any) -> Any:
+    """Write code that makes a vector of this type whose lanes all have one value."""
+    undefined, first = ir.Constant(lanes, ir.Undefined), ir.Constant(ir.IntType(32), 0)
+    one = builder.insert_element(undefined, value, first)
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes.count), [0] * lanes.count)
+    return builder.shuffle_vector(one, undefined, zeros)
 
 
 @_generated
@@ -92,12 +92,9 @@ def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.FloatType(), 64)
-        one = builder.insert_element(ir.Constant(lanes, ir.Undefined), arguments[2], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), 64), [0] * 64)
-        limits = builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
         place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
-        bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
+        bits = builder.fcmp_ordered("<", builder.load(place, align=4), _in_all(builder, lanes, arguments[2]))
         return builder.bitcast(bits, ir.IntType(64))
 
     return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
@@ -120,20 +117,15 @@ def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.DoubleType(), 8)
 
-        def splat(value: Any) -> Any:
-            one = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-            zeros = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
-            return builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
-
         def eight(kind: Any, value: Any) -> Any:
             data = make_array(kind)(context, builder, value).data
             place = builder.gep(data, [arguments[2]])
             return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
 
-        way_x = builder.fsub(eight(signature.args[0], arguments[0]), splat(arguments[3]))
-        way_y = builder.fsub(eight(signature.args[1], arguments[1]), splat(arguments[4]))
+        way_x = builder.fsub(eight(signature.args[0], arguments[0]), _in_all(builder, lanes, arguments[3]))
+        way_y = builder.fsub(eight(signature.args[1], arguments[1]), _in_all(builder, lanes, arguments[4]))
         square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
-        bits = builder.fcmp_ordered("<=", square, splat(arguments[5]))
+        bits = builder.fcmp_ordered("<=", square, _in_all(builder, lanes, arguments[5]))
         return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
 
     f8 = numba.types.float64
