@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.analysis.runs.limits import MOST_RUNS
 from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
 from teamsight.cli.paths import check_apart
@@ -82,10 +84,10 @@ class DeltaSettings(Settings):
             If the risk needs too many runs.
         """
         needed = math.ceil(10 / self.risk) if self.runs is None else self.runs
-        if needed > limits.MOST_RUNS:
+        if needed > MOST_RUNS:
             raise ValueError(
-                f"risk={self.risk:g}: needs 10 / risk = {needed:.1e} runs, at most {limits.MOST_RUNS}; give a risk of "
-                f"at least {10 / limits.MOST_RUNS:g}, or --runs"
+                f"risk={self.risk:g}: needs 10 / risk = {needed:.1e} runs, at most {MOST_RUNS}; give a risk of "
+                f"at least {10 / MOST_RUNS:g}, or --runs"
             )
         return needed
 
@@ -136,7 +138,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
             risk=settings.risk,
             rng=settings.seed,
             pool=pool,
-            progress=lambda done, total: watch("simulating", done, total),
+            progress=partial(watch, "simulating"),
         )
 
 
@@ -146,15 +148,14 @@ def _recorded(settings: DeltaSettings) -> DeltaReport:
 
     assert settings.trajectories is not None
     with watching() as watch:
-        trajectories = read_trajectories(
-            settings.trajectories, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
-        )
+        progress = partial(watch, "reading")
+        trajectories = read_trajectories(settings.trajectories, sort=settings.sort, progress=progress)
         return delta_from_trajectories(
             trajectories,
             settings.awareness_range,
             risk=settings.risk,
             window=settings.window,
-            progress=lambda done, total: watch("counting", done, total),
+            progress=partial(watch, "counting"),
         )
 
 

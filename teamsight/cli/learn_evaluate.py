@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Option, Settings
-from teamsight.cli.paths import check_apart, file
+from teamsight.cli.options import Settings
+from teamsight.cli.paths import check_apart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +27,7 @@ _LONG = 30
 class EvaluateSettings(Settings):
     """Settings of ``teamsight learn evaluate``."""
 
-    memory: Path = Option(file, None, "Memory to learn from.", "MEMORY", kind="argument", required=True)  # type: ignore[assignment]
+    memory: Path = values.file("Memory to learn from.", metavar="MEMORY", kind="argument", required=True)
     learner: str = values.choice("lazy", "Learner: {names}.", values.LEARNERS)
     reward: str = values.reward("own")
     k: int | None = values.matches()
@@ -86,7 +87,7 @@ def evaluate(settings: EvaluateSettings) -> None:
             policies = _learned(settings, memory, watch)
         agent_steps = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
         with working(settings.workers, agent_steps) as (watch, pool):
-            table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
+            table = evaluation.evaluate(policies, scenario, pool, partial(watch, "simulating"))
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
     _print(table, settings, memory, scenario, time.perf_counter() - began)
@@ -137,9 +138,7 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
         )
     watch("learning", 0, 1)
     try:
-        return evaluation.contenders(
-            settings.learner, memory, objective, lambda done, total: watch("learning", done, total)
-        )
+        return evaluation.contenders(settings.learner, memory, objective, partial(watch, "learning"))
     except TooManyStatesError as error:
         wrong = str(error).partition(";")[0]
         raise ValueError(

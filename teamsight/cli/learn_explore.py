@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -162,12 +163,8 @@ def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) ->
 
     # A short exploration is made in this process.
     with working(workers if plan.is_long else 1) as (watch, pool):
-        return explore(
-            plan,
-            pool=pool,
-            checkpoint=checkpoint if plan.is_long else None,
-            progress=lambda done, total: watch("exploring", done, total),
-        )
+        kept = checkpoint if plan.is_long else None
+        return explore(plan, pool=pool, checkpoint=kept, progress=partial(watch, "exploring"))
 
 
 def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -121,9 +122,7 @@ def figure(settings: FigureSettings) -> None:
     began = time.perf_counter()
     with when_stopped(lambda: _kept(curves, checkpoint)):
         with working(settings.workers) as (watch, pool):
-            table = make_curves(
-                curves, pool, checkpoint=checkpoint, progress=lambda done, total: watch("learning", done, total)
-            )
+            table = make_curves(curves, pool, checkpoint=checkpoint, progress=partial(watch, "learning"))
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
             files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)

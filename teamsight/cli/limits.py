@@ -5,20 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
-
-__all__ = [
-    "LEAST_RISK", "MOST_AGENTS", "MOST_CELL_RUNS", "MOST_RUNS", "MOST_SECTORS", "MOST_STEPS", "check_sectors",
-    "check_transitions", "check_worlds",
-]  # fmt: skip
-
 #: Runs of each cell of `reproduce`, which has thousands of cells.
 MOST_CELL_RUNS = 1_000
 #: Agents of one kind: any two of them may be neighbours.
 MOST_AGENTS = 1_000_000
 #: Sectors of a ring: finer than a degree of arc is of no use, and each sector costs memory for every transition.
 MOST_SECTORS = 360
-#: The smallest risk: a smaller one would need more runs than `MOST_RUNS` by far.
+#: The smallest risk: a smaller one would need by far more runs than a command may make.
 LEAST_RISK = 1e-9
 
 # Agents × steps of one command: months of work.

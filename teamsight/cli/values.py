@@ -10,6 +10,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
+from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
 from teamsight.cli import limits, paths
 from teamsight.cli.options import Option
 from teamsight.core import checks
@@ -17,6 +18,7 @@ from teamsight.world import limits as world_limits
 
 # Python takes long to read longer numbers, or refuses them.
 _LONGEST_NUMBER = 500
+_file = partial(paths.path, wanted="a file")
 
 
 def number_in(text: Any) -> Any:
@@ -60,12 +62,12 @@ def agents(default: int | None, help: str, shown: str = "") -> Any:
 
 def runs(default: int | None, help: str, shown: str = "") -> Any:
     """Declare a number of runs, worlds or memories."""
-    return count(default, help, most=limits.MOST_RUNS, shown=shown)
+    return count(default, help, most=MOST_RUNS, shown=shown)
 
 
 def steps(default: int, help: str = "Number of steps of each run.") -> Any:
     """Declare a number of steps."""
-    return count(default, help, most=limits.MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
+    return count(default, help, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
 
 
 def seed(default: int, help: str) -> Any:
@@ -114,18 +116,18 @@ def argument(metavar: str, names: Callable[[], Iterable[str]], *, many: bool = F
     return Option(check, default, "", shown, kind="argument", many=many, required=not many)
 
 
-def file(help: str, *, required: bool = False, many: bool = False, shown: str = "") -> Any:
-    """Declare a file to read or to write; without a default."""
+def file(help: str, *, metavar: str = "FILE", many: bool = False, shown: str = "", **how: Any) -> Any:
+    """Declare a file to read or to write, without a default; `how` is passed on to `Option`."""
 
     def check(name: str, text: Any) -> Any:
-        return tuple(paths.file(name, one) for one in text) if many else paths.file(name, text)
+        return tuple(_file(name, one) for one in text) if many else _file(name, text)
 
-    return Option(check, () if many else None, help, "FILE", shown, many=many, required=required)
+    return Option(check, () if many else None, help, metavar, shown, many=many, **how)
 
 
 def folder(default: Any, help: str) -> Any:
     """Declare a folder."""
-    return Option(paths.folder, default, help, "FOLDER")
+    return Option(partial(paths.path, wanted="a folder"), default, help, "FOLDER")
 
 
 def flag(help: str) -> Any:
