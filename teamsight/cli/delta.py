@@ -144,10 +144,10 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
     from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import Watch
 
     assert settings.trajectories is not None
-    with watching() as watch:
+    with Watch() as watch:
         progress = partial(watch, "reading")
         trajectories = read_trajectories(settings.trajectories, sort=settings.sort, progress=progress)
         return delta_from_trajectories(

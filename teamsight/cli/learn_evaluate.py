@@ -68,7 +68,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
-    from teamsight.cli.show import watching, working
+    from teamsight.cli.show import Watch, working
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
@@ -83,7 +83,7 @@ def evaluate(settings: EvaluateSettings) -> None:
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"):
-        with watching() as watch:
+        with Watch() as watch:
             policies = _learned(settings, memory, watch)
         agent_steps = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
         with working(settings.workers, agent_steps) as (watch, pool):
@@ -132,7 +132,7 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
     objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, objective)
     if expected > _LONG:
-        watch.print(
+        watch.emit(
             f"learning from {len(memory)} transitions takes about {expected / 60:.0f} min, since each is compared with "
             "all others; --sample 30000 takes seconds, and --discount 0 needs no comparison"
         )

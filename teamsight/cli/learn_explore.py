@@ -118,14 +118,9 @@ def plan_of(settings: ExploreSettings) -> Exploration:
     if policy == "random-walk":
         policy = RandomWalk(random_distance=settings.distance == "random")
     return Exploration(
-        robots=settings.robots,
-        targets=settings.targets,
-        radius=settings.radius,
-        steps=settings.steps,
-        runs=settings.runs,
+        **settings.values(("robots", "targets", "radius", "steps", "runs", "seed")),
         awareness=awareness_named(settings.awareness, {"delta": settings.delta}),
         policy=policy,
-        seed=settings.seed,
         world={"robot_speed": settings.robot_speed},
     )
 

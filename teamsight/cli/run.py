@@ -54,7 +54,7 @@ def run(settings: RunSettings) -> None:
     from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.runs import files
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import Watch
 
     parameters = settings.values(without=("steps", "seed", "save", "force"))
     if settings.awareness not in with_option("delta"):
@@ -65,7 +65,7 @@ def run(settings: RunSettings) -> None:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
-    with watching() as watch:
+    with Watch() as watch:
         part = -(-settings.steps // _PARTS)
         for start in range(0, settings.steps, part):
             world.run(min(part, settings.steps - start))

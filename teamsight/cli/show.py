@@ -32,51 +32,38 @@ if TYPE_CHECKING:
 _SHORT = 1e8
 
 
-class Watch:
-    """Shows progress: one bar for each phase, and lines above the bars.
+class Watch(Progress):
+    """Progress on standard error: a bar for each phase, and lines above the bars; lines only if it is no terminal."""
 
-    Parameters
-    ----------
-    progress : Progress
-        What draws the bars.
-    """
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
+    def __init__(self) -> None:
+        console = Console(stderr=True)
+        if sys.stderr is not None:
+            console.file = cast(TextIO, LossyStream(sys.stderr))
+        super().__init__(
+            TextColumn("{task.description:<12}"),
+            BarColumn(bar_width=32),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console, transient=True, disable=not console.is_terminal,
+        )  # fmt: skip
         self._bars: dict[str, TaskID] = {}
 
     def __call__(self, phase: str, done: float, total: float) -> None:
         """Show how much of a phase is done."""
         if phase not in self._bars:
-            self._bars[phase] = self._progress.add_task(phase, total=total)
-        self._progress.update(self._bars[phase], completed=done, total=total)
+            self._bars[phase] = self.add_task(phase, total=total)
+        self.update(self._bars[phase], completed=done, total=total)
 
-    def print(self, line: str) -> None:
+    def emit(self, line: str) -> None:
         """Print a line above the bars."""
-        self._progress.console.print(line, highlight=False, markup=False)
-
-
-@contextlib.contextmanager
-def watching() -> Iterator[Watch]:
-    """Show progress on standard error; if that is not a terminal, print lines only."""
-    columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=32),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    console = Console(stderr=True)
-    if sys.stderr is not None:
-        console.file = cast(TextIO, LossyStream(sys.stderr))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        yield Watch(progress)
+        self.console.print(line, highlight=False, markup=False)
 
 
 @contextlib.contextmanager
 def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tuple[Watch, WorkerPool]]:
-    """Show progress as `watching` does, and start a worker pool whose messages stand above the bars.
+    """Show progress, and start a worker pool whose messages stand above the bars.
 
     Parameters
     ----------
@@ -89,7 +76,7 @@ def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tupl
     from teamsight.analysis.runs.workers import WorkerPool, cores
 
     number = workers or (cores() if agent_steps > _SHORT else 1)
-    with watching() as watch, WorkerPool(number, IMPORTS, watch.print) as pool:
+    with Watch() as watch, WorkerPool(number, IMPORTS, watch.emit) as pool:
         yield watch, pool
 
 

@@ -39,15 +39,13 @@ class KernelCache:
     ----------
     function : callable
         The function that is compiled.
-    compiler : str
-        The compiler flags.
     missing : callable
         Called with the function's name before it is compiled.
     """
 
-    def __init__(self, function: Callable[..., Any], compiler: str, missing: Callable[[str], None]) -> None:
+    def __init__(self, function: Callable[..., Any], missing: Callable[[str], None]) -> None:
         self._name = function.__qualname__
-        self._digest = digest(function, compiler)
+        self._digest = digest(function)
         self._missing = missing
 
     def load_overload(self, signature: Any, target: Any) -> Any:

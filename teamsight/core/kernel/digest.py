@@ -14,21 +14,15 @@ import llvmlite
 import numba
 import numpy as np
 
+from teamsight.core.kernel.decorators import FLAGS
 from teamsight.core.kernel.uses import enclosed, globals_of, is_library
 
 
-def digest(function: Callable[..., Any], compiler: str = "") -> str:
-    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses.
-
-    Parameters
-    ----------
-    function : callable
-        The function.
-    compiler : str
-        The compiler flags.
-    """
+def digest(function: Callable[..., Any]) -> str:
+    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses."""
     hasher = hashlib.blake2b(digest_size=16)
-    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {compiler}".encode())
+    flags = sorted(FLAGS.items())
+    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {flags}".encode())
     for part in _parts(function, set()):
         hasher.update(part)
     return hasher.hexdigest()

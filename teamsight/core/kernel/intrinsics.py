@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import numba
 from llvmlite import ir
@@ -12,16 +11,6 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 _CACHE_LINE = 64
-
-
-def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
-    """Make an intrinsic of a function that types a call and writes its machine code."""
-    return cast(Callable[..., Any], intrinsic(typing))
-
-
-def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
-    """As `_generated`, for calls whose constants are part of their types."""
-    return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
 
 
 def array_value(context: Any, builder: Any, array: Any, data: Any, lengths: list[Any]) -> Any:
@@ -39,7 +28,7 @@ def array_value(context: Any, builder: Any, array: Any, data: Any, lengths: list
     return result._getvalue()
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     """Return the array of this shape and dtype, in C order, at an address.
 
@@ -58,7 +47,7 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     return array(address, shape, dtype), generate
 
 
-@_literal
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
     """Return an uninitialised array of `count` numbers on the stack, valid until the present entry returns.
 
@@ -86,7 +75,7 @@ def _in_all(builder: Any, lanes: Any, value: Any) -> Any:
     return builder.shuffle_vector(one, undefined, zeros)
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32."""
 
@@ -100,7 +89,7 @@ def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
     return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def ones(typing_context: Any, word: Any) -> Any:
     """Return the number of bits of a word that are set."""
 
@@ -110,7 +99,7 @@ def ones(typing_context: Any, word: Any) -> Any:
     return numba.types.int64(numba.types.uint64), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if point ``first + i`` is within the square distance, for 8 points."""
 
@@ -132,7 +121,7 @@ def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any
     return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 
