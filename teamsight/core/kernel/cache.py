@@ -51,8 +51,7 @@ class KernelCache:
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return numba's compile result from the cache; None if it has to be compiled."""
         target.refresh()
-        key = self._key(signature, target.codegen())
-        file = self._file(key)
+        key, file = self._place(signature, target.codegen())
         data = read(file) if file else None
         if data is not None and data == _sealed(key, payload := data[_HEAD:]):
             # One that is intact but unreadable is compiled and replaced.
@@ -63,8 +62,7 @@ class KernelCache:
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compile result, if there is a cache folder."""
-        key = self._key(signature, result.codegen)
-        file = self._file(key)
+        key, file = self._place(signature, result.codegen)
         if file is None:
             return
         try:
@@ -73,15 +71,13 @@ class KernelCache:
             return
         write(file, _sealed(key, payload))
 
-    def _key(self, signature: Any, codegen: Any) -> bytes:
+    def _place(self, signature: Any, codegen: Any) -> tuple[bytes, Path | None]:
+        """Return the key of a compile result, and its file, if there is a cache folder."""
         settings = [getattr(config, name, None) for name in _SETTINGS]
         parts = self._digest, signature, codegen.magic_tuple(), settings, _PYTHON
-        return repr(parts).encode()
-
-    def _file(self, key: bytes) -> Path | None:
-        folder = cache_folder()
+        key, folder = repr(parts).encode(), cache_folder()
         name = re.sub(r"[^A-Za-z0-9._-]", "", self._name)[:_LONGEST_NAME]
-        return folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
+        return key, folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
 
 
 def _sealed(key: bytes, payload: bytes) -> bytes:
