@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import click
 
+from teamsight.core import checks
+
 S = TypeVar("S", bound="Settings")
 
 
@@ -144,8 +146,6 @@ class Group(click.Group):
         return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        from teamsight.core import checks
-
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
 

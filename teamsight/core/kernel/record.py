@@ -94,13 +94,7 @@ class Record(Generic[T]):
         self.at: Callable[[Any], Any] = unpacking(self.node)
 
     def pack(self, value: T) -> Packed[T]:
-        """Return a record of these arrays and numbers.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If an array has another type or shape than declared.
-        """
+        """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
         return Packed(self, value)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numba
 from llvmlite import ir
@@ -12,17 +12,10 @@ from numba.extending import intrinsic
 from teamsight.core.kernel.intrinsics import array_value
 from teamsight.core.kernel.layout import Leaf, Length, Node
 
+if TYPE_CHECKING:
+    from teamsight.core.kernel.guarded_record import Guards
+
 _WORD = ir.IntType(64)
-
-
-class Guards(Protocol):
-    """Makes the arrays of a record guarded, for checks of kernels. Its `repr` is part of the digest of kernels."""
-
-    def kind(self, array: Any) -> Any:
-        """Return numba's type of a guarded array, from that of the plain one."""
-
-    def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
-        """Write code that makes a guarded array of this type from a plain one."""
 
 
 def unpacking(node: Node, guards: Guards | None = None) -> Any:
