@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -96,17 +96,14 @@ def plan_of(settings: ReproduceSettings) -> Plan:
     )
 
 
-def _summaries(plan: Plan, folder: Path) -> list[str]:
+def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
     import pandas as pd
 
     from teamsight.analysis.paper.figures import FIGURES
 
-    found = []
     for name in plan.figures:
-        summarise = FIGURES[name].summarise
-        if summarise is not None:
-            found.append(f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
-    return found
+        if summarise := FIGURES[name].summarise:
+            yield f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}"
 
 
 def _kept(folder: Path) -> str:

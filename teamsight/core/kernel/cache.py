@@ -63,13 +63,10 @@ class KernelCache:
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compile result, if there is a cache folder."""
         key, file = self._place(signature, result.codegen)
-        if file is None:
-            return
-        try:
-            payload = dumps(result._reduce())
-        except Exception:  # it cannot be pickled: each process compiles it
-            return
-        write(file, _sealed(key, payload))
+        if file is not None:
+            # One that cannot be pickled is compiled by each process.
+            with contextlib.suppress(Exception):
+                write(file, _sealed(key, dumps(result._reduce())))
 
     def _place(self, signature: Any, codegen: Any) -> tuple[bytes, Path | None]:
         """Return the key of a compile result, and its file, if there is a cache folder."""

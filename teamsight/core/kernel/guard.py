@@ -214,26 +214,22 @@ def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 lower_builtin(operator.setitem, Guarded, numba.types.Any, numba.types.Any)(_write)
 
 
-def _typing(generated: Any) -> Callable[..., Any]:
-    """Return the function that types the calls of one of our own intrinsics."""
-    return generated._defn  # type: ignore[no-any-return]
-
-
+# `_defn` is the function that types the calls of an intrinsic.
 @intrinsic  # type: ignore[untyped-decorator]
 def _guarded_array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
-    signature, generate = _typing(array_at)(typing_context, address, shape, dtype)
+    signature, generate = array_at._defn(typing_context, address, shape, dtype)
     return guarded_type(signature.return_type)(*signature.args), generate
 
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def _guarded_scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
-    found = _typing(scratch)(typing_context, count, dtype)
+    found = scratch._defn(typing_context, count, dtype)
     return found and (guarded_type(found[0].return_type)(*found[0].args), found[1])
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    signature, generate_plain = _typing(below_64)(typing_context, values, first, limit)
+    signature, generate_plain = below_64._defn(typing_context, values, first, limit)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = arrayobj.make_array(values)(context, builder, arguments[0])

@@ -25,9 +25,6 @@ class Named(NamedTuple):
     axes: tuple[Axis, ...]
 
 
-OWN = Named("an array of its own", ())
-
-
 def run_guarded(
     owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named],
     fences: Fences | None = None,
@@ -74,7 +71,7 @@ def run_guarded(
 
 
 def _account(access: Access, arrays: Sequence[Named]) -> str:
-    named = arrays[access.array] if access.array else OWN
+    named = arrays[access.array]
     if access.axis < 0:
         return f"writes into {named.name}, which is read-only; copy its numbers and change the copy"
     # Views have lost axes from the left.

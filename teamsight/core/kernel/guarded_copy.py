@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import types as python_types
-from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import numba
 from numba.core.dispatcher import Dispatcher
@@ -20,11 +19,9 @@ _DROPPED = {"boundscheck", "cache", "forceinline", "nopython"}
 _OPTIONS = {"boundscheck": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def guarded(kernel: Any) -> Callable[..., Any]:
+def guarded(kernel: Any) -> Any:
     """Return a copy, for guarded arrays, of a kernel and all that it calls; anything else is returned unchanged."""
-    if not isinstance(kernel, Dispatcher):
-        return cast(Callable[..., Any], kernel)
-    return cast(Callable[..., Any], _copy(kernel, {}))
+    return _copy(kernel, {}) if isinstance(kernel, Dispatcher) else kernel
 
 
 def _copy(kernel: Any, copies: dict[int, Any]) -> Any:

@@ -48,7 +48,7 @@ class GuardedRecord:
         limits: Mapping[str, str] | None = None,
     ) -> None:
         leaves = [leaf for leaf in record.node.leaves() if leaf.lengths is not None]
-        self.arrays = [Named("", ())] + [_named(leaf, axes) for leaf in leaves]
+        self.arrays = [Named("an array of its own", ())] + [_named(leaf, axes) for leaf in leaves]
         slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
         limiting = {path: slots[name] for path, name in (limits or {}).items()}
         numbers = {
