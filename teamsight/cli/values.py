@@ -142,12 +142,7 @@ def force() -> Any:
 
 def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
     """Return a function that returns the names in a registry, imported when it is called."""
-
-    def names() -> Iterable[str]:
-        found: Iterable[str] = getattr(import_module(module), name)
-        return found
-
-    return names
+    return lambda: getattr(import_module(module), name)
 
 
 POLICIES = registry("teamsight.policies.registry", "POLICIES")

@@ -36,10 +36,7 @@ class Node(NamedTuple):
 
     def leaves(self) -> list[Leaf]:
         """Return all arrays and numbers, in the order of the fields."""
-        found: list[Leaf] = []
-        for part in self.parts:
-            found += part.leaves() if isinstance(part, Node) else [part]
-        return found
+        return [leaf for part in self.parts for leaf in (part.leaves() if isinstance(part, Node) else [part])]
 
 
 class Layout:
