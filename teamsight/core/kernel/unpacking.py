@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numba
 from llvmlite import ir
@@ -12,20 +12,17 @@ from numba.extending import intrinsic
 from teamsight.core.kernel.intrinsics import array_value
 from teamsight.core.kernel.layout import Leaf, Length, Node
 
-if TYPE_CHECKING:
-    from teamsight.core.kernel.guarded_record import Guards
-
 _WORD = ir.IntType(64)
 
 
-def unpacking(node: Node, guards: Guards | None = None) -> Any:
+def unpacking(node: Node, guards: Any = None) -> Any:
     """Return the kernel that reads a record.
 
     Parameters
     ----------
     node : Node
         The layout.
-    guards : Guards, optional
+    guards : guarded_record.Guards, optional
         Makes its arrays guarded; in worlds they are plain.
     """
 
@@ -46,7 +43,7 @@ def unpacking(node: Node, guards: Guards | None = None) -> Any:
     return made
 
 
-def _type(part: Node | Leaf, guards: Guards | None) -> Any:
+def _type(part: Node | Leaf, guards: Any) -> Any:
     """Return numba's type of a part of a record."""
     if isinstance(part, Node):
         types = [_type(inner, guards) for inner in part.parts]
@@ -60,7 +57,7 @@ def _type(part: Node | Leaf, guards: Guards | None) -> Any:
     return guards.kind(array) if guards else array
 
 
-def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, guards: Guards | None) -> Any:
+def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, guards: Any) -> Any:
     """Write code that reads a part of a record."""
     if isinstance(part, Node):
         values = [
