@@ -150,12 +150,7 @@ def _run(
     fenced: Percept = _fenced(fences, "percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
-    run_guarded(name, "its kernel", entry, record, _GUARDED.arrays)
-    if broken := fences.broken():
-        raise ValueError(
-            f"{name}: its kernel writes next to {broken}, or into it although it is read-only; index arrays within "
-            "their shape"
-        )
+    run_guarded(name, "its kernel", entry, record, _GUARDED.arrays, fences)
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())
 
 

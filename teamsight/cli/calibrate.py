@@ -35,16 +35,12 @@ def calibrate(settings: CalibrateSettings) -> None:
     from teamsight.analysis.calibration.calibrate import calibrate as search
     from teamsight.analysis.calibration.calibrate import checkpoint_in
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    kept = checkpoint_in(folder, settings.search)
-    with (
-        when_stopped(lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there"),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    stopped = when_stopped(
+        lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there"
+    )
+    with stopped, working(settings.workers) as (watch, pool):
         written = search(settings.search, folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

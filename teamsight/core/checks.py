@@ -8,6 +8,7 @@ import secrets
 from collections.abc import Iterable
 from decimal import Decimal
 from numbers import Integral, Real
+from operator import ge, gt, le
 from typing import Any
 
 #: Seeds are kept as 64-bit integers.
@@ -128,20 +129,12 @@ def number(
         result = float(value)
     except (ArithmeticError, ValueError):  # larger than any float, or a NaN that signals
         result = math.nan
-    limits = []
-    if above is not None:
-        limits.append(f"above {above:g}")
-    if least is not None:
-        limits.append(f"at least {least:g}")
-    if most is not None:
-        limits.append(f"at most {most:g}")
-    wrong = (
-        not math.isfinite(result)
-        or (above is not None and result <= above)
-        or (least is not None and result < least)
-        or (most is not None and result > most)
-    )
-    if wrong:
+    limits, is_right = [], math.isfinite(result)
+    for limit, words, holds in ((above, "above", gt), (least, "at least", ge), (most, "at most", le)):
+        if limit is not None:
+            limits.append(f"{words} {limit:g}")
+            is_right = is_right and holds(result, limit)
+    if not is_right:
         given = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
         raise ValueError(f"{name}={given}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,19 +12,12 @@ _WIDTH = 4096
 _FILLING = 0xA5
 
 
-class _Fenced(NamedTuple):
-    name: str
-    block: npt.NDArray[np.uint8]
-    first: int
-    last: int
-    original: npt.NDArray[Any] | None
-
-
 class Fences:
     """A set of arrays, each between two stretches of bytes that must not change."""
 
     def __init__(self) -> None:
-        self._fenced: list[_Fenced] = []
+        # Bytes that must not change, each with its name and its first content.
+        self._fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
 
     def put(self, name: str, array: npt.NDArray[Any], *, read_only: bool = False) -> npt.NDArray[Any]:
         """Return a copy of an array between fences.
@@ -44,14 +37,10 @@ class Fences:
         last = first + array.nbytes
         copy = block[first:last].view(array.dtype).reshape(array.shape)
         copy[...] = array
-        self._fenced.append(_Fenced(name, block, first, last, array.copy() if read_only else None))
+        for part in [block] if read_only else [block[:first], block[last:]]:
+            self._fixed.append((name, part, part.tobytes()))
         return copy
 
     def broken(self) -> str:
         """Return the name of the first array with a forbidden write; "" if there is none."""
-        for name, block, first, last, original in self._fenced:
-            if (block[:first] != _FILLING).any() or (block[last:] != _FILLING).any():
-                return name
-            if original is not None and original.tobytes() != block[first:last].tobytes():
-                return name
-        return ""
+        return next((name for name, part, before in self._fixed if part.tobytes() != before), "")
