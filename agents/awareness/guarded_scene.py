@@ -35,10 +35,8 @@ _GUARDED = {
 _ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
 
 
-def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry | None) -> Entry | None:
+def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry) -> Entry:
     """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
-    if plain is None:
-        return None
     rule, hides = getattr(type(awareness), name), not awareness.shows_teammates
     if (rule, hides) not in _ENTRIES:
         guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[hides].at}
@@ -62,9 +60,10 @@ class GuardedScene:
 
     def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
         """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
-        entry = _entry(perceive_at, self._awareness, "perceive", perceive_entry(self._awareness))
-        if entry is None:
+        plain = perceive_entry(self._awareness)
+        if plain is None:
             return 0, shown, relayed
+        entry = _entry(perceive_at, self._awareness, "perceive", plain)
         shown, relayed = self._fences.put("teammates", shown), self._fences.put("relayed", relayed)
         self._record.update(teammates=shown, relayed=relayed)
         return self._run("perceive", entry), shown, relayed
@@ -74,7 +73,6 @@ class GuardedScene:
         written: npt.NDArray[np.float32] = self._fences.put("situation", situation)
         self._record.update(situation=written)
         entry = _entry(situate_at, self._awareness, "situate", situate_entry(self._awareness))
-        assert entry is not None
         self._run("situate", entry)
         return written
 
