@@ -61,7 +61,3 @@ __all__ = [
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})

@@ -80,15 +80,19 @@ class ActionGrid:
 
 
 @inlined
-def act(rotation: float, share: float, i: int, percept: Any, action: Any) -> None:
-    """Write the action of robot `i`: turn by `rotation` [rad] and go a share of its speed."""
-    fraction = rotation * _TURNS_PER_RADIAN
-    cosine, sine = direction(fraction if fraction >= 0.0 else fraction + 1.0)
-    x = percept.heading[i, 0]
-    y = percept.heading[i, 1]
+def turned_by(x: float, y: float, turns: float) -> tuple[float, float]:
+    """Return the heading (x, y) turned anticlockwise by a share of a full turn, between −1 and 1."""
+    cosine, sine = direction(turns if turns >= 0.0 else turns + 1.0)
     x, y = cosine * x - sine * y, sine * x + cosine * y
     # One Newton step, so that rounding errors of many turns do not change the length of the heading.
     length = 1.5 - 0.5 * (x * x + y * y)
-    action.heading[i, 0] = x * length
-    action.heading[i, 1] = y * length
+    return x * length, y * length
+
+
+@inlined
+def act(rotation: float, share: float, i: int, percept: Any, action: Any) -> None:
+    """Write the action of robot `i`: turn by `rotation` [rad] and go a share of its speed."""
+    x, y = turned_by(percept.heading[i, 0], percept.heading[i, 1], rotation * _TURNS_PER_RADIAN)
+    action.heading[i, 0] = x
+    action.heading[i, 1] = y
     action.distance[i] = share * percept.speed[i]

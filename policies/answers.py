@@ -12,13 +12,7 @@ from teamsight.policies.interface import Action
 
 
 def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
-    """Return (turn, distance) as two numbers if a rule for one robot returned them.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it returned anything else; the message names the rule, the robot `i` and the answer.
-    """
+    """Return (turn, distance) as two numbers, or raise an error if a rule returned anything else for robot `i`."""
     try:
         turn, distance = answer
         turn, distance = float(turn), float(distance)
@@ -33,13 +27,7 @@ def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
 
 
 def check_action(name: str, action: Action, size: int) -> None:
-    """Raise an error unless an action has the right shape, is finite, and its headings are unit vectors.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the policy, the value and the limit.
-    """
+    """Raise an error unless an action has the shapes for `size` robots, is finite, and headings have length 1 or 0."""
     if not isinstance(action, tuple) or len(action) != 2:
         raise TypeError(f"{name}: returned {type(action).__name__} as action; it must be Action(heading, distance)")
     for part, array, shape in (("heading", action[0], (size, 2)), ("distance", action[1], (size,))):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -141,19 +141,19 @@ def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) 
 def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noise: npt.NDArray[np.float64]) -> Any:
     before = [array.copy() for array in _arrays((percept, state, noise))]
     answer = policy.decide(percept, state, noise)
-    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays((percept, state, noise)), strict=True)):
+    if not _are_equal(before, _arrays((percept, state, noise))):
         raise ValueError(f"{name}.decide changes its arguments; copy what you change and return the copy")
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
     action, after = answer
     check_action(name, action, len(percept.heading))
     again = policy.decide(percept, state, noise)[0]
-    if any(not np.array_equal(a, b) for a, b in zip(action, again, strict=True)):
+    if not _are_equal(action, again):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
     if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
         none = no_neighbours(len(percept.heading))
         alone = policy.decide(percept._replace(teammates=none, relayed=none), state, noise)[0]
-        if any(not np.array_equal(a, b) for a, b in zip(action, alone, strict=True)):
+        if not _are_equal(action, alone):
             raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after
 
@@ -166,11 +166,15 @@ def _arrays(value: Any) -> list[npt.NDArray[Any]]:
     return []
 
 
+def _are_equal(arrays: Iterable[Any], others: Iterable[Any]) -> bool:
+    return all(map(np.array_equal, arrays, others))
+
+
 def _check_rule(name: str, rule: Rule, percept: Percept) -> None:
     before = [array.copy() for array in _arrays(percept)]
     for i in range(len(percept.heading)):
         answers = [check_answer(name, rule(percept_of_one(percept, i), np.random.default_rng(i)), i) for _ in range(2)]
         if answers[0] != answers[1]:
             raise ValueError(f"{name} returned different answers for equal arguments; use `rng` only")
-    if any(not np.array_equal(a, b) for a, b in zip(before, _arrays(percept), strict=True)):
+    if not _are_equal(before, _arrays(percept)):
         raise ValueError(f"{name} changes its percept; copy what you change")

@@ -124,13 +124,7 @@ class CompiledPolicy(Policy):
 
 
 def check_state(policy: CompiledPolicy, state: Any, size: int) -> None:
-    """Refuse a state that is too short for a kernel, or of another type.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not a `PolicyState` of arrays with a row for each robot and the right types.
-    """
+    """Refuse a state that is not a `PolicyState` of arrays of the right types with a row for each robot."""
     name = f"{type(policy).__name__}.start({size})"
     if not isinstance(state, PolicyState):
         raise TypeError(f"{name}: returned {type(state).__name__}; it must return PolicyState(floats, ints)")

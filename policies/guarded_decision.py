@@ -49,7 +49,6 @@ _GUARDED = GuardedRecord(
 # A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
-
 _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 
 
@@ -66,13 +65,7 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
 
 
 def check_declared(policy: CompiledPolicy) -> None:
-    """Refuse parameters that are not a one-dimensional, and a table that is not a two-dimensional array of numbers.
-
-    Raises
-    ------
-    TypeError
-        Naming the policy and the member.
-    """
+    """Refuse parameters that are not numbers in one dimension, and a table that is not in two."""
     for member, dimensions in (("parameters", 1), ("table", 2)):
         value = getattr(policy, member)
         try:
@@ -89,14 +82,7 @@ def check_declared(policy: CompiledPolicy) -> None:
 
 
 def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
-    """Run a policy's kernel on guarded arrays.
-
-    Parameters
-    ----------
-    policy : CompiledPolicy
-        The policy.
-    percept, state, noise
-        The arguments of `CompiledPolicy.decide`; they are not changed.
+    """Run a policy's kernel on guarded copies of the arguments of `CompiledPolicy.decide`.
 
     Raises
     ------
@@ -146,17 +132,9 @@ def _run(
     size = len(percept.heading)
     blank = np.full((size, 3), _UNWRITTEN).view(np.float64)
     action = Action(fences.put("action.heading", blank[:, :2]), fences.put("action.distance", blank[:, 2]))
-    after: PolicyState = _fenced(fences, "arrays.state", state)
-    fenced: Percept = _fenced(fences, "percept", percept, read_only=True)
+    after: PolicyState = fences.put("arrays.state", state)
+    fenced: Percept = fences.put("percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
     run_guarded(name, "its kernel", entry, record, _GUARDED.arrays, fences)
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())
-
-
-def _fenced(fences: Fences, name: str, value: Any, *, read_only: bool = False) -> Any:
-    """Return a copy of a tuple of arrays between fences."""
-    if isinstance(value, tuple):
-        parts = zip(getattr(value, "_fields", ()), value, strict=True)
-        return type(value)(*(_fenced(fences, f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
-    return fences.put(name, value, read_only=read_only)

@@ -118,13 +118,7 @@ class Learner(CompiledPolicy):
 
 
 def components(memory: LazyMemory, inputs: int | None) -> int:
-    """Return the number of components of situations that are used: `inputs`, or all for None.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `inputs` is neither the number of all components nor that of the robot's own.
-    """
+    """Return the number of components of situations that are used: `inputs`, or all for None; refuse other numbers."""
     if not isinstance(memory, LazyMemory):
         raise TypeError(f"memory={memory!r}: must be a LazyMemory; load one with LazyMemory.load(path)")
     if inputs is None:

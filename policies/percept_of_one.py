@@ -60,13 +60,7 @@ def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:
 
 
 def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
-    """Return the percept of one robot as that of a group of one.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a field has a wrong type or shape, or its arrays differ in length.
-    """
+    """Return the percept of one robot as that of a group of one; refuse fields of a wrong type or shape."""
     if not isinstance(percept, PerceptOfOne):
         kind = type(percept).__name__
         raise TypeError(f"percept={kind}: must be a PerceptOfOne; change fields with percept._replace(…)")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
@@ -49,7 +49,7 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     checks.choice(parameter, name, POLICIES)
     if not options:
         if name not in _MADE:
-            _MADE[name] = _maker(name)()
+            _MADE[name] = resolve_name(POLICIES[name])()
         return _MADE[name]
     known = options_of(name)
     for option in options:
@@ -57,13 +57,14 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
             known_are = f"its options are {', '.join(known)}" if known else "it has no options"
             shown, hint = checks.shown(option), checks.suggestion(option, known)
             raise ValueError(f"{parameter}_options: {name!r} has no option {shown}; {hint}{known_are}")
-    return _maker(name)(**options)
+    made: Policy = resolve_name(POLICIES[name])(**options)
+    return made
 
 
 @cache
 def options_of(name: str) -> tuple[str, ...]:
     """Return the options of a policy: the parameters of its class."""
-    return tuple(inspect.signature(_maker(name)).parameters)
+    return tuple(inspect.signature(resolve_name(POLICIES[name])).parameters)
 
 
 def label(policy: Any) -> str:
@@ -72,9 +73,3 @@ def label(policy: Any) -> str:
         if made is policy:
             return repr(name)
     return str(getattr(policy, "__name__", type(policy).__name__))
-
-
-def _maker(name: str) -> Callable[..., Policy]:
-    module, _, attribute = POLICIES[name].partition(":")
-    maker: Callable[..., Policy] = getattr(import_module(module), attribute)
-    return maker

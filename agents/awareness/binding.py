@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import cache
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -40,22 +40,15 @@ def situate_at(address: int) -> int:
     return 0
 
 
-_ENTRIES: dict[tuple[str, Callable[..., object]], Entry] = {}
+_specialised = cache(specialise)
 
 
 def perceive_entry(awareness: Awareness) -> Entry | None:
     """Return the entry that writes the percept under this degree, or None if there is nothing to write."""
     rule = type(awareness).perceive
-    if rule is None:
-        return None
-    if ("perceive", rule) not in _ENTRIES:
-        _ENTRIES["perceive", rule] = specialise(perceive_at, awareness.name, perceive_kernel=rule)
-    return _ENTRIES["perceive", rule]
+    return None if rule is None else _specialised(perceive_at, awareness.name, perceive_kernel=rule)
 
 
 def situate_entry(awareness: Awareness) -> Entry:
     """Return the entry that writes the situation vectors under this degree."""
-    rule = type(awareness).situate
-    if ("situate", rule) not in _ENTRIES:
-        _ENTRIES["situate", rule] = specialise(situate_at, awareness.name, situate_kernel=rule)
-    return _ENTRIES["situate", rule]
+    return _specialised(situate_at, awareness.name, situate_kernel=type(awareness).situate)

@@ -9,7 +9,7 @@ import numpy as np
 from teamsight.agents.awareness.guarded_scene import GuardedScene
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList, filled
 
 _FIELDS = ("targets", "teammates", "relayed")
 _NO_IDENTITY = -7_777_777
@@ -89,6 +89,13 @@ def _check_members(name: str, degree: Awareness) -> None:
         raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
     for team_size in (1, 2, 10):
         _width(name, degree, team_size)
+        rings, added = degree.rings(team_size), degree.width(team_size).added
+        is_good = isinstance(rings, tuple) and all(type(ring) is int and ring > 0 for ring in rings)
+        if not is_good or sum(rings) > added:
+            raise ValueError(
+                f"{name}.rings({team_size})={rings!r}: must be a tuple of numbers of sectors, in all at most the "
+                f"{added} inputs that it adds"
+            )
 
 
 def _width(name: str, degree: Awareness, team_size: int) -> int:
@@ -104,7 +111,7 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
         return
     # A world has no buffers for a group without a team; for others, it begins with room for all teammates in range.
     ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
-    for room in (0, 1, len(sample.teammates.identity)) if sample.groups else ():
+    for room in (0, 1, len(sample.scene.teammates.identity)) if sample.groups else ():
         found = _perceived(name, degree, sample, room)
         for kind, one, other in zip(("teammates", "relayed"), found, ample, strict=True):
             if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True)):
@@ -123,7 +130,7 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
 
 def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[NeighbourList, NeighbourList]:
     """Return what `perceive` writes with this room, or with as much more as it asks for."""
-    scene, size = GuardedScene(degree, sample), len(sample.heading)
+    scene, size = GuardedScene(degree, sample), len(sample.scene.heading)
     for _ in range(_MOST_CALLS):
         shown = _blank(size, 0 if degree.shows_teammates else room)
         relayed = _blank(size, room)
@@ -147,7 +154,7 @@ def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple
                 f"{name}: perceive returns {need}, but writes {seen.start[-1]} {kind}; return the number of entries "
                 "that the longer of teammates and relayed needs"
             )
-    return _filled(shown), _filled(relayed)
+    return filled(shown), filled(relayed)
 
 
 def _blank(size: int, room: int) -> NeighbourList:
@@ -155,11 +162,6 @@ def _blank(size: int, room: int) -> NeighbourList:
     return NeighbourList(
         np.full(size + 1, _NO_IDENTITY), np.full(room, _NO_IDENTITY), np.full((room, 2), np.nan), np.full(room, np.nan)
     )
-
-
-def _filled(seen: NeighbourList) -> NeighbourList:
-    last = seen.start[-1]
-    return NeighbourList(seen.start, seen.identity[:last], seen.offset[:last], seen.distance[:last])
 
 
 def _check_start(what: str, start: Any, room: int) -> None:
@@ -202,7 +204,7 @@ def _short(numbers: Any) -> str:
 
 def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     """Check the vectors for learners: as wide as `width` says, written throughout, and finite."""
-    width, size = _width(name, degree, sample.team_size), len(sample.heading)
+    width, size = _width(name, degree, sample.team_size), len(sample.scene.heading)
     scene = GuardedScene(degree, sample)
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
     situation = scene.situate(blank)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_at, perceive_entry, situate_at, situate_entry
-from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness, Scene, TeamGroup
+from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness
 from teamsight.agents.awareness.sample_scene import Sample
 from teamsight.core.kernel import Entry, specialise
 from teamsight.core.kernel.fences import Fences
@@ -31,14 +32,11 @@ _GUARDED = {
     hides: GuardedRecord(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)
 }
 
-
 _ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
 
 
-def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry | None) -> Entry | None:
+def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry) -> Entry:
     """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
-    if plain is None:
-        return None
     rule, hides = getattr(type(awareness), name), not awareness.shows_teammates
     if (rule, hides) not in _ENTRIES:
         guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[hides].at}
@@ -48,58 +46,33 @@ def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plai
 
 
 class GuardedScene:
-    """A random scene in guarded arrays, on which the kernels of a degree of awareness run.
-
-    Parameters
-    ----------
-    awareness : Awareness
-        The degree.
-    sample : Sample
-        The scene.
-    """
+    """A random scene in guarded arrays, on which the kernels of a degree of awareness run."""
 
     def __init__(self, awareness: Awareness, sample: Sample) -> None:
         self._awareness, self._fences = awareness, Fences()
-        put, size = self._put, len(sample.heading)
-        team = [
-            TEAM_GROUP.pack(TeamGroup(
-                first, put("a teammate's heading", heading), put("a teammate's sensing range", reach),
-                put("a teammate's targets", seen),
-            ))
-            for first, heading, reach, seen in sample.groups
-        ]  # fmt: skip
-        ranges = put("scene.sensing_range", sample.sensing_range), put("scene.awareness_range", sample.awareness_range)
-        scene = Scene(
-            put("scene.heading", sample.heading), *ranges, put("scene.targets", sample.targets),
-            put("scene.teammates", sample.teammates), put("scene.place", sample.place), sample.first, team,
-        )  # fmt: skip
+        put = partial(self._fences.put, read_only=True)
+        team = [TEAM_GROUP.pack(put("a teammate", group)) for group in sample.groups]
+        scene = put("scene", sample.scene)._replace(team=team)
         parameters = put("parameters", np.ascontiguousarray(awareness.parameters, float))
-        nothing = no_neighbours(size)
-        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, np.zeros((size, 0), np.float32)))
-
-    def _put(self, name: str, value: Any, *, read_only: bool = True) -> Any:
-        if isinstance(value, NeighbourList):
-            parts = value._asdict().items()
-            return NeighbourList(*(self._put(f"{name}.{n}", part, read_only=read_only) for n, part in parts))
-        return self._fences.put(name, value, read_only=read_only)
+        nothing = no_neighbours(len(scene.heading))
+        blank = np.zeros((len(scene.heading), 0), np.float32)
+        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, blank))
 
     def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
         """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
-        entry = _entry(perceive_at, self._awareness, "perceive", perceive_entry(self._awareness))
-        if entry is None:
+        plain = perceive_entry(self._awareness)
+        if plain is None:
             return 0, shown, relayed
-        shown, relayed = (
-            self._put(name, room, read_only=False) for name, room in (("teammates", shown), ("relayed", relayed))
-        )
+        entry = _entry(perceive_at, self._awareness, "perceive", plain)
+        shown, relayed = self._fences.put("teammates", shown), self._fences.put("relayed", relayed)
         self._record.update(teammates=shown, relayed=relayed)
         return self._run("perceive", entry), shown, relayed
 
     def situate(self, situation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         """Run `situate` on a copy of this array; return what it wrote."""
-        written: npt.NDArray[np.float32] = self._put("situation", situation, read_only=False)
+        written: npt.NDArray[np.float32] = self._fences.put("situation", situation)
         self._record.update(situation=written)
         entry = _entry(situate_at, self._awareness, "situate", situate_entry(self._awareness))
-        assert entry is not None
         self._run("situate", entry)
         return written
 

@@ -124,16 +124,23 @@ class Awareness(ABC):
     def width(self, team_size: int) -> Width:
         """Return the number of inputs in the situation of a robot in a team of this size."""
 
-    @staticmethod
-    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
-        """Return d, the number of inputs by `formula`; the paper counts the robot itself as a teammate.
+    def rings(self, team_size: int) -> tuple[int, ...]:
+        """Return the numbers of sectors of the rings with which the added inputs begin; none by default.
+
+        `TabularQ` merges neighbouring sectors of a ring; it keeps inputs that belong to no ring as they are.
+        """
+        return ()
+
+    @classmethod
+    def dimensions(cls, own: int, delta: int, sigma: int, team_size: int) -> int:
+        """Return d, the number of inputs by `formula`; by default own, and those that `width` adds.
 
         Parameters
         ----------
         own, delta, sigma, team_size : int
-            The paper's n, δ, σ and N.
+            The paper's n, δ, σ and N; it counts the robot itself as a teammate.
         """
-        raise NotImplementedError("dimensions: a degree in the registry must define it; add the method")
+        return own + cls.adding(delta).width(team_size).added
 
     @classmethod
     def adding(cls, added: int) -> Self:

@@ -38,7 +38,3 @@ class NoAwareness(Awareness):
     def width(self, team_size: int) -> Width:
         checks.count("team_size", team_size)
         return Width(OWN_SECTORS, 0)
-
-    @staticmethod
-    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
-        return own

@@ -63,6 +63,6 @@ class PairwiseAwareness(Awareness):
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, SIGMA * (checks.count("team_size", team_size) - 1))
 
-    @staticmethod
-    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+    @classmethod
+    def dimensions(cls, own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + sigma * team_size

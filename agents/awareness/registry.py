@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
@@ -24,8 +24,7 @@ class _Degrees(Mapping[str, "type[Awareness]"]):
     """The classes by name, each imported on access."""
 
     def __getitem__(self, name: str) -> type[Awareness]:
-        module, _, attribute = _HOMES[name].partition(":")
-        degree: type[Awareness] = getattr(import_module(module), attribute)
+        degree: type[Awareness] = resolve_name(_HOMES[name])
         return degree
 
     def __iter__(self) -> Iterator[str]:

@@ -122,8 +122,11 @@ class RingAwareness(Awareness):
         checks.count("team_size", team_size)
         return Width(OWN_SECTORS, self.delta)
 
-    @staticmethod
-    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def rings(self, team_size: int) -> tuple[int, ...]:
+        return (self.delta,)
+
+    @classmethod
+    def dimensions(cls, own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + delta
 
     @classmethod

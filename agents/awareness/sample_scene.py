@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.awareness.interface import Scene, TeamGroup
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies.interface import Floats, Integers
 
@@ -17,28 +18,16 @@ class Sample(NamedTuple):
 
     Attributes
     ----------
-    heading, sensing_range, awareness_range : ndarray
-        Of the group's n robots; shapes (n, 2), (n,), (n,).
-    targets, teammates : NeighbourList
-        All within range of the group's robots.
-    place : ndarray, shape (k,), int64
-        For each entry of `teammates`, its index in the team.
-    first : int
-        The index in the team of the group's first robot.
-    groups : list of (first, heading, sensing_range, targets)
-        The same of each group of the team.
+    scene : Scene
+        Its scene, with an empty `team`.
+    groups : list of TeamGroup
+        The groups of the team.
     team_identity, target_identity : ndarray, int64
         The identities of all robots and of all targets.
     """
 
-    heading: Floats
-    sensing_range: Floats
-    awareness_range: Floats
-    targets: NeighbourList
-    teammates: NeighbourList
-    place: Integers
-    first: int
-    groups: list[tuple[int, Floats, Floats, NeighbourList]]
+    scene: Scene
+    groups: list[TeamGroup]
     team_identity: Integers
     target_identity: Integers
 
@@ -79,46 +68,32 @@ def sample_scene(
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     reach, aware = rng.uniform(0.8, 1.2, size), rng.uniform(0.8, 1.2, size)
-    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    groups = []
-    for begin, end in pairwise(first):
-        seen, _ = _neighbour_list(robots[begin:end], reach[begin:end], prey, what)
-        groups.append((int(begin), heading[begin:end], reach[begin:end], seen))
-    mine = slice(first[group], first[group + 1])
-    teammates, place = _neighbour_list(robots[mine], aware[mine], robots, who, own=int(first[group]))
-    return Sample(
-        heading[mine],
-        reach[mine],
-        aware[mine],
-        groups[group][3],
-        teammates,
-        place,
-        int(first[group]),
-        groups,
-        who,
-        what,
-    )
+    members = [slice(*edges) for edges in pairwise(np.cumsum([0, *sizes]).tolist())]
+    groups = [
+        TeamGroup(of.start, heading[of], reach[of], _neighbours(robots[of], reach[of], prey, what)[0]) for of in members
+    ]
+    mine = members[group]
+    teammates, place = _neighbours(robots[mine], aware[mine], robots, who, mine.start)
+    scene = Scene(heading[mine], reach[mine], aware[mine], groups[group].targets, teammates, place, mine.start, [])
+    return Sample(scene, groups, who, what)
 
 
 def without_team(sample: Sample) -> Sample:
     """Return the scene of the same group without a team, as targets are."""
-    none = no_neighbours(len(sample.heading))
     empty = np.zeros(0, np.int64)
-    return sample._replace(teammates=none, place=empty, first=0, groups=[], team_identity=empty)
+    scene = sample.scene._replace(teammates=no_neighbours(len(sample.scene.heading)), place=empty, first=0)
+    return sample._replace(scene=scene, groups=[], team_identity=empty)
 
 
-def _neighbour_list(
+def _neighbours(
     observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], own: int | None = None
 ) -> tuple[NeighbourList, Integers]:
     """Return the neighbours, and their indices among the observed; `own` is that of the first observer."""
-    start, index, offsets = [0], [], []
-    for i, position in enumerate(observers):
-        for j, other in enumerate(observed):
-            way = other - position
-            if np.hypot(*way) <= reach[i] and (own is None or j != own + i):
-                index.append(j)
-                offsets.append(way)
-        start.append(len(index))
-    place, offset = np.array(index, np.int64), np.array(offsets, float).reshape(-1, 2)
+    way = observed - observers[:, np.newaxis]
+    near = np.hypot(way[..., 0], way[..., 1]) <= reach[:, np.newaxis]
+    if own is not None:
+        near[np.arange(len(near)), own + np.arange(len(near))] = False
+    offset, place = way[near], np.nonzero(near)[1]
+    start = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
     distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
-    return NeighbourList(np.array(start, np.int64), identity[place], offset, distance), place
+    return NeighbourList(start, identity[place], offset, distance), place

@@ -25,22 +25,10 @@ def sector_of(x: float, y: float, heading_x: float, heading_y: float, sectors: i
 def read_ring(
     row: Any, first: int, sectors: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float
 ) -> None:
-    """Write the readings of one robot's ring.
+    """Write the readings of one robot's ring to ``row[first:]``.
 
-    Parameters
-    ----------
-    row : ndarray, shape (width,), float32
-        Written from `first` on: for each sector the smallest distance, divided by the range; 1 if the sector is empty.
-    first, sectors : int
-        The first element of the ring, and the number of its sectors.
-    heading : ndarray, shape (2,), float64
-        The robot's heading.
-    seen : NeighbourList
-        The neighbour list of the group.
-    edges : tuple of two int
-        The first entry of the robot, and the first of the next robot.
-    reach : float
-        The range [length].
+    For each sector the smallest distance divided by `reach`, or 1 if the sector is empty. `edges` are the robot's first
+    entry in the neighbour list `seen`, and the next robot's.
     """
     for sector in range(sectors):
         row[first + sector] = 1.0

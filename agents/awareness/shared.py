@@ -87,6 +87,9 @@ class SharedAwareness(Awareness):
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))
 
-    @staticmethod
-    def dimensions(own: int, delta: int, sigma: int, team_size: int) -> int:
+    def rings(self, team_size: int) -> tuple[int, ...]:
+        return (OWN_SECTORS,) * (team_size - 1)
+
+    @classmethod
+    def dimensions(cls, own: int, delta: int, sigma: int, team_size: int) -> int:
         return own + own * team_size

@@ -86,11 +86,13 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
     """Return the settings of a world that matter for its transitions, JSON-serialisable."""
     group.host.find_neighbours()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
+    team_size = sum(map(len, team_of(world.groups, group) or [group]))
     return {
         "awareness": repr(group.awareness),
         "degree": group.awareness.name,
+        "rings": list(group.awareness.rings(team_size)),
         "policy": _described(group.policy),
-        "robots": sum(map(len, team_of(world.groups, group) or [group])),
+        "robots": team_size,
         "targets": sum(map(len, targets)),
         "target_policy": ", ".join(_described(other.policy) for other in targets),
         "arena": repr(world.arena),

@@ -66,44 +66,20 @@ def _descend(address: int) -> int:
 _DESCEND = Entry(_descend)
 
 
-def descend(
-    before: tuple[npt.NDArray[np.float32], Integers],
-    after: tuple[npt.NDArray[np.float32], Floats],
-    weights: Floats,
-    *,
-    features: int,
-    discount: float,
-    learning_rate: float,
-    sweeps: int,
-    seed: int,
-) -> None:
-    """Learn the weights of a linear function from transitions.
+def descend(first: Sweep, sweeps: int, seed: int) -> None:
+    """Visit all transitions in `sweeps` random orders, while the learning rate falls linearly from the first to 0.
 
     Parameters
     ----------
-    before : tuple of two ndarray
-        Situations, shape (transitions, inputs), float32, and the index of each action, shape (transitions,), int64.
-    after : tuple of two ndarray
-        Next situations, and rewards, shape (transitions,), float64.
-    weights : ndarray, shape (actions, 1 + inputs × features), float64
-        Changed in place.
-    features : int
-        Hat features per component; see `teamsight.policies.eager.features`.
-    discount : float
-        Discount factor γ, in [0, 1].
-    learning_rate : float
-        Learning rate α of the first step; it falls linearly to 0.
+    first : Sweep
+        The first sweep; its order and its last learning rate are replaced, and its weights changed in place.
     sweeps : int
-        Number of visits to each transition; each sweep has another random order.
+        Number of sweeps; each has another random order.
     seed : int
         Seed of the orders.
     """
     rng = np.random.default_rng(seed)
-    situation, action = np.ascontiguousarray(before[0], np.float32), np.ascontiguousarray(before[1], np.int64)
-    following, reward = np.ascontiguousarray(after[0], np.float32), np.ascontiguousarray(after[1], float)
     for sweep in range(sweeps):
-        order = rng.permutation(len(action)).astype(np.int64)
-        first, last = (learning_rate * (1 - part / sweeps) for part in (sweep, sweep + 1))
-        _DESCEND(SWEEP.pack(
-            Sweep(situation, following, reward, action, order, weights, features, discount, first, last)
-        ))  # fmt: skip
+        order = rng.permutation(len(first.action)).astype(np.int64)
+        rate, last = (first.learning_rate * (1 - part / sweeps) for part in (sweep, sweep + 1))
+        _DESCEND(SWEEP.pack(first._replace(order=order, learning_rate=rate, last_learning_rate=last)))

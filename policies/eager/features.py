@@ -26,16 +26,8 @@ def hat_of(reading: float, features: int) -> tuple[int, float]:
 def weigh(weights: Any, row: int, situation: Any, inputs: int, features: int) -> float:
     """Return the value of an action: the sum of its weights over the active features of a situation.
 
-    Parameters
-    ----------
-    weights : ndarray, shape (actions, 1 + inputs × features)
-        For each action a constant, then the weights of each component's features.
-    row : int
-        The action.
-    situation : ndarray, shape (inputs,), float32
-        Readings as shares of their range; a reading of 1 (nothing sensed) activates no feature.
-    inputs, features : int
-        Number of components, and of features per component.
+    `weights` has one row for each action: a constant, then the weights of each component's features. A reading of 1
+    (nothing sensed) activates no feature.
     """
     total = float(weights[row, 0])
     for component in range(inputs):

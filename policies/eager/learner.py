@@ -8,9 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.policies.actions import ActionGrid
-from teamsight.policies.interface import Floats
 from teamsight.policies.learner import Learner
-from teamsight.policies.rewards import rewards_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,23 +25,16 @@ class EagerLearner(Learner):
     Raises
     ------
     TypeError, ValueError
-        If the memory is empty, a constant is outside its limits, or the reward does not return a finite number for each
-        transition.
+        If a constant is outside its limits, or the reward does not return a finite number for each transition.
     """
 
     actions: ActionGrid = ActionGrid()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not len(self.memory):
-            raise ValueError("memory: holds no transition; explore first")
         if not isinstance(self.actions, ActionGrid):
             raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
 
     @property
     def learned(self) -> npt.NDArray[np.float32]:
         return self.table
-
-    def rewards(self) -> Floats:
-        """Return the reward of each transition, shape (transitions,)."""
-        return rewards_of(self.memory, self.reward)

@@ -11,11 +11,12 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import act
-from teamsight.policies.eager.descent import descend
+from teamsight.policies.eager.descent import Sweep, descend
 from teamsight.policies.eager.features import weigh
 from teamsight.policies.eager.learner import EagerLearner
 from teamsight.policies.interface import Floats
 from teamsight.policies.learner import is_situation, refuse
+from teamsight.policies.rewards import rewards_of
 
 # The parameters end with rotation and distance of each action.
 _INPUTS, _FEATURES, _ACTIONS = range(3)
@@ -99,13 +100,15 @@ class LinearQ(EagerLearner):
     def _learn(self) -> npt.NDArray[np.float32]:
         memory, width = self.memory, self.inputs
         weights = np.zeros((len(self.actions), 1 + width * self.features))
-        descend(
-            (memory.situation[:, :width], self.actions.index(memory.action)),
-            (memory.next_situation[:, :width], self.rewards()),
-            weights,
-            features=self.features, discount=self.discount, learning_rate=self.learning_rate, sweeps=self.sweeps,
-            seed=self.seed,
+        first = Sweep(
+            np.ascontiguousarray(memory.situation[:, :width]),
+            np.ascontiguousarray(memory.next_situation[:, :width]),
+            rewards_of(memory, self.reward),
+            self.actions.index(memory.action),
+            np.arange(len(memory)),
+            weights, self.features, self.discount, self.learning_rate, 0.0,
         )  # fmt: skip
+        descend(first, self.sweeps, self.seed)
         # They are used as float32, where larger numbers would be infinite.
         if not (np.abs(weights) < np.finfo(np.float32).max).all():
             given = f"learning_rate={self.learning_rate}, discount={self.discount}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +15,6 @@ from teamsight.core.kernel import inlined
 
 #: Largest number of states of a table: with 16 actions, 64 MiB.
 MOST_STATES = 1_000_000
-
-# Sectors of a ring by default: of targets and, under o(N), of the targets of each teammate.
-_RING = 16
 
 
 class TooManyStatesError(ValueError):
@@ -31,9 +29,9 @@ class StateGrid:
     ----------
     own, added : int
         Number of components that show targets, and of those that the degree of awareness adds.
-    degree : str, optional
-        Name of the degree. The sectors of "ring" and "shared" are merged; the distance and bearing of each teammate
-        under "pairwise", and the components of other degrees, are kept as they are.
+    rings : sequence of int, optional
+        Numbers of sectors of the rings with which the added components begin; see ``Awareness.rings``. Components that
+        belong to no ring are kept as they are.
     sectors : int, default 4
         Sectors per ring after merging. A merged sector has the smallest reading of its parts.
     levels : int, default 3
@@ -53,33 +51,29 @@ class StateGrid:
 
     own: int
     added: int
-    degree: str | None = None
+    rings: Sequence[int] = ()
     sectors: int = 4
     levels: int = 3
 
     def __post_init__(self) -> None:
         checks.count("sectors", self.sectors)
         checks.count("levels", self.levels, least=2, cure="one for a sensed body, one for none")
-        for name, ring in self._rings():
+        rings = self.rings
+        if not isinstance(rings, Sequence) or sum(checks.count("rings", ring) for ring in rings) > self.added:
+            raise ValueError(f"rings={checks.shown(rings)}: must be numbers of sectors, in all at most {self.added}")
+        object.__setattr__(self, "rings", tuple(rings))
+        for ring in (self.own, *rings):
             if ring % self.sectors:
-                even = math.gcd(*(sectors for _, sectors in self._rings()))
-                cure = f"; give {even} or a divisor of it" if even > 1 else "; give 1"
-                raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors {name} evenly{cure}")
+                even = math.gcd(self.own, *rings)
+                whose = "targets" if ring == self.own else "a ring that the degree of awareness adds"
+                cure = f"give {even} or a divisor of it" if even > 1 else "give 1"
+                raise ValueError(f"sectors={self.sectors}: must divide the {ring} sectors of {whose} evenly; {cure}")
         if self.levels**self.dimensions > MOST_STATES:
             raise TooManyStatesError(
                 f"a table of {self.levels}^{self.dimensions} states ({self.levels} readings of {self.dimensions} "
                 f"sensors): must have at most {MOST_STATES:,}; merge into fewer sectors or levels, use a degree that "
                 "adds fewer inputs, or a learner without a table: LinearQ or LazyQ"
             )
-
-    def _rings(self) -> list[tuple[str, int]]:
-        """Return what each ring of sectors shows and its number of sectors, in the order of the components."""
-        rings = [("of targets", self.own)]
-        if self.degree == "ring" and self.added:
-            rings.append(("of teammates", self.added))
-        if self.degree == "shared":
-            rings += [("of targets that a teammate senses", _RING)] * (self.added // _RING)
-        return rings
 
     @property
     def dimensions(self) -> int:
@@ -89,13 +83,13 @@ class StateGrid:
     @property
     def dimension(self) -> npt.NDArray[np.int64]:
         """The sensor that each component of a situation belongs to, shape (own + added,)."""
-        rings = self._rings()
+        rings = (self.own, *self.rings)
         found = [
             # The first merged sector is centred on straight ahead.
             (np.arange(ring) + ring // self.sectors // 2) % ring * self.sectors // ring + number * self.sectors
-            for number, (_, ring) in enumerate(rings)
+            for number, ring in enumerate(rings)
         ]
-        rest = self.own + self.added - sum(ring for _, ring in rings)
+        rest = self.own + self.added - sum(rings)
         return np.concatenate([*found, len(rings) * self.sectors + np.arange(rest)]).astype(np.int64)
 
     def __len__(self) -> int:

@@ -16,6 +16,7 @@ from teamsight.policies.eager.state_grid import StateGrid, state_of
 from teamsight.policies.interface import Floats
 from teamsight.policies.learner import is_situation, refuse
 from teamsight.policies.memory import LazyMemory
+from teamsight.policies.rewards import rewards_of
 
 # Rotation and distance of each action follow, then the sensor that each component belongs to.
 _LEVELS, _DIMENSIONS, _ACTIONS = range(3)
@@ -95,9 +96,11 @@ class TabularQ(EagerLearner):
         super().__post_init__()
         checks.count("sweeps", self.sweeps)
         added = self.inputs - self.memory.own
-        states = StateGrid(self.memory.own, added, self.degree, self.sectors, self.levels)
+        rings = self.memory.settings.get("rings", ()) if added else ()
+        states = StateGrid(self.memory.own, added, rings, self.sectors, self.levels)
         object.__setattr__(self, "states", states)
-        table = learn_table(self.memory, self.rewards(), states, self.actions, self.discount, self.sweeps)
+        rewards = rewards_of(self.memory, self.reward)
+        table = learn_table(self.memory, rewards, states, self.actions, self.discount, self.sweeps)
         object.__setattr__(self, "values", table)
 
     @property

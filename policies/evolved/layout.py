@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -20,36 +21,30 @@ DRIVES = 5
 TARGET_INPUTS = CONTEXT + TARGET_FEATURES
 TEAMMATE_INPUTS = CONTEXT + TEAMMATE_FEATURES
 
-# The blocks are contiguous; a neuron is its bias followed by its weights.
-TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
-TARGET_LAW = 6
-TEAMMATE_LAW = TARGET_LAW + TARGET_KNOTS
-DRIVE = TEAMMATE_LAW + TEAMMATE_KNOTS
-TARGET_HIDDEN = DRIVE + DRIVES * (1 + CONTEXT)
-TARGET_OUT = TARGET_HIDDEN + TARGET_NEURONS * (1 + TARGET_INPUTS)
-TEAMMATE_HIDDEN = TARGET_OUT + 2 * (1 + TARGET_NEURONS)
-TEAMMATE_OUT = TEAMMATE_HIDDEN + TEAMMATE_NEURONS * (1 + TEAMMATE_INPUTS)
-SIZE = TEAMMATE_OUT + 1 + TEAMMATE_NEURONS
-
-
-class Block(NamedTuple):
-    """A part of the vector: its first index and its shape."""
-
-    first: int
-    shape: tuple[int, ...]
-
-
-#: The parts of the vector by name, in order.
+#: The shapes of the parts of the vector by name, in order; a neuron is its bias followed by its weights.
 BLOCKS = {
-    "scalars": Block(TURN, (6,)),
-    "target_law": Block(TARGET_LAW, (TARGET_KNOTS,)),
-    "teammate_law": Block(TEAMMATE_LAW, (TEAMMATE_KNOTS,)),
-    "drives": Block(DRIVE, (DRIVES, 1 + CONTEXT)),
-    "target_hidden": Block(TARGET_HIDDEN, (TARGET_NEURONS, 1 + TARGET_INPUTS)),
-    "target_out": Block(TARGET_OUT, (2, 1 + TARGET_NEURONS)),
-    "teammate_hidden": Block(TEAMMATE_HIDDEN, (TEAMMATE_NEURONS, 1 + TEAMMATE_INPUTS)),
-    "teammate_out": Block(TEAMMATE_OUT, (1, 1 + TEAMMATE_NEURONS)),
+    "scalars": (6,),
+    "target_law": (TARGET_KNOTS,),
+    "teammate_law": (TEAMMATE_KNOTS,),
+    "drives": (DRIVES, 1 + CONTEXT),
+    "target_hidden": (TARGET_NEURONS, 1 + TARGET_INPUTS),
+    "target_out": (2, 1 + TARGET_NEURONS),
+    "teammate_hidden": (TEAMMATE_NEURONS, 1 + TEAMMATE_INPUTS),
+    "teammate_out": (1, 1 + TEAMMATE_NEURONS),
 }
+TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
+# Where the other parts begin.
+TARGET_LAW, TEAMMATE_LAW, DRIVE, TARGET_HIDDEN, TARGET_OUT, TEAMMATE_HIDDEN, TEAMMATE_OUT, SIZE = accumulate(
+    math.prod(shape) for shape in BLOCKS.values()
+)
+
+
+def parts(constants: npt.ArrayLike) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the parts of a vector by name."""
+    ends = list(accumulate(math.prod(shape) for shape in BLOCKS.values()))
+    pieces = np.split(np.asarray(constants, float), ends[:-1])
+    return {name: piece.reshape(shape) for piece, (name, shape) in zip(pieces, BLOCKS.items(), strict=True)}
+
 
 _HIDDEN_SPREAD = 0.7
 

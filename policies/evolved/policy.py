@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.evolved.layout import BLOCKS, SIZE
+from teamsight.policies.evolved.layout import BLOCKS, SIZE, parts
 from teamsight.policies.evolved.rule import decide
 from teamsight.policies.evolved.senses import FIELDS, ROWS, TRACKS
-from teamsight.policies.handmade.target_tracks import IDENTITY
+from teamsight.policies.handmade.target_tracks import no_target_tracks
 from teamsight.policies.interface import PolicyState
 
 SCHEMA = 1
@@ -78,9 +78,7 @@ class Evolved(CompiledPolicy):
         return self.constants
 
     def start(self, size: int) -> PolicyState:
-        ints = np.zeros((size, TRACKS, 3), np.int64)
-        ints[:, :, IDENTITY] = -1
-        return PolicyState(np.zeros((size, ROWS, FIELDS)), ints)
+        return no_target_tracks(size, TRACKS)._replace(floats=np.zeros((size, ROWS, FIELDS)))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Evolved:
@@ -118,11 +116,7 @@ def made(path: str | os.PathLike[str] = _SHIPPED) -> dict[str, Any]:
 
 def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a file of constants; `made` describes how they were made."""
-    vector = np.asarray(constants, float)
-    blocks = {
-        name: vector[block.first : block.first + int(np.prod(block.shape))].reshape(block.shape).tolist()
-        for name, block in BLOCKS.items()
-    }
+    blocks = {name: part.tolist() for name, part in parts(constants).items()}
     return {"schema": SCHEMA, "made": dict(made), "constants": blocks}
 
 
@@ -134,12 +128,12 @@ def _read(path: Path) -> tuple[float, ...]:
         raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {_CURE}") from error
     if schema != SCHEMA:
         raise ValueError(f"{path}: has the schema {schema}, but this version reads {SCHEMA}; {_CURE}")
-    parts = []
-    for values, (name, block) in zip(blocks, BLOCKS.items(), strict=True):
+    found = []
+    for values, (name, shape) in zip(blocks, BLOCKS.items(), strict=True):
         try:
-            parts.append(np.array(values, float))
+            found.append(np.array(values, float))
         except (TypeError, ValueError) as error:
             raise ValueError(f"{path}: {name}: {error}; {_CURE}") from None
-        if parts[-1].shape != block.shape:
-            raise ValueError(f"{path}: {name} has the shape {parts[-1].shape}, not {block.shape}; {_CURE}")
-    return tuple(np.concatenate([part.ravel() for part in parts]).tolist())
+        if found[-1].shape != shape:
+            raise ValueError(f"{path}: {name} has the shape {found[-1].shape}, not {shape}; {_CURE}")
+    return tuple(np.concatenate([part.ravel() for part in found]).tolist())

@@ -8,29 +8,8 @@ from typing import Any
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 from teamsight.policies.evolved import layout as at
-from teamsight.policies.evolved.senses import (
-    BOTTOM,
-    DISTANCE,
-    FEATURES,
-    FRESH_X,
-    FRESH_Y,
-    LEFT,
-    MET_X,
-    MET_Y,
-    MINE,
-    OLD_X,
-    OLD_Y,
-    OWN,
-    RIGHT,
-    STATE,
-    TOP,
-    few,
-    load,
-    put_context,
-    put_target,
-    update_self,
-    write_targets,
-)
+from teamsight.policies.evolved import senses as of
+from teamsight.policies.evolved.senses import few, load, put_context, put_target, update_self, write_targets
 from teamsight.policies.handmade.target_tracks import AGE, STEP_X, STEP_Y, X, Y, update_target_tracks
 
 _FARTHEST = 1.6
@@ -76,10 +55,10 @@ def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
         along = constants[at.TARGET_OUT + 1 + at.TARGET_NEURONS]
         for j in range(at.TARGET_NEURONS):
             first = at.TARGET_HIDDEN + j * (1 + at.TARGET_INPUTS)
-            neuron = _neuron(constants, first, floats[FEATURES], at.TARGET_INPUTS)
+            neuron = _neuron(constants, first, floats[of.FEATURES], at.TARGET_INPUTS)
             pull += neuron * constants[at.TARGET_OUT + 1 + j]
             along += neuron * constants[at.TARGET_OUT + 2 + at.TARGET_NEURONS + j]
-        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
+        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, floats[slot, of.DISTANCE]) * floats[slot, of.OWN]
         exists = math.exp(-ints[slot, AGE] * constants[at.DECAY] * constants[at.DECAY])
         step_x = floats[slot, STEP_X] * per_reach
         step_y = floats[slot, STEP_Y] * per_reach
@@ -97,7 +76,7 @@ def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
     constants = arrays.parameters
     teammates = percept.teammates
     floats = arrays.state.floats[i]
-    features = floats[FEATURES]
+    features = floats[of.FEATURES]
     per_reach = 1.0 / percept.sensing_range[i]
     force_x = 0.0
     force_y = 0.0
@@ -120,21 +99,21 @@ def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
     """Return the forces from memory: forward, off the trail, off teammates met, to the middle of the ground."""
     constants = arrays.parameters
     floats = arrays.state.floats[i]
-    state = floats[STATE]
-    context = floats[FEATURES]
+    state = floats[of.STATE]
+    context = floats[of.FEATURES]
     forward = _sum(constants, at.DRIVE, context, at.CONTEXT)
     fresh = _sum(constants, at.DRIVE + 1 + at.CONTEXT, context, at.CONTEXT)
     old = 0.2 * _sum(constants, at.DRIVE + 2 * (1 + at.CONTEXT), context, at.CONTEXT)
     met = 3.0 * _sum(constants, at.DRIVE + 3 * (1 + at.CONTEXT), context, at.CONTEXT)
     middle = _sum(constants, at.DRIVE + 4 * (1 + at.CONTEXT), context, at.CONTEXT)
-    middle_x = 0.5 * (state[LEFT] + state[RIGHT])
-    middle_y = 0.5 * (state[BOTTOM] + state[TOP])
+    middle_x = 0.5 * (state[of.LEFT] + state[of.RIGHT])
+    middle_y = 0.5 * (state[of.BOTTOM] + state[of.TOP])
     middle /= 1.0 + math.sqrt(middle_x * middle_x + middle_y * middle_y)
-    force_x = forward * percept.heading[i, 0] + fresh * state[FRESH_X] + old * state[OLD_X]
-    force_y = forward * percept.heading[i, 1] + fresh * state[FRESH_Y] + old * state[OLD_Y]
+    force_x = forward * percept.heading[i, 0] + fresh * state[of.FRESH_X] + old * state[of.OLD_X]
+    force_y = forward * percept.heading[i, 1] + fresh * state[of.FRESH_Y] + old * state[of.OLD_Y]
     return (
-        force_x + met * state[MET_X] + middle * middle_x,
-        force_y + met * state[MET_Y] + middle * middle_y,
+        force_x + met * state[of.MET_X] + middle * middle_x,
+        force_y + met * state[of.MET_Y] + middle * middle_y,
     )
 
 
@@ -154,7 +133,7 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         drive_x, drive_y = _drive(i, percept, arrays)
         x += push_x + drive_x
         y += push_y + drive_y
-        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - floats[FEATURES, MINE]):
+        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - floats[of.FEATURES, of.MINE]):
             turn_x, turn_y = direction(noise[0, i])
             x += turn_x
             y += turn_y

@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
-from teamsight.policies.handmade.idle import idle_draws, idle_number, idle_step
+from teamsight.policies.handmade.idle import BEHAVIOURS, idle_step
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     IDENTITY,
@@ -219,7 +219,7 @@ class ACmommt(CompiledPolicy):
     kernel = _decide
 
     def __post_init__(self) -> None:
-        idle_number(self.idle)
+        checks.choice("idle", self.idle, BEHAVIOURS)
         checks.choice("idle_when", self.idle_when, OCCASIONS)
         checks.choice("weights", self.weights, WEIGHTS)
         checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
@@ -233,12 +233,12 @@ class ACmommt(CompiledPolicy):
 
     @property
     def draws(self) -> int:  # type: ignore[override]
-        return idle_draws(self.idle)
+        return BEHAVIOURS[self.idle].draws
 
     @property
     def parameters(self) -> tuple[float, ...]:
         return (
-            idle_number(self.idle), OCCASIONS[self.idle_when], WEIGHTS[self.weights], self.shared_weight,
+            BEHAVIOURS[self.idle].number, OCCASIONS[self.idle_when], WEIGHTS[self.weights], self.shared_weight,
             self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.relayed_decay,
             *repulsion_corners(self.dr1, self.dr2),
             *attraction_corners(self.do1, self.do2, self.do3, self.predictive),

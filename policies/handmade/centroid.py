@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.idle import idle_draws, idle_number, idle_step
+from teamsight.policies.handmade.idle import BEHAVIOURS, idle_step
 
 
 @inlined
@@ -62,12 +63,12 @@ class Centroid(CompiledPolicy):
     kernel = _to_centroid
 
     def __post_init__(self) -> None:
-        idle_number(self.idle)
+        checks.choice("idle", self.idle, BEHAVIOURS)
 
     @property
     def draws(self) -> int:  # type: ignore[override]
-        return idle_draws(self.idle)
+        return BEHAVIOURS[self.idle].draws
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        return (idle_number(self.idle),)
+        return (BEHAVIOURS[self.idle].number,)

@@ -61,13 +61,7 @@ def attraction(
 
 
 def check_ascending(**limits: float) -> None:
-    """Raise an error unless the distances are finite, at least 0 and in ascending order.
-
-    Raises
-    ------
-    ValueError
-        Naming the first wrong one.
-    """
+    """Raise an error for the first distance that is not finite, not at least 0 or below the one before."""
     before, least = "", 0.0
     for name, value in limits.items():
         checks.number(name, value)

@@ -6,50 +6,29 @@ step, as the targets do, and ``stay`` waits.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from teamsight.core import checks
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 
-BEHAVIOURS = {"redraw": 0.0, "wander": 1.0, "stay": 2.0}
-
-_DRAWS = {"redraw": 1, "wander": 2, "stay": 0}
 _WANDER_TURN = 0.05
 
 
-def idle_number(behaviour: str) -> float:
-    """Return the number of an idle behaviour in kernels.
+class Idle(NamedTuple):
+    """An idle behaviour: its number in kernels, and how many random numbers a robot needs per decision."""
 
-    Raises
-    ------
-    ValueError
-        If there is no such behaviour.
-    """
-    return BEHAVIOURS[checks.choice("idle", behaviour, BEHAVIOURS)]
+    number: float
+    draws: int
 
 
-def idle_draws(behaviour: str) -> int:
-    """Return the number of random numbers that a robot with this idle behaviour needs per decision."""
-    return _DRAWS[checks.choice("idle", behaviour, BEHAVIOURS)]
+BEHAVIOURS = {"redraw": Idle(0.0, 1), "wander": Idle(1.0, 2), "stay": Idle(2.0, 0)}
 
 
 @inlined
 def idle_step(behaviour: float, i: int, percept: Any, noise: Any, action: Any) -> None:
-    """Write the action of the idle robot `i`.
+    """Write the action of the idle robot `i`; `behaviour` is a number of `BEHAVIOURS`.
 
-    Parameters
-    ----------
-    behaviour : float
-        From `idle_number`.
-    i : int
-        The robot.
-    percept : Percept
-        The group's percept.
-    noise : ndarray, shape (draws, n), float64
-        Row 0 decides the direction, row 1 (wander only) whether to turn.
-    action : Action
-        Written.
+    Row 0 of the noise decides the direction, row 1 (wander only) whether to turn.
     """
     if behaviour == 2.0:
         action.heading[i, 0] = 0.0

@@ -9,6 +9,7 @@ from typing import Any
 from teamsight.core import checks
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
+from teamsight.policies.actions import turned_by
 from teamsight.policies.compiled import CompiledPolicy
 
 _TURN_PROBABILITY, _TURN_RANGE, _RANDOM_DISTANCE = range(3)
@@ -26,12 +27,7 @@ def walk_step(i: int, percept: Any, parameters: Any, noise: Any, action: Any) ->
             x, y = direction(noise[0, i])
         else:
             # Angles are in turns: half a turn to either side is a share of 1.
-            angle = share * (noise[0, i] - 0.5)
-            cosine, sine = direction(angle if angle >= 0.0 else angle + 1.0)
-            x, y = cosine * x - sine * y, sine * x + cosine * y
-            length = 1.5 - 0.5 * (x * x + y * y)
-            x *= length
-            y *= length
+            x, y = turned_by(x, y, share * (noise[0, i] - 0.5))
     action.heading[i, 0] = x
     action.heading[i, 1] = y
     action.distance[i] = percept.speed[i]

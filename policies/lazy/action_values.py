@@ -118,13 +118,7 @@ def next_matches(
 
 
 def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) -> None:
-    """Raise an error for constants outside their limits, and for a memory that has fewer than `k` transitions.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the value, the limit and the cure.
-    """
+    """Raise an error for constants outside their limits, and for a memory that has fewer than `k` transitions."""
     checks.count("k", k)
     if k > MOST_MATCHES:
         raise ValueError(
@@ -134,5 +128,4 @@ def check_constants(memory: LazyMemory, k: int, discount: float, sweeps: int) ->
     checks.number("discount", discount, least=0, most=1)
     checks.count("sweeps", sweeps, least=0)
     if len(memory) < k:
-        cure = "explore first" if len(memory) == 0 else "use a smaller k, or explore longer"
-        raise ValueError(f"k={k}: the memory has only {len(memory)} transitions; {cure}")
+        raise ValueError(f"k={k}: the memory has only {len(memory)} transitions; use a smaller k, or explore longer")

@@ -11,21 +11,12 @@ from teamsight.core import checks
 
 
 def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
-    """Raise an error if the description of a memory is invalid.
-
-    Parameters
-    ----------
-    own, added : int
-        Components of a situation that show targets, and that the degree of awareness adds.
-    facts : tuple of str
-        Names in alphabetical order.
-    settings : mapping
-        Settings of the exploration.
+    """Raise an error if the description of a memory is invalid; for its parts see `LazyMemory`.
 
     Raises
     ------
     TypeError, ValueError
-        If one has a wrong type or is outside its limits.
+        If a part has a wrong type or is outside its limits.
     """
     checks.count("own", own)
     checks.count("added", added, least=0)
@@ -51,10 +42,10 @@ def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict
     ValueError
         If there are others, or one has a wrong type.
     """
-    own, added, facts, settings = (about[name] for name in ("own", "added", "facts", "settings"))
-    if len(about) > 4:
-        others = checks.shown(sorted(set(about) - {"own", "added", "facts", "settings"}))
-        raise ValueError(f"there are unknown entries, {others}")
+    names = ("own", "added", "facts", "settings")
+    own, added, facts, settings = (about[name] for name in names)
+    if others := sorted(set(about) - set(names)):
+        raise ValueError(f"there are unknown entries, {checks.shown(others)}")
     if type(own) is not int or type(added) is not int:
         raise ValueError(f"own={checks.shown(own)}, added={checks.shown(added)}: must be whole numbers")
     if not isinstance(facts, list):

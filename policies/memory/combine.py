@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from teamsight.policies.memory.order import Table, sort_transitions
 
-
-class Layout(NamedTuple):
-    """What two memories must share to be merged."""
-
-    awareness: Any
-    degree: Any
-    own: int
-    added: int
-    facts: tuple[str, ...]
+if TYPE_CHECKING:
+    from teamsight.policies.memory.memory import LazyMemory
 
 
-def check_layouts(one: Layout, other: Layout) -> None:
-    """Raise an error if the memories of these layouts cannot be merged.
+def check_layouts(one: LazyMemory, other: LazyMemory) -> None:
+    """Raise an error if two memories cannot be merged.
 
     Raises
     ------
     ValueError
         If they have different degrees of awareness, or different facts.
     """
-    if one[:4] != other[:4]:
-        first, second = (f"{layout.awareness} with {layout.own} + {layout.added} inputs" for layout in (one, other))
+    layouts = [(m.settings.get("awareness"), m.settings.get("degree"), m.own, m.added) for m in (one, other)]
+    if layouts[0] != layouts[1]:
+        first, second = (f"{awareness} with {own} + {added} inputs" for awareness, _, own, added in layouts)
         raise ValueError(
             f"merge: a memory of {first} and one of {second}; explore both under the same degree of awareness"
         )
@@ -39,9 +33,7 @@ def check_layouts(one: Layout, other: Layout) -> None:
 
 def merged_table(tables: Sequence[Table]) -> Table:
     """Return all columns of tables with the same rows, in canonical order."""
-    table = np.empty((len(tables[0]), sum(part.shape[1] for part in tables)), np.float32)
-    for row, *rows in zip(table, *tables, strict=True):
-        np.concatenate(rows, out=row)
+    table = np.concatenate(tables, axis=1)
     sort_transitions(table)
     return table
 
@@ -74,7 +66,4 @@ def sampled_table(table: Table, count: int, seed: int) -> Table:
     lots = np.random.Philox(key=seed).random_raw(size)
     # Sorted, so that the canonical order is kept.
     chosen = np.sort(np.argsort(lots, kind="stable")[:count])
-    sample = np.empty((len(table), count), np.float32)
-    for row, whole in zip(sample, table, strict=True):
-        np.take(whole, chosen, out=row)
-    return sample
+    return np.take(table, chosen, axis=1)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -24,9 +23,8 @@ FORMAT, SCHEMA = "teamsight lazy memory", "1"
 
 _ALIGNMENT = 64
 _MOST_HEADER = 100_000_000
-_TENSOR = "table"
-_CHECKSUM = re.compile("[0-9a-f]{64}")
-_OWN_NAMES = ("format", "schema", "sha256")
+_OWN_NAMES = ("format", "schema", "sha256", "sha256_of_metadata")
+_NO_HEADER = "its header is not that of a lazy memory, or was altered; give a file that LazyMemory.save wrote"
 
 
 class MemoryFileError(ValueError):
@@ -36,39 +34,23 @@ class MemoryFileError(ValueError):
 def write(
     path: str | os.PathLike[str], table: Table, sha256: str, about: Mapping[str, Any], *, force: bool = False
 ) -> None:
-    """Write a table and its description; an existing file is replaced only when the new one is complete.
+    """Write a table, its checksum and its description; an existing file is replaced only when the new one is complete.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    table : ndarray, shape (columns, transitions), float32
-        The numbers.
-    sha256 : str
-        Their checksum.
-    about : mapping
-        The description, JSON-serialisable.
-    force : bool
-        Replace any regular file; by default only a memory is replaced.
+    Only another memory is replaced, or, with `force`, any regular file.
 
     Raises
     ------
     MemoryFileError
         If the file cannot be written, or an existing file may not be replaced.
     """
-    metadata = {name: _text_of(value) for name, value in about.items()}
-    metadata |= {"format": FORMAT, "schema": SCHEMA, "sha256": sha256}
-    metadata["sha256_of_metadata"] = _sha256_of(metadata)
-    tensor = {"dtype": "F32", "shape": table.shape, "data_offsets": [0, table.nbytes]}
-    header = json.dumps({"__metadata__": metadata, _TENSOR: tensor}, ensure_ascii=False).encode()
-    header += b" " * (-(8 + len(header)) % _ALIGNMENT)
+    header = _header(table.shape, sha256, about)
     if len(header) > _MOST_HEADER:
         raise MemoryFileError(
             f"{path}: the settings take {len(header)} bytes; at most {_MOST_HEADER} fit; shorten them"
         )
     try:
         with files.complete(path, lambda target: _check_replaceable(target, force)) as file:
-            file.write(len(header).to_bytes(8, "little") + header)
+            file.write(header)
             # Not tofile, whose errors do not say why a write was incomplete.
             file.write(np.ascontiguousarray(table, "<f4").data.cast("B"))
     except files.UnwritableError as error:
@@ -78,12 +60,7 @@ def write(
 def read(path: str | os.PathLike[str], *, verify: bool = True) -> tuple[Table, str, dict[str, Any]]:
     """Return the table of a file, memory-mapped and read-only, its checksum, and its description.
 
-    Parameters
-    ----------
-    path : path
-        A file that `write` wrote.
-    verify : bool
-        Compare the numbers with their checksum, which reads all of them.
+    With `verify`, the numbers are compared with their checksum, which reads all of them.
 
     Raises
     ------
@@ -102,10 +79,11 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     size = os.fstat(file.fileno()).st_size
     length = int.from_bytes(file.read(8), "little")
     if size < 8 or length > _MOST_HEADER:
-        raise MemoryFileError(f"{path}: is not a lazy memory, or was altered; give a file that LazyMemory.save wrote")
+        raise MemoryFileError(f"{path}: {_NO_HEADER}")
     if 8 + length > size:
         raise MemoryFileError(f"{path}: is cut off after {size} bytes; copy it again, or explore again")
-    metadata, shape = _parse(path, file.read(length))
+    header = file.read(length)
+    metadata, shape = _parse(path, header)
     if metadata.get("schema") != SCHEMA:
         raise MemoryFileError(
             f"{path}: has the schema {checks.shown(metadata.get('schema'))}, but this version of teamsight reads "
@@ -115,70 +93,49 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     if missing:
         what = f"is {-missing} bytes too short" if missing < 0 else f"has {missing} bytes too many"
         raise MemoryFileError(f"{path}: {what} for its {shape[1]} transitions; copy it again, or explore again")
+    try:
+        about = {name: json.loads(text) for name, text in metadata.items() if name not in _OWN_NAMES}
+        # What `write` would write: this also finds unknown members, duplicate names, NaN and other spellings.
+        is_whole = _header(shape, metadata["sha256"], about)[8:] == header
+    except (ValueError, KeyError, TypeError, RecursionError):
+        is_whole = False
+    if not is_whole:
+        raise MemoryFileError(f"{path}: {_NO_HEADER}")
     # The open file is mapped, even if another file takes its name meanwhile.
     table = np.memmap(file, np.dtype("<f4"), "r", 8 + length, shape).view(np.ndarray)
-    stated = metadata.pop("sha256_of_metadata", None)
-    if stated != _sha256_of(metadata) or (verify and metadata.get("sha256") != checksum(table)):
+    if verify and metadata["sha256"] != checksum(table):
         raise MemoryFileError(f"{path}: was altered, since its checksum does not fit; copy it again, or explore again")
-    about = {name: _value(path, name, text) for name, text in metadata.items() if name not in _OWN_NAMES}
     return table, metadata["sha256"], about
 
 
-def _value(path: str, name: str, text: str) -> Any:
-    """Return the value of a metadata text, provided that `write` could have written it: no NaN, no duplicate names."""
-    try:
-        value = json.loads(text)
-        text.encode()
-        if _text_of(value) == text:
-            return value
-    except (ValueError, RecursionError):
-        pass
-    raise MemoryFileError(
-        f"{path}: its metadata is invalid ({checks.shown(name)} is {checks.shown(text)}); write it with LazyMemory.save"
-    ) from None
-
-
-def _text_of(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
+def _header(shape: tuple[int, ...], sha256: str, about: Mapping[str, Any]) -> bytes:
+    """Return the bytes of a file before its numbers."""
+    metadata = {name: json.dumps(value, ensure_ascii=False, allow_nan=False) for name, value in about.items()}
+    metadata |= {"format": FORMAT, "schema": SCHEMA, "sha256": sha256}
+    digest = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode()).hexdigest()
+    tensor = {"dtype": "F32", "shape": shape, "data_offsets": [0, 4 * shape[0] * shape[1]]}
+    header = {"__metadata__": metadata | {"sha256_of_metadata": digest}, "table": tensor}
+    text = json.dumps(header, ensure_ascii=False).encode()
+    text += b" " * (-(8 + len(text)) % _ALIGNMENT)
+    return len(text).to_bytes(8, "little") + text
 
 
 def _parse(path: str, header: bytes) -> tuple[dict[str, str], tuple[int, int]]:
-    """Return the metadata and the shape of the table; raise an error for any other header."""
+    """Return the metadata and the shape of the table of any memory; raise an error for another file."""
     try:
-        parsed = json.loads(header.decode(), object_pairs_hook=_distinct)
-        metadata, tensor = parsed.pop("__metadata__"), parsed.pop(_TENSOR)
-        columns, transitions = tensor["shape"]
-        lengths = [columns, transitions, *tensor["data_offsets"]]
-        if any(type(length) is not int for length in lengths) or min(columns, transitions) < 1:
-            raise ValueError
-        whole = {"dtype": "F32", "shape": [columns, transitions], "data_offsets": [0, 4 * columns * transitions]}
-        if parsed or tensor != whole or (8 + len(header)) % _ALIGNMENT:
-            raise ValueError
-        if metadata["format"] != FORMAT or not all(isinstance(text, str) for text in metadata.values()):
-            raise ValueError
-        if metadata.get("schema") == SCHEMA and not _CHECKSUM.fullmatch(metadata["sha256"]):
-            raise ValueError
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise MemoryFileError(
-            f"{path}: its header is not that of a lazy memory, or was altered; give a file that LazyMemory.save wrote"
-        ) from None
+        parsed = json.loads(header.decode())
+        metadata, (columns, transitions) = parsed["__metadata__"], parsed["table"]["shape"]
+        is_memory = metadata["format"] == FORMAT and all(type(n) is int and n > 0 for n in (columns, transitions))
+    except (ValueError, KeyError, TypeError, RecursionError):
+        is_memory = False
+    if not is_memory:
+        raise MemoryFileError(f"{path}: {_NO_HEADER}")
     return metadata, (columns, transitions)
 
 
 def checksum(table: Table) -> str:
     """Return the SHA-256 of a dense table's bytes."""
     return hashlib.sha256(table.astype("<f4", copy=False).data).hexdigest()
-
-
-def _sha256_of(metadata: Mapping[str, str]) -> str:
-    return hashlib.sha256(json.dumps(metadata, sort_keys=True).encode()).hexdigest()
-
-
-def _distinct(members: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(members)
-    if len(found) < len(members):
-        raise ValueError("duplicate name")
-    return found
 
 
 def _check_replaceable(target: Path, force: bool) -> None:

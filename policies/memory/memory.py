@@ -37,7 +37,8 @@ class LazyMemory:
     facts : tuple of str
         Names of the last rows, in alphabetical order.
     settings : mapping
-        Settings of the exploration, JSON-serialisable; "degree" is the name of the degree of awareness.
+        Settings of the exploration, JSON-serialisable; "degree" is the name of the degree of awareness,
+        "rings" the numbers of sectors of the rings that it adds.
     """
 
     table: Table
@@ -55,6 +56,8 @@ class LazyMemory:
                 f"table: is {table.dtype} of shape {table.shape}; for {self.inputs} inputs and {len(self.facts)} facts "
                 f"it must be C-contiguous float32 of shape ({columns}, transitions); use LazyMemory.of"
             )
+        if not table.shape[1]:
+            raise ValueError("table: has 0 transitions; a memory needs at least 1: explore first")
         frozen = table.view(np.ndarray)
         frozen.flags.writeable = False
         object.__setattr__(self, "table", frozen)
@@ -237,15 +240,10 @@ class LazyMemory:
         for other in others:
             if not isinstance(other, LazyMemory):
                 raise TypeError(f"merge: {checks.shown(other)} is not a LazyMemory; give merge(*memories)")
-            combine.check_layouts(self._mergeable, other._mergeable)
+            combine.check_layouts(self, other)
         table = combine.merged_table([self.table, *(one.table for one in others)])
         settings = combine.merged_settings([self.settings, *(one.settings for one in others)])
         return LazyMemory(table, self.own, self.added, self.facts, settings)
-
-    @property
-    def _mergeable(self) -> combine.Layout:
-        about = self.settings
-        return combine.Layout(about.get("awareness"), about.get("degree"), self.own, self.added, self.facts)
 
     def sample(self, count: int, seed: int) -> LazyMemory:
         """Return a memory of some of the transitions, drawn without replacement.

@@ -22,7 +22,7 @@ _FACTOR, _ONE, _HIGH = np.uint64(6364136223846793005), np.uint64(1), np.uint64(2
 
 
 class Sorting(NamedTuple):
-    """The record of a call of `_find_order`."""
+    """The record of a call of `_sort_order`."""
 
     table: Annotated[Table, "columns", "k"]
     order: Annotated[npt.NDArray[np.int64], "k"]
@@ -36,26 +36,24 @@ sorting_at = SORTING.at
 def sort_transitions(table: Table) -> None:
     """Sort the columns of a table lexicographically, by the first row first; in place.
 
-    Parameters
-    ----------
-    table : ndarray, shape (columns, transitions), float32
-        C-contiguous and without NaN. −0 becomes 0, so that equal numbers have equal bits.
+    The table is C-contiguous and without NaN. −0 becomes 0, so that equal numbers have equal bits.
     """
     for row in table:
         row += np.float32(0.0)
-    order = canonical_order(table)
-    if order is None:
+    if is_ordered(table):
         return
+    order = canonical_order(table)
     sorted_row = np.empty(table.shape[1], np.float32)
     for row in table:
         np.take(row, order, out=sorted_row, mode="clip")
         row[:] = sorted_row
 
 
-def canonical_order(table: Table) -> npt.NDArray[np.int64] | None:
-    """Return the indices that sort the columns lexicographically, or None if they are sorted."""
+def canonical_order(table: Table) -> npt.NDArray[np.int64]:
+    """Return the indices that sort the columns lexicographically."""
     order, key = np.arange(table.shape[1], dtype=np.int64), np.empty(table.shape[1], np.float32)
-    return order if _ENTRY(SORTING.pack(Sorting(table, order, key))) else None
+    _ENTRY(SORTING.pack(Sorting(table, order, key)))
+    return order
 
 
 def is_ordered(table: Table) -> bool:
@@ -76,15 +74,13 @@ def is_ordered(table: Table) -> bool:
     return True
 
 
-def _find_order(address: int) -> int:
+def _sort_order(address: int) -> int:
     sorting = sorting_at(address)
-    if _is_ordered(sorting.table):
-        return 0
     _sort(sorting.table, sorting.order, sorting.key)
-    return 1
+    return 0
 
 
-_ENTRY = Entry(_find_order)
+_ENTRY = Entry(_sort_order)
 
 
 @inlined
@@ -95,14 +91,6 @@ def _is_before(table: Any, one: Any, other: Any, row: Any) -> bool:
         if a != b:
             return a < b  # type: ignore[no-any-return]
     return False
-
-
-@kernel
-def _is_ordered(table: Any) -> bool:
-    for transition in range(1, table.shape[1]):  # noqa: SIM110 (kernels have no generators)
-        if _is_before(table, transition, transition - 1, 0):
-            return False
-    return True
 
 
 @kernel
@@ -129,18 +117,14 @@ def _sort(table: Any, order: Any, key: Any) -> None:
         lot = lot * _FACTOR + _ONE
         low, high = _partition(order, key, first, last, lot)
         equal = high if row + 1 < table.shape[0] else low
-        if high - low >= max(low - first, last - high):
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, first, low, row)
-            depth = _push(stack, depth, high, last, row)
-        elif low - first >= last - high:
-            depth = _push(stack, depth, first, low, row)
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, high, last, row)
-        else:
-            depth = _push(stack, depth, high, last, row)
-            depth = _push(stack, depth, low, equal, row + 1)
-            depth = _push(stack, depth, first, low, row)
+        largest = max(low - first, high - low, last - high)
+        for is_largest in (True, False):
+            if (high - low == largest) == is_largest:
+                depth = _push(stack, depth, low, equal, row + 1)
+            if (low - first == largest) == is_largest:
+                depth = _push(stack, depth, first, low, row)
+            if (last - high == largest) == is_largest:
+                depth = _push(stack, depth, high, last, row)
 
 
 @inlined

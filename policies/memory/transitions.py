@@ -20,46 +20,35 @@ _PART = 4096
 _CACHED = 32_768
 #: Largest absolute value; sums of differences of such numbers are finite in float32.
 MOST = 1e30
-_AXES = ("transitions", "inputs")
 _UNITS = {"rotation": "in radians, −π..π", "distance": "as a share of the robot's speed, 0..1"}
 
 
 def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[str, Any]) -> Table:
-    """Return the table of transitions; the arrays are copied once.
-
-    Parameters
-    ----------
-    situation, next_situation : array_like, shape (transitions, inputs)
-        Situations before and after the action.
-    action : array_like, shape (transitions, 2)
-        Rotation [rad] and distance [share of the robot's speed].
-    facts : mapping of str to array_like, shape (transitions,)
-        Facts from which rewards are computed.
+    """Return the table of transitions, for `LazyMemory.of` and with its parameters; the arrays are copied once.
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If shapes do not fit, there is no transition, or a number is not finite or outside its limits.
     """
-    before = two_dimensional("situation", situation)
+    before = _shaped("situation", situation, "transitions", "inputs")
     transitions, inputs = before.shape
     if transitions == 0:
         raise ValueError("situation: has 0 transitions; a memory needs at least 1: explore for at least one step")
     if inputs == 0:
         raise ValueError("situation: has 0 components; a memory needs at least 1: give the percept's `situation`")
-    did = two_dimensional("action", action, transitions, len(ACTION))
-    after = two_dimensional("next_situation", next_situation, transitions, inputs)
+    did = _shaped("action", action, transitions, len(ACTION))
+    after = _shaped("next_situation", next_situation, transitions, inputs)
     if not all(isinstance(name, str) for name in facts):
         raise TypeError(f"facts: have the names {list(facts)}; the name of a fact must be a string")
+    parts = {"situation": before, "action": did, "next_situation": after}
+    for name in sorted(facts):
+        parts[f"fact {name!r}"] = _shaped(f"fact {name!r}", facts[name], transitions)[:, None]
     table = np.empty((2 * inputs + len(ACTION) + len(facts), transitions), np.float32)
-    _fill(table[:inputs], before, "situation")
-    _fill(table[inputs : inputs + len(ACTION)], did, "action")
-    _fill(table[inputs + len(ACTION) : len(table) - len(facts)], after, "next_situation")
-    for row, name in zip(table[len(table) - len(facts) :], sorted(facts), strict=True):
-        fact = _numbers(f"fact {name!r}", facts[name])
-        if fact.shape != (transitions,):
-            raise ValueError(f"fact {name!r}: has the shape {fact.shape}; it must be ({transitions},)")
-        _fill(row[None], fact[:, None], f"fact {name!r}")
+    first = 0
+    for name, part in parts.items():
+        _fill(table[first : first + part.shape[1]], part, name)
+        first += part.shape[1]
     for name, row in zip(ACTION, table[inputs:], strict=False):
         _check_limits(name, row)
     sort_transitions(table)
@@ -67,14 +56,7 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
 
 
 def check_table(table: Table, inputs: int) -> None:
-    """Raise an error if `table_of` could not have made this table; reads all of it.
-
-    Parameters
-    ----------
-    table : ndarray, shape (columns, transitions), float32
-        The numbers of a file.
-    inputs : int
-        Components of a situation.
+    """Raise an error if `table_of` could not have made this table of situations of `inputs` components.
 
     Raises
     ------
@@ -107,7 +89,7 @@ def queries_of(queries: Any, width: int, inputs: int) -> Table:
     TypeError, ValueError
         If they have another shape, or a reading is not within the limits of a memory.
     """
-    asked = two_dimensional("queries", queries)
+    asked = _shaped("queries", queries, "transitions", "inputs")
     if asked.shape[1] not in (width, inputs):
         raise ValueError(f"queries: have {asked.shape[1]} components; {width} are compared: give {width}")
     asked = np.ascontiguousarray(asked[:, :width], np.float32)
@@ -116,29 +98,18 @@ def queries_of(queries: Any, width: int, inputs: int) -> Table:
     return asked
 
 
-def two_dimensional(name: str, value: Any, rows: int | None = None, columns: int | None = None) -> npt.NDArray[Any]:
-    """Return `value` as an array of this shape; None stands for any length.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it has another shape, or is not numeric.
-    """
-    array = _numbers(name, value)
-    wanted = (rows, columns)
-    if array.ndim != 2 or any(known not in (None, n) for known, n in zip(wanted, array.shape, strict=True)):
-        shape = ", ".join(str(word if known is None else known) for word, known in zip(_AXES, wanted, strict=True))
-        raise ValueError(f"{name}: has the shape {array.shape}; it must be ({shape})")
-    return array
-
-
-def _numbers(name: str, value: Any) -> npt.NDArray[Any]:
+def _shaped(name: str, value: Any, *shape: int | str) -> npt.NDArray[Any]:
+    """Return `value` as an array of numbers of this shape; a word stands for any length."""
     try:
         array = np.asarray(value)
     except ValueError as error:
         raise ValueError(f"{name}: is not an array ({error}); give rows of equal length") from None
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name}: has the type {array.dtype}; it must be numbers")
+    known = [n if isinstance(length, int) else length for n, length in zip(array.shape, shape, strict=False)]
+    if array.ndim != len(shape) or tuple(known) != shape:
+        wanted = ", ".join(map(str, shape)) + "," * (len(shape) == 1)
+        raise ValueError(f"{name}: has the shape {array.shape}; it must be ({wanted})")
     return array
 
 

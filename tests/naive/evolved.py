@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from naive import paper as naive
-from teamsight.policies.evolved.layout import BLOCKS
+from teamsight.policies.evolved.layout import parts
 
 TRACKING = SimpleNamespace(target_tracks=16, predictive=1.6, decay=6.0, relayed_decay=6.0)
 
@@ -35,11 +35,7 @@ class EvolvedRobot(naive.ACmommtRobot):
 
     def __init__(self, policy: Any) -> None:
         super().__init__(TRACKING)
-        vector = np.array(policy.constants)
-        self.blocks = {
-            name: vector[block.first : block.first + math.prod(block.shape)].reshape(block.shape)
-            for name, block in BLOCKS.items()
-        }
+        self.blocks = parts(policy.constants)
         self.fresh = self.old = self.met = 0j
         self.often_seen = self.often_teammates = 0.0
         self.idle = 0

@@ -41,17 +41,20 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
 
 def _lines(axes: Axes, table: pd.DataFrame, value: str) -> None:
     plain(axes)
+    ends = table.groupby("degree", sort=False)[value].last()
+    near = 0.05 * ends.max()
     for degree, rows in table.groupby("degree", sort=False):
         colour = DEGREE[str(degree)]
         axes.plot(rows["team_size"], rows[value], color=colour, linewidth=2.2, marker="o", markersize=3)
         last = rows.iloc[-1]
         number = f"{last[value]:.0f}"
+        gaps = ends - last[value]
         formula = f"d = {last['formula']}  ({number})" if value == "inputs" else f"10^{number}"
         axes.annotate(
             f"{last['growth']}:  {formula}",
             (last["team_size"], last[value]),
-            # Θ(0) and Θ(1) end close together: move their labels apart.
-            xytext=(8, {"none": -5, "ring": 4}.get(str(degree), 0)),
+            # The labels of lines that end close together move apart.
+            xytext=(8, 4 * gaps.between(-near, 0, "neither").any() - 5 * gaps.between(0, near, "neither").any()),
             textcoords="offset points",
             color=colour,
             va="center",

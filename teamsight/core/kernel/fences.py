@@ -19,19 +19,24 @@ class Fences:
         # Bytes that must not change, each with its name and its first content.
         self._fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
 
-    def put(self, name: str, array: npt.NDArray[Any], *, read_only: bool = False) -> npt.NDArray[Any]:
-        """Return a copy of an array between fences.
+    def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
+        """Return a copy of an array, or of each array of a NamedTuple, between fences; other values as they are.
 
         Parameters
         ----------
         name : str
-            The name that `broken` returns.
-        array : ndarray
-            The array.
+            Its name in errors.
+        value : object
+            The array or arrays.
         read_only : bool, default False
-            Whether its content must not change either.
+            Whether the content must not change either.
         """
-        array = np.ascontiguousarray(array)
+        if isinstance(value, tuple):
+            parts = zip(getattr(value, "_fields", ()), value, strict=True)
+            return type(value)(*(self.put(f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
+        if not isinstance(value, np.ndarray):
+            return value
+        array = np.ascontiguousarray(value)
         block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
         first = _WIDTH + -block.ctypes.data % 64
         last = first + array.nbytes

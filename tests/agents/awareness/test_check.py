@@ -246,6 +246,8 @@ WRONG = [
     ({"width": lambda self, n: Width(1, 0)}, r".*: situate uses index 1 of situation, whose number of inputs is 1; width\(team_size\)"),
     ({"width": lambda self, n: 2}, r"width\(1\)=2: must be Width\(own, added\), whole numbers of at least 0"),
     ({"width": lambda self, n: Width(18, -1)}, r"width\(1\)=Width\(own=18, added=-1\): must be"),
+    ({"rings": lambda self, n: (1, 1)}, r"rings\(1\)=\(1, 1\): must be a tuple of numbers of sectors, in all at most the 1 inputs"),
+    ({"rings": lambda self, n: [1]}, r"rings\(1\)=\[1\]: must be a tuple of numbers of sectors"),
     ({"parameters": np.array([np.nan])}, r"parameters: must be finite numbers in one dimension"),
     ({"situate": None}, r"has no 'situate'; give a kernel"),
     ({"order": 1}, r"order=1: must be a str"),

@@ -181,19 +181,21 @@ def test_what_is_learned_depends_on_pairs_and_reward_alone(kind: Any) -> None:
 
 
 def test_a_table_that_no_exploration_could_fill_is_refused() -> None:
-    StateGrid(16, 16, "ring")
+    StateGrid(16, 16, (16,))
     with pytest.raises(
         ValueError, match=r"3\^20 states .3 readings of 20 sensors.: must have at most 1,000,000.*LinearQ or LazyQ"
     ):
-        StateGrid(16, 64, "shared")
+        StateGrid(16, 64, (16,) * 4)
     with pytest.raises(ValueError, match=r"3\^22 states"):
-        StateGrid(16, 18, "pairwise")
+        StateGrid(16, 18)
     with pytest.raises(ValueError, match="sectors=5: must divide the 16 sectors of targets evenly; give 16 or a divisor"):
-        StateGrid(16, 0, "none", sectors=5)
-    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of teammates evenly; give 2 or a divisor"):
-        StateGrid(16, 6, "ring")
-    with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of teammates evenly; give 1"):
-        StateGrid(16, 7, "ring")
+        StateGrid(16, 0, sectors=5)
+    with pytest.raises(ValueError, match="sectors=4: must divide the 6 sectors of a ring that the degree .* evenly; give 2 or a divisor"):
+        StateGrid(16, 6, (6,))
+    with pytest.raises(ValueError, match="sectors=4: must divide the 7 sectors of a ring that the degree .* evenly; give 1"):
+        StateGrid(16, 7, [7])
+    with pytest.raises(ValueError, match=r"rings=\(16, 1\): must be numbers of sectors, in all at most 16"):
+        StateGrid(16, 16, (16, 1))
 
 
 @pytest.mark.parametrize("kind", LEARNERS)

@@ -14,7 +14,7 @@ from naive.evolved import EvolvedRobot
 
 from teamsight import CMOMMT
 from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.layout import BLOCKS, SIZE, beginning, silenced
+from teamsight.policies.evolved.layout import SIZE, beginning, silenced
 from teamsight.policies.evolved.policy import shipped, to_json
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import percept_of_one
@@ -114,14 +114,6 @@ def test_wrong_constants_are_refused(constants: Any, message: str) -> None:
 def test_without_teammates_in_sight_it_is_refused() -> None:
     with pytest.raises(ValueError, match="needs 'teammates', which awareness 'none' does not deliver"):
         CMOMMT(policy="evolved", awareness="none")
-
-
-def test_the_blocks_fill_the_vector() -> None:
-    end = 0
-    for block in BLOCKS.values():
-        assert block.first == end
-        end += int(np.prod(block.shape))
-    assert end == SIZE
 
 
 def test_silenced_networks_say_nothing() -> None:

@@ -90,15 +90,10 @@ def test_without_a_future_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -
     assert np.array_equal(action_values(memory, won, sweeps=0, k=9), won(memory))
 
 
-def empty() -> LazyMemory:
-    return LazyMemory(np.zeros((12, 0), np.float32), 3, 2, ())
-
-
 @pytest.mark.parametrize(
     ("memory", "wrong", "message"),
     [
         (made_up(4, 9), {"k": 10}, r"k=10: the memory has only 9 transitions; use a smaller k, or explore longer"),
-        (empty(), {"k": 1}, r"k=1: the memory has only 0 transitions; explore first"),
         (made_up(4, 9), {"k": 0}, r"k=0: must be at least 1"),
         (made_up(4, 9), {"k": 129}, r"k=129: must be at most 128"),
         (made_up(4, 9), {"k": 2.5}, r"k=2.5: must be a whole number"),

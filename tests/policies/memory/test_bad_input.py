@@ -126,6 +126,11 @@ def test_tables_that_kernels_would_misread(table: Any) -> None:
         LazyMemory(table, 2, 1, ("gained",))
 
 
+def test_a_table_without_transitions() -> None:
+    with pytest.raises(ValueError, match="table: has 0 transitions; a memory needs at least 1: explore first"):
+        LazyMemory(np.zeros((12, 0), np.float32), 3, 2, ())
+
+
 @pytest.mark.parametrize(
     ("other", "message"),
     [

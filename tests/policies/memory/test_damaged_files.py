@@ -1,4 +1,4 @@
-"""PolicyState files load only if `LazyMemory.of` and `save` could have written them, whoever computed their checksums."""
+"""Memory files load only if `LazyMemory.of` and `save` could have written them, whoever computed their checksums."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ FORGERIES = (forge_number, forge_order, forge_text, forge_missing, forge_tensor,
 
 @pytest.mark.short
 def test_no_damaged_or_forged_file_loads(tmp_path: Path) -> None:
-    whole, path = tmp_path / "ints", tmp_path / "file"
+    whole, path = tmp_path / "whole", tmp_path / "file"
     memory().save(whole)
     parts = Parts(whole.read_bytes())
     assert parts.bytes() == whole.read_bytes()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.memory.order import Table, canonical_order, sort_transitions
+from teamsight.policies.memory.order import Table, canonical_order, is_ordered, sort_transitions
 
 
 def table_of(transitions: int, rows: int, values: int, rng: np.random.Generator) -> Table:
@@ -22,12 +22,12 @@ def test_as_tuples(seed: int, transitions: int, rows: int, values: int) -> None:
     table = table_of(transitions, rows, values, np.random.default_rng(seed))
     expected = sorted(tuple(transition) for transition in table.T.tolist())
     order = canonical_order(table)
-    if order is not None:
-        assert sorted(order) == list(range(transitions))
-        assert [tuple(transition) for transition in table[:, order].T.tolist()] == expected
+    assert sorted(order) == list(range(transitions))
+    assert [tuple(transition) for transition in table[:, order].T.tolist()] == expected
+    assert is_ordered(table) == ([tuple(transition) for transition in table.T.tolist()] == expected)
     sort_transitions(table)
     assert [tuple(transition) for transition in table.T.tolist()] == expected
-    assert canonical_order(table) is None
+    assert is_ordered(table)
 
 
 @pytest.mark.parametrize("rows", [1, 40])
