@@ -11,7 +11,7 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
-from teamsight.agents.engine.neighbours import Members, Relation
+from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -202,7 +202,7 @@ class Binding:
             group.value.block[:] = -1
 
 
-def _side(group: Members) -> str | int:
+def _side(group: Group) -> str | int:
     """Groups with the same side count together what they observe: all groups on teams have one side."""
     return group.number if group.team is None else "teams"
 

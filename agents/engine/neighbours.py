@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from bisect import bisect_right
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.arena import Arena
-from teamsight.world.bodies import Bodies
 from teamsight.world.proximity.search import Search
 
-
-class Members(Protocol):
-    """The part of `Group` that a relation uses."""
-
-    number: int
-    team: str | None
-    bodies: Bodies
-    agents: list[Any]
-
-    def __len__(self) -> int: ...
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+    from teamsight.agents.group import Group
 
 
 class Relation:
@@ -51,7 +44,7 @@ class Relation:
     """
 
     def __init__(
-        self, kind: str, observers: Members, observed: list[Any], reach: npt.NDArray[np.float64], arena: Arena
+        self, kind: str, observers: Group, observed: list[Group], reach: npt.NDArray[np.float64], arena: Arena
     ) -> None:
         self.kind, self.observers, self.observed = kind, observers, observed
         arena.check_reach(float(reach.max(initial=0.0)))
@@ -66,6 +59,23 @@ class Relation:
         """Make room for at least this many neighbours; records must be bound again."""
         self.search.grow(edges)
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
+
+    def observed_by(self, row: int) -> list[Any]:
+        """Return the agents within the range of an observer."""
+        first = list(self.first.values())
+        found = []
+        for index in self.graph.identity[self.graph.start[row] : self.graph.start[row + 1]]:
+            place = bisect_right(first, index) - 1
+            found.append(self.observed[place].agents[index - first[place]])
+        return found
+
+    def observers_of(self, agent: Body) -> list[Any]:
+        """Return the observers that have an agent in range."""
+        if agent.group.number not in self.first:
+            return []
+        edges = np.flatnonzero(self.graph.identity == self.first[agent.group.number] + agent.row)
+        rows = np.searchsorted(self.graph.start, edges, side="right") - 1
+        return [self.observers.agents[row] for row in rows]
 
     @property
     def graph(self) -> NeighbourList:
