@@ -13,7 +13,6 @@ from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.columns.attribute import install, is_free
 from teamsight.agents.columns.column import Column, Columns
-from teamsight.agents.engine.neighbours import Relation
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
@@ -23,6 +22,7 @@ from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.neighbours import Relation
     from teamsight.agents.engine.python_policies import Deliberation
     from teamsight.agents.host import WorldHost
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
@@ -71,7 +70,7 @@ class ReusedWorlds:
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
-        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world._data):
+        if model is CMOMMT and isinstance(world, CMOMMT) and world._data.is_rewritable:
             self._built = _Built(world, parameters)
         return world
 
@@ -91,7 +90,7 @@ class _Built:
         # Mappings are copied, because their owner may change them.
         self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
         self._trace, self._names, self._settings = _trace(world), {*vars(world)}, {**world.settings}
-        self._states = first_states(world._data)
+        self._states = world._data.first_states()
         self._collector = world.recording.collector
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
@@ -133,7 +132,7 @@ class _Built:
         """Return the index of a seed among the computed starts, computing more if it is not there."""
         if seed not in self._runs:
             seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
-            self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
+            self._start = self.world._data.start_of(np.array([key_of(each) for each in seeds]))
             self._runs = {each: run for run, each in enumerate(seeds)}
         return self._runs[seed]
 

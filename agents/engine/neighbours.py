@@ -1,4 +1,4 @@
-"""A relation: one group observes others within a range. Percepts are made from relations."""
+"""Relations: one group observes others within a range. Percepts are made from relations."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.failures import check_places
+from teamsight.agents.group import Group, team_of
+from teamsight.agents.resolve import check_fit
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.arena import Arena
 from teamsight.world.proximity.search import Search
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
-    from teamsight.agents.group import Group
+    from teamsight.agents.world_data import WorldData
 
 
 class Relation:
@@ -91,3 +94,36 @@ class Relation:
     def room(self) -> NeighbourList:
         """The whole arrays behind `neighbours`."""
         return self.search.room._replace(identity=self.identity)
+
+
+def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation]:
+    """Return the relations of a world, and set those of each group.
+
+    Parameters
+    ----------
+    data : WorldData
+        The data of the world.
+    sensed : list of tuple
+        Pairs of a group that senses and a group that is sensed.
+
+    Raises
+    ------
+    ValueError
+        If an agent is outside the arena, or a policy does not fit its degree of awareness. No group is changed then.
+    """
+    check_places(data)
+    teams = {group.number: team_of(data.groups, group) for group in data.groups}
+    for group in data.groups:
+        check_fit(group, teams[group.number])
+    relations = []
+    for group in data.groups:
+        group.relations = {}
+        targets = [observed for observers, observed in sensed if observers is group]
+        for kind, others, reach in (
+            ("targets", targets, group.sensing_range),
+            ("teammates", teams[group.number], group.awareness_range),
+        ):
+            if others:
+                group.relations[kind] = Relation(kind, group, others, reach, data.arena)
+                relations.append(group.relations[kind])
+    return relations
