@@ -9,7 +9,7 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.columns.read_only import unwritable
+from teamsight.agents.columns import unwritable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one

@@ -94,15 +94,14 @@ def _free_name(data: WorldData, name: str) -> str:
 
 def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
     """Check each number with ``check(name, number)``; return an array with one number for each agent."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return np.full(size, check(name, value))
     try:
         array = np.asarray(value)
     except ValueError:
-        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
+        array = np.asarray(None)
     if array.dtype.kind not in "iuf":
-        # It may still be a number that NumPy has no type for, such as a fraction or 10**400.
-        if not isinstance(value, Real) or isinstance(value, bool):
-            raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
-        array = np.asarray(check(name, value))
+        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
     if array.shape not in ((), (size,)):
         raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
     for number in np.unique(array) if array.size > 1 else array.ravel():

@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.columns.attribute import install, is_free
-from teamsight.agents.columns.column import Column, Columns
+from teamsight.agents.columns import Column, Columns, install, is_free
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy

@@ -136,7 +136,7 @@ class Arena(ABC):
         ndarray, shape (..., 2), float64
             Displacements [length].
         """
-        way = np.asarray(end, float) - np.asarray(start, float)
+        way: Points = np.asarray(end, float) - np.asarray(start, float)
         if not any(self.period):
             return way
         period = kernel_period(self)
