@@ -139,7 +139,7 @@ class Arena(ABC):
         way: Points = np.asarray(end, float) - np.asarray(start, float)
         if not any(self.period):
             return way
-        period = kernel_period(self)
+        period = kernel_period(self.period)
         return np.asarray(way - period * np.rint(way / period))
 
     def check_reach(self, reach: float) -> None:
@@ -158,13 +158,13 @@ class Arena(ABC):
             )
 
 
-def kernel_period(arena: Arena) -> Points:
+def kernel_period(period: tuple[float, float]) -> Points:
     """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis that does not repeat.
 
     If neither axis repeats, both are 0: nothing needs wrapping.
     """
-    period = np.array(arena.period, float)
-    return np.where(period > 0, period, ENDLESS) if period.any() else period
+    sides = np.array(period, float)
+    return np.where(sides > 0, sides, ENDLESS) if sides.any() else sides
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Pa
     distance : ndarray, shape (n,), float64
         As in `Move` [length].
     """
-    period, box = kernel_period(arena), np.array(arena.bounds, float)
+    period, box = kernel_period(arena.period), np.array(arena.bounds, float)
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
         distance, bodies.arena_size, period, box,

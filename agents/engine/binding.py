@@ -15,13 +15,11 @@ from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
-    PLACES,
     PROGRESS,
     RELATION,
     WORLD,
     GroupArrays,
     LogArrays,
-    Places,
     RelationArrays,
     WorldArrays,
 )
@@ -77,8 +75,8 @@ class Binding:
         # The bodies of a world are numbered group by group.
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
-        self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._group_records = [GROUP.pack(value) for value in self._groups()]
+        self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
         self.world = WORLD.pack(WorldArrays(
             data.key,
@@ -143,7 +141,7 @@ class Binding:
         search = relation.search
         return RelationArrays(
             search.record,
-            [PLACES.pack(Places(group.bodies.position)) for group in relation.observed],
+            [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
             relation.everyone, np.concatenate(rows), self._met[_side(relation.observers)],
             search.room, relation.identity,
