@@ -28,15 +28,6 @@ class WorldHost:
     """Operations of a world on its groups and agents, through which these reach their world.
 
     An operation that fails changes nothing: everything is checked and prepared first.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model in which mesa registers the agents.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
     """
 
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine) -> None:

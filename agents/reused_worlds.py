@@ -139,11 +139,8 @@ class _Built:
 
 def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the parameters that are numbers of `NUMBERS`, and the others."""
-    numbers: dict[str, Any] = {}
-    others: dict[str, Any] = {}
-    for name, value in parameters.items():
-        (numbers if name in NUMBERS else others)[name] = value
-    return numbers, others
+    numbers = {name: value for name, value in parameters.items() if name in NUMBERS}
+    return numbers, {name: value for name, value in parameters.items() if name not in NUMBERS}
 
 
 def _trace(world: World) -> tuple[Any, ...]:

@@ -63,19 +63,7 @@ class State(NamedTuple):
 
 
 class StateKeeper:
-    """Saves, restores and resets a world.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model, whose counters and random numbers are set too.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
-    recording : Recording
-        The recording of the world.
-    """
+    """Saves, restores and resets a world, with the counters and random numbers of its model."""
 
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine, recording: Recording) -> None:
         self._model, self._data, self._engine, self._recording = model, data, engine, recording

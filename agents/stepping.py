@@ -22,19 +22,6 @@ class Stepper:
 
     If a step is interrupted, by Ctrl-C or by an exception in a user's policy, the world stays as after the last
     completed step, and `step` and `run` continue from there.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model whose steps mesa counts.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
-    recording : Recording
-        The recording of the world.
-    overrides_step : bool
-        Whether the class of the model has a ``step`` of its own.
     """
 
     def __init__(

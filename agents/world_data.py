@@ -75,18 +75,9 @@ class WorldData:
         return not is_watched(self.arena) and all(map(_is_shipped, self.groups))
 
     def restart(self, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
-        """Put all groups back to the start of a run.
+        """Put all groups back to the start of a run: one of `start`, with the `states` of `first_states`.
 
-        Parameters
-        ----------
-        start : Starts
-            Initial positions and headings.
-        run : int
-            The index of the run in `start`.
-        states : list
-            What `first_states` returned.
-        is_kept : bool
-            Whether the run uses the present arrays; see `is_rewritable`.
+        If the arrays are kept, which needs a world that `is_rewritable`, they are written instead of replaced.
         """
         first = 0
         for group, state in zip(self.groups, states, strict=True):

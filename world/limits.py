@@ -43,13 +43,7 @@ def length(name: str, value: float) -> float:
 
 
 class Limits:
-    """The limits of ranges and speeds in an arena.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    """
+    """The limits of ranges and speeds in an arena. Its methods have the parameters and errors of `length`."""
 
     def __init__(self, arena: Arena) -> None:
         (left, bottom), (right, top) = arena.bounds
@@ -57,20 +51,7 @@ class Limits:
         self._extent = float(max(right - left, top - bottom))
 
     def range(self, name: str, value: float) -> float:
-        """Return a range that is a length and exceeds the rounding of positions in the arena.
-
-        Parameters
-        ----------
-        name : str
-            The name used in errors.
-        value : float
-            The range [length].
-
-        Raises
-        ------
-        TypeError, ValueError
-            If it is not a length, or too short or too long for the arena.
-        """
+        """Return a range that is a length, exceeds the rounding of positions and is not too long for the arena."""
         result = length(name, value)
         limit = FINEST * self._extent
         if result < limit:
@@ -79,20 +60,7 @@ class Limits:
         return result
 
     def speed(self, name: str, value: float) -> float:
-        """Return a speed of at most `FARTHEST` extents of the arena a step.
-
-        Parameters
-        ----------
-        name : str
-            The name used in errors.
-        value : float
-            The largest distance of a step [length].
-
-        Raises
-        ------
-        TypeError, ValueError
-            If it is not a finite number of at least 0, or too high for the arena.
-        """
+        """Return a speed, at least 0, of at most `FARTHEST` extents of the arena a step."""
         result = checks.number(name, value, least=0)
         limit = FARTHEST * self._extent
         if result > limit:

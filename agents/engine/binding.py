@@ -37,19 +37,6 @@ from teamsight.world.noise import Stream, stream_number
 class Binding:
     """The records of a world.
 
-    Parameters
-    ----------
-    data : WorldData
-        The world.
-    relations : list of Relation
-        Which group observes which.
-    stretch : Stretch
-        Records the steps.
-    trail : Trail or None
-        Records positions.
-    logs : list of TransitionLog
-        Record transitions.
-
     Attributes
     ----------
     world : Packed of WorldArrays

@@ -32,11 +32,6 @@ _MOST_GROWTH = 8
 class Engine:
     """Runs a world in compiled code, step by step or many steps in one call.
 
-    Parameters
-    ----------
-    data : WorldData
-        The data of the world.
-
     Attributes
     ----------
     is_bound : bool
@@ -189,13 +184,7 @@ class Engine:
             self.is_bound = False
 
     def forget(self, *, is_kept: bool = False) -> None:
-        """Start all recording anew.
-
-        Parameters
-        ----------
-        is_kept : bool
-            Whether all arrays are the same objects, so that the records are still valid.
-        """
+        """Start all recording anew; if the arrays are kept, the records are still valid."""
         # Binding begins trails and logs, so with either it is done again.
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.groups)
         self.is_seen = self._is_recorded = False

@@ -97,14 +97,7 @@ class Relation:
 
 
 def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation]:
-    """Return the relations of a world, and set those of each group.
-
-    Parameters
-    ----------
-    data : WorldData
-        The data of the world.
-    sensed : list of tuple
-        Pairs of a group that senses and a group that is sensed.
+    """Return the relations of a world, given pairs (observers, observed), and set those of each group.
 
     Raises
     ------

@@ -91,14 +91,7 @@ class Deliberation:
     def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
         """Return (turn, distance) that the group's own policy decides for one robot on this percept.
 
-        Parameters
-        ----------
-        row : int
-            The robot's row.
-        percept : PerceptOfOne
-            Its percept.
-        rng : numpy.random.Generator
-            For policies that are callables for one robot.
+        Policies that are callables for one robot are given `rng`.
         """
         group = self.group
         if not isinstance(group.policy, Policy):
