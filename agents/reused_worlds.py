@@ -11,7 +11,6 @@ import numpy as np
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
@@ -146,17 +145,12 @@ def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
 def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
     groups = [
-        (id(group), *map(id, group.rules), len(group), len(group.columns.arrays()), _attributes(group))
+        (id(group), *map(id, group.rules), len(group), len(group.columns), sum(map(len, map(vars, group.agents))))
         for group in world.groups
     ]
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas
-
-
-def _attributes(group: Group) -> int:
-    """Return how many attributes a group's agents have."""
-    return sum(map(len, map(vars, group.agents)))
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -121,11 +121,8 @@ class Engine:
             self._decide_again()
 
     def step(self) -> None:
-        """Make one step."""
+        """Make one step in which a policy is Python."""
         data = self._data
-        if all(group.is_compiled for group in data.groups):
-            self.run(1)
-            return
         self._make_room(1)
         if self._phase:
             self._call(END_STEP)

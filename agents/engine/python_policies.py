@@ -164,9 +164,7 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
 
 
 def _protected(percept: Percept) -> Percept:
-    parts: list[Any] = [_protected_list(part) if isinstance(part, tuple) else readonly(part) for part in percept]
+    parts: list[Any] = [
+        NeighbourList(*map(readonly, part)) if isinstance(part, tuple) else readonly(part) for part in percept
+    ]
     return Percept(*parts)
-
-
-def _protected_list(seen: NeighbourList) -> NeighbourList:
-    return NeighbourList(*(readonly(array) for array in seen))
