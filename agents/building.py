@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from numbers import Real
@@ -52,7 +53,11 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
     number = len(data.groups)
     policy, awareness = plan.policy, awareness_of(plan.awareness)
     abilities = _abilities(plan, size, data.limits)
-    placement = _placement(data.arena, plan.placement, size)
+    placement: str | Floats
+    if isinstance(plan.placement, str):
+        placement = checks.choice("placement", plan.placement, ("uniform", "spread"))
+    else:
+        placement = checked_positions(data.arena, plan.placement, (size, 2))
     founders = Founders(number, size, placement, float(abilities.sensing_range.max()))
     start = starts(data.arena, [founders], data.key[np.newaxis])
     own = Abilities(*(array.copy() for array in abilities))
@@ -77,19 +82,10 @@ def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
     return Abilities(column("speed", plan.speed, size, limits.speed), *turning, sensing, aware)
 
 
-def _placement(arena: Arena, placement: str | npt.ArrayLike, size: int) -> str | Floats:
-    if isinstance(placement, str):
-        return checks.choice("placement", placement, ("uniform", "spread"))
-    return checked_positions(arena, placement, (size, 2))
-
-
 def _free_name(data: WorldData, name: str) -> str:
     taken = {group.name for group in data.groups}
-    count = 2
-    free = name
-    while free in taken:
-        free, count = f"{name}-{count}", count + 1
-    return free
+    numbered = (f"{name}-{number}" for number in itertools.count(2))
+    return next(free for free in itertools.chain([name], numbered) if free not in taken)
 
 
 def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:

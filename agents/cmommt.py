@@ -227,17 +227,9 @@ class CMOMMT(World):
             self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
 
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
-        """Set the arena, the ranges and the speeds with which the next run begins.
+        """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
 
-        Parameters
-        ----------
-        plan : mapping
-            All settings; only the numbers of `checked_numbers` may differ from those of this model.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As for the parameters of the model; then nothing has changed.
+        The plan has all settings; only the numbers of `checked_numbers` may differ from those of this model.
         """
         numbers = checked_numbers(plan)
         self.settings.update(plan)

@@ -37,12 +37,9 @@ class ReusedWorlds:
         self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
 
     def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
-        """Announce the coming runs, so that the starts of many can be computed in one call.
+        """Announce the parameters and seeds of the coming runs, so that the starts of many are computed in one call.
 
-        Parameters
-        ----------
-        runs : iterable of (mapping, int)
-            Parameters and seed of each, in order. Other runs may come all the same.
+        Other runs may come all the same.
         """
         self._expected = deque(runs)
 

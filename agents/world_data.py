@@ -22,13 +22,6 @@ from teamsight.world.starts import Starts, starts
 class WorldData:
     """The arena, agents, time and history of a world. Its parts share this object, and do not refer to the world.
 
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    seed : int
-        The seed.
-
     Attributes
     ----------
     limits : Limits

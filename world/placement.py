@@ -1,4 +1,4 @@
-"""Placement: the rules by which bodies are placed in an arena."""
+"""Placement: where bodies are put so that they do not overlap."""
 
 from __future__ import annotations
 
@@ -14,24 +14,6 @@ Points = npt.NDArray[np.float64]
 
 _SWEEPS = 400
 _SAMPLES = 40
-
-
-def uniform(arena: Arena, numbers: Points) -> Points:
-    """Place bodies uniformly over the area.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    numbers : ndarray, shape (2, ..., n), float64
-        Uniform numbers in (0, 1).
-
-    Returns
-    -------
-    ndarray, shape (..., n, 2), float64
-        Positions [length].
-    """
-    return np.ascontiguousarray(arena.place(numbers[0], numbers[1]))
 
 
 def spread(arena: Arena, numbers: Points, radius: float) -> Points:

@@ -23,21 +23,12 @@ if TYPE_CHECKING:
 class Relation:
     """Which agents of the observed groups are within the range of each observer.
 
-    Parameters
+    Attributes
     ----------
     kind : {"targets", "teammates"}
         The role of the observed.
-    observers : Group
-        The group that observes.
-    observed : list of Group
-        The groups that are observed, in this order.
-    reach : ndarray, shape (n,), float64
-        The range of each observer [length].
-    arena : Arena
-        The arena.
-
-    Attributes
-    ----------
+    observers, observed : Group, list of Group
+        The group that observes, and those that it observes, in this order.
     first : dict of int to int
         For each observed group's number, the index of its first agent among the observed.
     everyone : ndarray, shape (observed,), int64

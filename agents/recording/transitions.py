@@ -43,13 +43,6 @@ class Transitions(NamedTuple):
 class TransitionLog:
     """The transitions of a group while the groups of its world stay as they are.
 
-    Parameters
-    ----------
-    group : Group
-        The group.
-    team_size : int
-        The number of robots in its team.
-
     Attributes
     ----------
     own, added : int
