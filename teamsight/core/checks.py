@@ -8,7 +8,6 @@ import secrets
 from collections.abc import Iterable
 from decimal import Decimal
 from numbers import Integral, Real
-from operator import ge, gt, le
 from typing import Any
 
 #: Seeds are kept as 64-bit integers.
@@ -129,12 +128,15 @@ def number(
         result = float(value)
     except (ArithmeticError, ValueError):  # larger than any float, or a NaN that signals
         result = math.nan
-    limits, is_right = [], math.isfinite(result)
-    for limit, words, holds in ((above, "above", gt), (least, "at least", ge), (most, "at most", le)):
-        if limit is not None:
-            limits.append(f"{words} {limit:g}")
-            is_right = is_right and holds(result, limit)
-    if not is_right:
+    wrong = (
+        not math.isfinite(result)
+        or (above is not None and result <= above)
+        or (least is not None and result < least)
+        or (most is not None and result > most)
+    )
+    if wrong:
+        named = {"above": above, "at least": least, "at most": most}
+        limits = [f"{words} {limit:g}" for words, limit in named.items() if limit is not None]
         given = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
         raise ValueError(f"{name}={given}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result
@@ -157,9 +159,10 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     ValueError
         If `value` is not among `allowed`.
     """
-    names = sorted(allowed)
+    names = tuple(allowed)
     if isinstance(value, str) and value in names:
         return str(value)
+    names = tuple(sorted(names))
     raise ValueError(f"{name}={shown(value)}: unknown; {suggestion(value, names)}known are {', '.join(names)}")
 
 
