@@ -11,7 +11,7 @@ import pandas as pd
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning.learners import LEARNERS
+from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
 
 if TYPE_CHECKING:

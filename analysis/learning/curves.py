@@ -10,7 +10,8 @@ import pandas as pd
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM, Scenario
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Objective, awareness_for, learn
+from teamsight.analysis.learning.learners import Objective, awareness_for, learn
+from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import Progress, run_all
