@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from teamsight.analysis.delta import report, sector_occupancy, team_conditions
+from teamsight.analysis.delta import sector_occupancy, team_conditions
 from teamsight.analysis.delta.degrees import Factory, FromSeed, degrees_of, degrees_with_bearings
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.runs import limits
@@ -97,9 +97,9 @@ def choose_delta(
     largest = max(one.max_neighbours for one in found)
     size = max(*(one.largest_team for one in found), *(one.robots for one in met), largest + 1 if largest else 0)
     rows = [(run, planned[run].seed, one.max_neighbours) for run, one in enumerate(found)]
-    return report.build(
-        pd.DataFrame(rows, columns=["run", "seed", "max_neighbours"]),
-        sector_occupancy.gather(one.bearings for one in found if one.bearings is not None),
+    return DeltaReport(
+        maxima=pd.DataFrame(rows, columns=["run", "seed", "max_neighbours"]),
+        bearings=sector_occupancy.gather(one.bearings for one in found if one.bearings is not None),
         robots=size,
         risk=risk,
         confidence=confidence,
