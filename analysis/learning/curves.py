@@ -143,25 +143,12 @@ class CurveJob:
         return ("learning curves", str(self.curves.conditions()), self.degree, str(self.memory))
 
     @property
-    def likeness(self) -> tuple[str, ...]:
-        """See `Job`: the order of the jobs is kept."""
-        return ()
-
-    @property
-    def kind(self) -> tuple[str, ...]:
-        """See `Job`."""
-        return (self.degree,)
-
-    @property
     def cost(self) -> float:
         """See `Job`: a lazy learner compares all inputs of its transitions."""
         if not self.degree:
             return _COST
         inputs = sum(AWARENESS[self.degree]().width(self.curves.robots))
         return _COST * (10.0 + inputs * sum(self.curves.samples) / 20_000)
-
-    def shortest(self) -> None:
-        """See `Job`: each job compiles what it needs."""
 
     def describe(self) -> str:
         """See `Job`."""

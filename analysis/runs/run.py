@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -119,10 +119,6 @@ class Run:
         policy = self.parameters.get("policy")
         effort = policy.effort if isinstance(policy, Policy) else 0
         return world + self.steps * robots * effort * _COMPARISON
-
-    def shortest(self) -> Run:
-        """Return the run with a single step, which compiles everything that the run needs."""
-        return replace(self, steps=1)
 
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
