@@ -151,7 +151,7 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     if not len(trajectories):
         raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
     robot = _names(trajectories["robot"], name)
-    run = _names(trajectories[RUN], name) if RUN in trajectories else _one_run(len(trajectories))
+    run = _names(trajectories[RUN] if RUN in trajectories else pd.Series(0, trajectories.index, name=RUN), name)
     columns = {column: _numbers(trajectories[column], name) for column in _NUMBERS}
     order = _order(run.codes, robot.codes, columns["time"], sort)
     if order is not None:
@@ -162,11 +162,6 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
     return pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
-
-
-def _one_run(size: int) -> pd.Categorical:
-    names: pd.Index[Any] = pd.Index([0])
-    return pd.Categorical.from_codes(np.zeros(size, np.int8), categories=names)
 
 
 def _names(column: pd.Series[Any], name: str) -> pd.Categorical:

@@ -79,15 +79,6 @@ class Run:
     model: Model | None = None
 
     @property
-    def model_class(self) -> Model:
-        """The class of the world, imported only when it is needed."""
-        if self.model is not None:
-            return self.model
-        from teamsight.agents.cmommt import CMOMMT
-
-        return CMOMMT
-
-    @property
     def key(self) -> tuple[str, ...]:
         """Texts that identify the run: two runs of equal keys have equal results."""
         named = (f"{name}={canonical(value)}" for name, value in sorted(self.parameters.items()))
@@ -122,7 +113,9 @@ class Run:
 
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
-        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
+        from teamsight.agents.cmommt import CMOMMT
+
+        return self.measure(worlds.begin(self.model or CMOMMT, self.parameters, self.seed), self.steps)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""

@@ -85,7 +85,8 @@ def run_all(
 
     with contextlib.nullcontext(pool) if pool is not None else WorkerPool(1) as workers:
         if workers.size > 1:
-            workers.map(_compile, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
+            # In one worker, so that no two workers compile the same kernels.
+            workers.map(_make, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
         chunks = _chunks(missing, workers.size)
 
         def keep(index: int, made: list[Any]) -> None:
@@ -126,11 +127,6 @@ def _one_of_each_kind(jobs: Iterable[Job]) -> list[Job]:
     """Return a short run for each combination of components; numbers do not change what is compiled."""
     kinds = {job.kind: job for job in jobs if isinstance(job, Run)}
     return [replace(run, steps=1) for run in kinds.values()]
-
-
-def _compile(jobs: Sequence[Job]) -> None:
-    """Make short jobs in one worker, so that no two workers compile the same kernels."""
-    _make(jobs)
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:
