@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teamsight.analysis.delta.report import DeltaReport
+    from teamsight.analysis.delta.estimate import DeltaEstimate
 
 
-def trials_phrase(report: DeltaReport) -> str:
+def trials_phrase(report: DeltaEstimate) -> str:
     """Return the number of trials, and the number of independent ones if there are fewer of these."""
     text = f"{report.trials:,} {report.trial}{'s' * (report.trials != 1)}"
     if report.trial == "run":
@@ -17,7 +17,7 @@ def trials_phrase(report: DeltaReport) -> str:
     return f"{text} (equivalent to {report.independent:.1f} independent ones)"
 
 
-def advice(report: DeltaReport) -> list[str]:
+def advice(report: DeltaEstimate) -> list[str]:
     """Return which risk the trials support, and how many trials the stated risk needs."""
     most = report.robots - 1
     if report.delta_low == most > 0:
@@ -34,7 +34,7 @@ def advice(report: DeltaReport) -> list[str]:
     ]
 
 
-def _supported(report: DeltaReport) -> str:
+def _supported(report: DeltaEstimate) -> str:
     most, delta = report.robots - 1, report.supported_delta
     stated = rounded_up(report.supported_risk)
     if delta < most:
@@ -52,7 +52,7 @@ def _supported(report: DeltaReport) -> str:
     )
 
 
-def _cure(report: DeltaReport) -> str:
+def _cure(report: DeltaEstimate) -> str:
     needed = report.trials_needed
     if report.recorded is None:
         return f"Simulate at least {needed:,} runs, {needed - report.trials:,} more."

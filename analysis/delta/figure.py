@@ -16,12 +16,12 @@ from teamsight.analysis.delta.report_text import trial_phrase
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from teamsight.analysis.delta.report import DeltaReport
+    from teamsight.analysis.delta.estimate import DeltaEstimate
 
 _BLUE, _ORANGE, _GREY, _RED = "#1f5fa8", "#c8641b", "#555555", "#b02a30"
 
 
-def draw(report: DeltaReport) -> bytes:
+def draw(report: DeltaEstimate) -> bytes:
     """Return a PNG of P(largest degree > δ) against δ, its bounds, the prediction, the risk, and δ."""
     figure = Figure(figsize=(7.5, 5.0), dpi=150, layout="constrained")
     FigureCanvasAgg(figure)
@@ -43,7 +43,7 @@ def draw(report: DeltaReport) -> bytes:
     return image.getvalue()
 
 
-def _draw_curve(axes: Axes, report: DeltaReport, floor: float) -> None:
+def _draw_curve(axes: Axes, report: DeltaEstimate, floor: float) -> None:
     table = report.exceedance
     delta = table["delta"].to_numpy()
     probability = table["probability"].to_numpy()
@@ -62,7 +62,7 @@ def _draw_curve(axes: Axes, report: DeltaReport, floor: float) -> None:
         axes.plot(delta[drawn], foreseen[drawn], "--", color=_ORANGE, linewidth=1.8, label="closed form")
 
 
-def _draw_choice(axes: Axes, report: DeltaReport, floor: float) -> None:
+def _draw_choice(axes: Axes, report: DeltaEstimate, floor: float) -> None:
     axes.axhline(report.risk, color=_RED, linewidth=1.0, linestyle=":", label=f"risk {report.risk:g}")
     same = report.supported and report.delta == report.delta_safe
     label = f"δ = {report.delta}" + (f", also with {report.confidence:.0%} confidence" if same else "")
@@ -79,11 +79,11 @@ def _draw_choice(axes: Axes, report: DeltaReport, floor: float) -> None:
         axes.text(0.02, 0.03, text, transform=axes.transAxes, color=_RED, fontsize=9, bbox=box)
 
 
-def _floor(report: DeltaReport) -> float:
+def _floor(report: DeltaEstimate) -> float:
     return min(report.risk, 1.0 / report.trials) / 10.0
 
 
-def _limits(report: DeltaReport) -> tuple[float, float]:
+def _limits(report: DeltaEstimate) -> tuple[float, float]:
     """Return the δ between which the curve falls from certain to unseen, with some room."""
     certain = int((report.exceedance["probability"] >= 1).sum())
     last = max(report.largest, report.delta_safe if report.supported else 0, report.predicted_delta or 0) + 2

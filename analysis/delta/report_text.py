@@ -12,7 +12,7 @@ from teamsight.analysis.plot.markdown import page
 from teamsight.analysis.plot.markdown import table as markdown_table
 
 if TYPE_CHECKING:
-    from teamsight.analysis.delta.report import DeltaReport
+    from teamsight.analysis.delta.estimate import DeltaEstimate
 
 _MOST_ROWS = 14
 
@@ -25,7 +25,7 @@ class Section(NamedTuple):
     rows: list[list[str]]
 
 
-def sentences(report: DeltaReport) -> list[str]:
+def sentences(report: DeltaEstimate) -> list[str]:
     """Return the conclusions, the most important first."""
     said = [
         f"δ = {report.delta} (point estimate): exceeded in at most {100 * report.risk:g} % of the trials. "
@@ -46,7 +46,7 @@ def sentences(report: DeltaReport) -> list[str]:
     return said + list(report.notes)
 
 
-def trial_phrase(report: DeltaReport) -> str:
+def trial_phrase(report: DeltaEstimate) -> str:
     """Return a description of one trial."""
     if report.source == "simulation":
         return f"a run of {report.length:g} steps"
@@ -55,7 +55,7 @@ def trial_phrase(report: DeltaReport) -> str:
     return f"a whole {report.trial} (of about {report.length:g})"
 
 
-def _about_the_ring(report: DeltaReport) -> list[str]:
+def _about_the_ring(report: DeltaEstimate) -> list[str]:
     if report.largest == 0:
         return ["No robot had a neighbour at any time: NoAwareness() is sufficient."]
     said = []
@@ -74,12 +74,12 @@ def _about_the_ring(report: DeltaReport) -> list[str]:
     return said
 
 
-def sections(report: DeltaReport) -> list[Section]:
+def sections(report: DeltaEstimate) -> list[Section]:
     """Return the tables, reduced to their most important rows."""
     return [_curve(report), _ring(report), _cost(report)]
 
 
-def _curve(report: DeltaReport) -> Section:
+def _curve(report: DeltaEstimate) -> Section:
     table = report.exceedance
     first = int((table["probability"] >= 1).sum())
     last = max(report.largest, report.delta_safe if report.supported else 0, report.predicted_delta or 0)
@@ -96,7 +96,7 @@ def _curve(report: DeltaReport) -> Section:
     return Section("How often δ is exceeded", columns, rows)
 
 
-def _ring(report: DeltaReport) -> Section:
+def _ring(report: DeltaEstimate) -> Section:
     columns, tables = ["neighbours", "samples"], list[list[Any]]()
     for sectors, table in report.ring.groupby("sectors"):
         columns += [f"{sectors} sectors: formula", "measured"]
@@ -110,7 +110,7 @@ def _ring(report: DeltaReport) -> Section:
     return Section("Mean number of neighbours that a ring shows", columns, _thinned(rows))
 
 
-def _cost(report: DeltaReport) -> Section:
+def _cost(report: DeltaEstimate) -> Section:
     columns = ["degree", "", "inputs", "own", "added", "log10 of 2^d", f"added for {report.robots - 1} teammates"]
     rows = []
     for row in _rows(report.cost):
@@ -137,7 +137,7 @@ def _share(value: float) -> str:
     return f"{value:.4f}" if value >= 5e-5 or value == 0 else f"{value:.0e}"
 
 
-def markdown(report: DeltaReport) -> str:
+def markdown(report: DeltaEstimate) -> str:
     """Return the report as Markdown."""
     parts = [f"# δ for {report.subject}", "\n".join(f"- {sentence}" for sentence in sentences(report))]
     for title, columns, rows in sections(report):
@@ -145,7 +145,7 @@ def markdown(report: DeltaReport) -> str:
     return page(*parts)
 
 
-def rich_parts(report: DeltaReport) -> Iterator[Any]:
+def rich_parts(report: DeltaEstimate) -> Iterator[Any]:
     """Yield the parts of the report for rich."""
     from rich.table import Table
     from rich.text import Text

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, PairwiseAwareness
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM, Scenario
+from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, awareness_for, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
@@ -91,11 +92,6 @@ class Curves:
     def objective(self) -> Objective:
         """What is to be learnt."""
         return Objective(REWARDS[self.reward], self.k, self.discount)
-
-    @property
-    def scenario(self) -> Scenario:
-        """Worlds of the evaluation."""
-        return Scenario(self.robots, self.targets, self.radius, self.memories * self.worlds, self.steps, self.seed)
 
     def exploration(self, degree: str, memory: int) -> Exploration:
         """Return the exploration of a memory; memories share no world.
@@ -234,9 +230,9 @@ def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
 
 def _evaluated(job: CurveJob, about: dict[str, Any], policy: Any, degree: Awareness) -> list[dict[str, Any]]:
     """Return a row for each world on which a policy is evaluated; all policies of a memory get the same worlds."""
-    curves, scenario = job.curves, job.curves.scenario
+    curves = job.curves
     replicates = range(job.memory * curves.worlds, (job.memory + 1) * curves.worlds)
-    seeds = [scenario.run_seed(replicate) for replicate in replicates]
+    seeds = [model_seed(curves.seed, one, curves.robots, curves.targets, curves.radius) for one in replicates]
     observed = [float("nan")] * curves.worlds
     if policy is not None:
         parameters: dict[str, Any] = {"robots": curves.robots, "targets": curves.targets, "radius": curves.radius}
