@@ -38,6 +38,7 @@ def calibrate(settings: CalibrateSettings) -> None:
     from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
+    kept = checkpoint_in(folder, settings.search)
     stopped = when_stopped(lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there")
     with stopped, working(settings.workers) as (watch, pool):
         written = search(settings.search, folder, pool, watch, force=settings.force)

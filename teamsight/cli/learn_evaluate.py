@@ -126,7 +126,8 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
 
 def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import REWARDS, Objective, search_seconds
+    from teamsight.analysis.learning.learners import Objective, search_seconds
+    from teamsight.analysis.learning.registry import REWARDS
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
     objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)

@@ -148,8 +148,8 @@ def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
 POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
-LEARNERS = registry("teamsight.analysis.learning.learners", "LEARNERS")
-REWARDS = registry("teamsight.analysis.learning.learners", "REWARDS")
+LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
+REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")
 
 
 def sectors(default: int) -> Any:
