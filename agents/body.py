@@ -9,7 +9,7 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.columns.read_only import unwritable
+from teamsight.agents.columns import unwritable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
@@ -32,12 +32,17 @@ def _ability(name: str, doc: str) -> Any:
     return property(get, set_, doc=doc)
 
 
-def _of_group(agent: Body, name: str, value: Any) -> AttributeError:
-    group = agent.group.name
-    shown = value if isinstance(value, str) else checks.shown(value)
-    return AttributeError(
-        f"{name}={shown}: belongs to the group {group!r}; set group.{name} for all agents, or add a group for this one"
-    )
+def _of_group(name: str, doc: str) -> Any:
+    """Return a property of agents that belongs to their group and cannot be set on one agent."""
+
+    def set_(agent: Body, value: Any) -> None:
+        shown = value if isinstance(value, str) else checks.shown(value)
+        raise AttributeError(
+            f"{name}={shown}: belongs to the group {agent.group.name!r}; set group.{name} for all agents, or add a "
+            "group for this one"
+        )
+
+    return property(lambda agent: getattr(agent.group, name), set_, doc=doc)
 
 
 class Body(mesa.Agent):  # type: ignore[misc]
@@ -116,23 +121,8 @@ class Body(mesa.Agent):  # type: ignore[misc]
     sensing_range = _ability("sensing_range", "Distance within which it senses targets [length].")
     awareness_range = _ability("awareness_range", "Distance within which it senses teammates [length].")
 
-    @property
-    def policy(self) -> Any:
-        """The policy of its group. To give one agent another policy, add a group for it."""
-        return self.group.policy
-
-    @policy.setter
-    def policy(self, value: Any) -> None:
-        raise _of_group(self, "policy", value)
-
-    @property
-    def awareness(self) -> Any:
-        """The degree of awareness of its group."""
-        return self.group.awareness
-
-    @awareness.setter
-    def awareness(self, value: Any) -> None:
-        raise _of_group(self, "awareness", value)
+    policy = _of_group("policy", "The policy of its group. To give one agent another policy, add a group for it.")
+    awareness = _of_group("awareness", "The degree of awareness of its group.")
 
     @property
     def percept(self) -> PerceptOfOne:
@@ -164,13 +154,4 @@ class Body(mesa.Agent):  # type: ignore[misc]
     def _within(self, kind: str) -> list[Any]:
         self.group.host.find_neighbours()
         relation = self.group.relations.get(kind)
-        if relation is None:
-            return []
-        graph = relation.graph
-        found = []
-        for index in graph.identity[graph.start[self.row] : graph.start[self.row + 1]]:
-            for group in reversed(relation.observed):
-                if index >= relation.first[group.number]:
-                    found.append(group.agents[index - relation.first[group.number]])
-                    break
-        return found
+        return relation.observed_by(self.row) if relation else []

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.group import Group, Host
+from teamsight.agents.group import Group
 from teamsight.agents.resolve import awareness_of, check_needs
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -21,6 +22,9 @@ from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.starts import Founders, starts
+
+if TYPE_CHECKING:
+    from teamsight.agents.host import WorldHost
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
@@ -41,7 +45,7 @@ class Plan(NamedTuple):
     name: str | None
 
 
-def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan, host: Host) -> Group:
+def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan, host: WorldHost) -> Group:
     """Return a new group without agents."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
@@ -49,7 +53,11 @@ def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan,
     number = len(data.groups)
     policy, awareness = plan.policy, awareness_of(plan.awareness)
     abilities = _abilities(plan, size, data.limits)
-    placement = _placement(data.arena, plan.placement, size)
+    placement: str | Floats
+    if isinstance(plan.placement, str):
+        placement = checks.choice("placement", plan.placement, ("uniform", "spread"))
+    else:
+        placement = checked_positions(data.arena, plan.placement, (size, 2))
     founders = Founders(number, size, placement, float(abilities.sensing_range.max()))
     start = starts(data.arena, [founders], data.key[np.newaxis])
     own = Abilities(*(array.copy() for array in abilities))
@@ -74,32 +82,22 @@ def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
     return Abilities(column("speed", plan.speed, size, limits.speed), *turning, sensing, aware)
 
 
-def _placement(arena: Arena, placement: str | npt.ArrayLike, size: int) -> str | Floats:
-    if isinstance(placement, str):
-        return checks.choice("placement", placement, ("uniform", "spread"))
-    return checked_positions(arena, placement, (size, 2))
-
-
 def _free_name(data: WorldData, name: str) -> str:
     taken = {group.name for group in data.groups}
-    count = 2
-    free = name
-    while free in taken:
-        free, count = f"{name}-{count}", count + 1
-    return free
+    numbered = (f"{name}-{number}" for number in itertools.count(2))
+    return next(free for free in itertools.chain([name], numbered) if free not in taken)
 
 
 def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
     """Check each number with ``check(name, number)``; return an array with one number for each agent."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return np.full(size, check(name, value))
     try:
         array = np.asarray(value)
     except ValueError:
-        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent") from None
+        array = np.asarray(None)
     if array.dtype.kind not in "iuf":
-        # It may still be a number that NumPy has no type for, such as a fraction or 10**400.
-        if not isinstance(value, Real) or isinstance(value, bool):
-            raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
-        array = np.asarray(check(name, value))
+        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
     if array.shape not in ((), (size,)):
         raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
     for number in np.unique(array) if array.size > 1 else array.ravel():

@@ -42,8 +42,18 @@ DEFAULTS: dict[str, Any] = {
     "target_policy_options": {},
 }
 
-# Not None, so that ``awareness=None`` raises an error that names the cure.
-NOT_GIVEN: Any = type("NotGiven", (), {"__repr__": lambda self: "the default"})()
+
+class _Default:
+    """A default value, told apart from the same value given by a user: a preset replaces what is not given."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __repr__(self) -> str:
+        return repr(self.value)
+
+
+_DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.items()}
 
 # Options of policies by name whose defaults are for robots.
 _TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
@@ -99,25 +109,33 @@ class CMOMMT(World):
 
     def __init__(
         self,
-        robots: int = NOT_GIVEN,
-        targets: int = NOT_GIVEN,
-        radius: float = NOT_GIVEN,
-        policy: Any = NOT_GIVEN,
-        awareness: Awareness | str = NOT_GIVEN,
-        delta: int = NOT_GIVEN,
-        sensing_range: float = NOT_GIVEN,
-        awareness_range: float = NOT_GIVEN,
-        robot_speed: float = NOT_GIVEN,
-        target_speed: float = NOT_GIVEN,
-        uniform_target_speed: bool = NOT_GIVEN,
-        target_policy: Any = NOT_GIVEN,
-        policy_options: Mapping[str, Any] = NOT_GIVEN,
-        target_policy_options: Mapping[str, Any] = NOT_GIVEN,
+        robots: int = _DEFAULT["robots"],
+        targets: int = _DEFAULT["targets"],
+        radius: float = _DEFAULT["radius"],
+        *,
+        policy: Any = _DEFAULT["policy"],
+        awareness: Awareness | str = _DEFAULT["awareness"],
+        delta: int = _DEFAULT["delta"],
+        sensing_range: float = _DEFAULT["sensing_range"],
+        awareness_range: float = _DEFAULT["awareness_range"],
+        robot_speed: float = _DEFAULT["robot_speed"],
+        target_speed: float = _DEFAULT["target_speed"],
+        uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
+        target_policy: Any = _DEFAULT["target_policy"],
+        policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
+        target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
         preset: str | None = None,
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
-        given = {name: value for name, value in locals().items() if name in DEFAULTS and value is not NOT_GIVEN}
+        values = {
+            "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
+            "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
+            "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
+            "target_policy": target_policy, "policy_options": policy_options,
+            "target_policy_options": target_policy_options,
+        }  # fmt: skip
+        given = {name: value for name, value in values.items() if not isinstance(value, _Default)}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
         options = checked_options(given.pop("policy_options", None))
         target_options = checked_options(given.pop("target_policy_options", None), "target_policy")
@@ -209,17 +227,9 @@ class CMOMMT(World):
             self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
 
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
-        """Set the arena, the ranges and the speeds with which the next run begins.
+        """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
 
-        Parameters
-        ----------
-        plan : mapping
-            All settings; only the numbers of `checked_numbers` may differ from those of this model.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As for the parameters of the model; then nothing has changed.
+        The plan has all settings; only the numbers of `checked_numbers` may differ from those of this model.
         """
         numbers = checked_numbers(plan)
         self.settings.update(plan)

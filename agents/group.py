@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import mesa
 import numpy as np
@@ -11,41 +11,21 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.columns.attribute import install, is_free
-from teamsight.agents.columns.column import Column, Columns
-from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.columns import Column, Columns, install, is_free
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
-from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
 
+if TYPE_CHECKING:
+    from teamsight.agents.engine.neighbours import Relation
+    from teamsight.agents.engine.python_policies import Deliberation
+    from teamsight.agents.host import WorldHost
+
 Floats = npt.NDArray[np.float64]
-
-
-class Host(Protocol):
-    """The operations of a world on its groups and agents; see `teamsight.agents.host`."""
-
-    def adjust(self, group: Group, **changes: Any) -> None: ...
-    def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
-    def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
-    def turn(self, agent: Any, heading: Floats) -> None: ...
-    def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
-    def find_neighbours(self) -> tuple[int, int]: ...
-    def perceive(self, group: Group) -> None: ...
-    def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
-    def observers_of(self, agent: Any) -> list[Any]: ...
-
-
-class Decision(Protocol):
-    """A decision of a Python policy while it is being made; see `Deliberation`."""
-
-    def decide(self) -> Action: ...
-    def state(self) -> Any: ...
-    def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
 
 
 def _setting(name: str, get: Callable[[Group], Any], doc: str) -> Any:
@@ -97,7 +77,7 @@ class Group:
         ranges: tuple[Floats, Floats],
         policy: Any,
         awareness: Awareness,
-        host: Host,
+        host: WorldHost,
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
@@ -124,7 +104,7 @@ class Group:
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
         # During a step: the decision of a Python policy.
-        self.deliberation: Decision | None = None
+        self.deliberation: Deliberation | None = None
         # After a failed step: whether the kernel had decided; the next step then carries out `action`.
         self.has_decided = False
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from teamsight.agents import building, mesa_compat
 from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, column, turn_columns
-from teamsight.agents.engine import present, python_policies
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.resolve import awareness_of, check_fit, policy_of
@@ -25,18 +25,9 @@ from teamsight.policies.percept_of_one import PerceptOfOne
 
 
 class WorldHost:
-    """Operations of a world on its groups and agents; implements `Host`.
+    """Operations of a world on its groups and agents, through which these reach their world.
 
     An operation that fails changes nothing: everything is checked and prepared first.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model in which mesa registers the agents.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
     """
 
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine) -> None:
@@ -165,9 +156,13 @@ class WorldHost:
 
     def decide(self, agent: Body, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
         """Return (turn [rad], distance [length]) that the policy of an agent's group decides on a percept."""
-        return python_policies.policy_decision(agent, percept, rng, self._data.timeline.tick, self._data.key)
+        row, group = agent.row, agent.group
+        # A policy can also be called between steps; its new state is dropped.
+        deliberation = group.deliberation or Deliberation(group, self._data.timeline.tick, self._data.key)
+        return deliberation.policy_decides(row, percept, rng)
 
     def observers_of(self, agent: Body) -> list[Any]:
         """Return the agents that have this one in sensing range."""
         self._engine.prepare()
-        return present.observers_of(self._engine.relations, agent)
+        sensing = [relation for relation in self._engine.relations if relation.kind == "targets"]
+        return [observer for relation in sensing for observer in relation.observers_of(agent)]

@@ -9,16 +9,9 @@ from teamsight.core import checks
 
 
 class LiveSetting:
-    """A parameter of a model that belongs to one of its groups.
+    """A parameter of a model that is the attribute `name` of its group ``model.<group>``.
 
-    Parameters
-    ----------
-    group : str
-        The model's attribute that holds the group.
-    name : str
-        The group's attribute.
-    resolve : callable, optional
-        ``resolve(model, value)`` returns the value for the group.
+    ``resolve(model, value)`` returns the value for the group.
     """
 
     def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
@@ -38,13 +31,8 @@ class LiveSetting:
 class FixedSetting:
     """A parameter that cannot be changed.
 
-    Parameters
-    ----------
-    cure : str
-        What to do instead.
-    source : str, optional
-        The attribute of the model that holds the present value, under the parameter's name. By default the value is
-        that given when the model was built.
+    The error names the `cure`. The value is that of the model's attribute `source`, under the parameter's name; by
+    default that with which the model was built.
     """
 
     def __init__(self, cure: str, source: str | None = None) -> None:

@@ -11,8 +11,6 @@ import numpy as np
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.engine.begin import first_states, is_rewritable, start_of
-from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
@@ -39,12 +37,9 @@ class ReusedWorlds:
         self._expected: deque[tuple[Mapping[str, Any], int]] = deque()
 
     def expect(self, runs: Iterable[tuple[Mapping[str, Any], int]]) -> None:
-        """Announce the coming runs, so that the starts of many can be computed in one call.
+        """Announce the parameters and seeds of the coming runs, so that the starts of many are computed in one call.
 
-        Parameters
-        ----------
-        runs : iterable of (mapping, int)
-            Parameters and seed of each, in order. Other runs may come all the same.
+        Other runs may come all the same.
         """
         self._expected = deque(runs)
 
@@ -71,7 +66,7 @@ class ReusedWorlds:
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
-        if model is CMOMMT and isinstance(world, CMOMMT) and is_rewritable(world._data):
+        if model is CMOMMT and isinstance(world, CMOMMT) and world._data.is_rewritable:
             self._built = _Built(world, parameters)
         return world
 
@@ -91,7 +86,7 @@ class _Built:
         # Mappings are copied, because their owner may change them.
         self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
         self._trace, self._names, self._settings = _trace(world), {*vars(world)}, {**world.settings}
-        self._states = first_states(world._data)
+        self._states = world._data.first_states()
         self._collector = world.recording.collector
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
@@ -133,34 +128,26 @@ class _Built:
         """Return the index of a seed among the computed starts, computing more if it is not there."""
         if seed not in self._runs:
             seeds = list(dict.fromkeys([seed, *islice(following, _STARTS_PER_CALL - 1)]))
-            self._start = start_of(self.world._data, np.array([key_of(each) for each in seeds]))
+            self._start = self.world._data.start_of(np.array([key_of(each) for each in seeds]))
             self._runs = {each: run for run, each in enumerate(seeds)}
         return self._runs[seed]
 
 
 def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the parameters that are numbers of `NUMBERS`, and the others."""
-    numbers: dict[str, Any] = {}
-    others: dict[str, Any] = {}
-    for name, value in parameters.items():
-        (numbers if name in NUMBERS else others)[name] = value
-    return numbers, others
+    numbers = {name: value for name, value in parameters.items() if name in NUMBERS}
+    return numbers, {name: value for name, value in parameters.items() if name not in NUMBERS}
 
 
 def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
     groups = [
-        (id(group), *map(id, group.rules), len(group), len(group.columns.arrays()), _attributes(group))
+        (id(group), *map(id, group.rules), len(group), len(group.columns), sum(map(len, map(vars, group.agents))))
         for group in world.groups
     ]
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas
-
-
-def _attributes(group: Group) -> int:
-    """Return how many attributes a group's agents have."""
-    return sum(map(len, map(vars, group.agents)))
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.engine.begin import first_states, is_rewritable, restart_groups, start_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
@@ -64,19 +63,7 @@ class State(NamedTuple):
 
 
 class StateKeeper:
-    """Saves, restores and resets a world.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model, whose counters and random numbers are set too.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
-    recording : Recording
-        The recording of the world.
-    """
+    """Saves, restores and resets a world, with the counters and random numbers of its model."""
 
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine, recording: Recording) -> None:
         self._model, self._data, self._engine, self._recording = model, data, engine, recording
@@ -117,30 +104,16 @@ class StateKeeper:
         seed = data.seed if rng is None else checks.seed(rng, None)
         collector = _emptied(self._recording.collector)
         # What can fail comes first, before anything changes.
-        start, states = start_of(data, key_of(seed)[np.newaxis]), first_states(data)
+        start, states = data.start_of(key_of(seed)[np.newaxis]), data.first_states()
         with deferred():
-            self.begin(seed, start, 0, states, is_rewritable(data))
+            self.begin(seed, start, 0, states, is_kept=data.is_rewritable)
             self._recording.collector = collector
         if not isinstance(collector, HistoryCollector):
             collector.collect(self._model)
 
-    def begin(self, seed: int, start: Starts, run: int, states: list[Any], is_kept: bool) -> None:
-        """Begin a run: place all agents again and set the clock to 0, without events.
-
-        Parameters
-        ----------
-        seed : int
-            The seed.
-        start : Starts
-            Where the founders of the groups begin.
-        run : int
-            Which run of `start`.
-        states : list
-            The initial state of each group's policy; see `first_states`.
-        is_kept : bool
-            Whether the run uses the records as they are; see `is_rewritable`.
-        """
-        restart_groups(self._data, start, run, states, is_kept)
+    def begin(self, seed: int, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
+        """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""
+        self._data.restart(start, run, states, is_kept=is_kept)
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)

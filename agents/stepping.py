@@ -22,19 +22,6 @@ class Stepper:
 
     If a step is interrupted, by Ctrl-C or by an exception in a user's policy, the world stays as after the last
     completed step, and `step` and `run` continue from there.
-
-    Parameters
-    ----------
-    model : mesa.Model
-        The model whose steps mesa counts.
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
-    recording : Recording
-        The recording of the world.
-    overrides_step : bool
-        Whether the class of the model has a ``step`` of its own.
     """
 
     def __init__(
@@ -131,11 +118,7 @@ class Stepper:
             self._run_stretch(1)
         else:
             self.begin_to_collect()
-            before = self._no_rows()
-            try:
-                self._engine.step()
-            finally:
-                self._collect(before)
+            self._collect(self._engine.step)
         if self._recording.callbacks:
             with self._timeline.calling("a recorder"):
                 for callback in list(self._recording.callbacks):
@@ -146,11 +129,7 @@ class Stepper:
     def _run_stretch(self, steps: int) -> None:
         self.begin_to_collect()
         with deferred():
-            before = self._no_rows()
-            try:
-                self._engine.run(steps)
-            finally:
-                self._collect(before)
+            self._collect(self._engine.run, steps)
 
     def begin_to_collect(self) -> None:
         """Prepare a step, and collect the present values before the first."""
@@ -159,18 +138,17 @@ class Stepper:
         if isinstance(collector, HistoryCollector) and not collector.has_begun:
             collector.collect(self._model)
 
-    def _no_rows(self) -> Rows:
-        """Return an empty range of rows at the end of the present stretch."""
+    def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
+        """Make steps and collect those that were completed, also if the last one fails."""
         stretch, history = self._engine.stretch, self._data.history
-        return Rows(
-            stretch, stretch.rows, stretch.rows, self._timeline.tick, stretch.observed_sum, history.max_neighbours,
-            history.earlier,
-        )  # fmt: skip
-
-    def _collect(self, rows: Rows) -> None:
-        rows.last, rows.tick = rows.stretch.rows, self._timeline.tick
-        if rows.last > rows.first and isinstance(self._recording.collector, HistoryCollector):
-            self._recording.collector.collect_rows(rows)
+        first, observed, largest, earlier = stretch.rows, stretch.observed_sum, history.max_neighbours, history.earlier
+        try:
+            make_steps(*number)
+        finally:
+            collector = self._recording.collector
+            if stretch.rows > first and isinstance(collector, HistoryCollector):
+                tick = self._timeline.tick
+                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, observed, largest, earlier))
 
     def _needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""

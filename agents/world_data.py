@@ -1,24 +1,26 @@
-"""The data that the parts of a world share."""
+"""The data that the parts of a world share, and how a run begins in it."""
 
 from __future__ import annotations
 
-from teamsight.agents.group import Group
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.timeline import Timeline
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import PolicyState
 from teamsight.world.arena import Arena
 from teamsight.world.limits import Limits
+from teamsight.world.motion import is_watched
 from teamsight.world.noise import key_of
+from teamsight.world.starts import Starts, starts
 
 
 class WorldData:
     """The arena, agents, time and history of a world. Its parts share this object, and do not refer to the world.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    seed : int
-        The seed.
 
     Attributes
     ----------
@@ -48,3 +50,45 @@ class WorldData:
         # In place, because the kernels read it.
         self.key[:] = key_of(seed)
         self.timeline.jump(tick)
+
+    def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
+        """Return the initial positions and headings of all groups for each noise key; see `starts`."""
+        return starts(self.arena, [group.founders for group in self.groups], keys)
+
+    def first_states(self) -> list[Any]:
+        """Return the state of each group's policy before its first decision; see `first_state`."""
+        return [first_state(group.policy, len(group)) for group in self.groups]
+
+    @property
+    def is_rewritable(self) -> bool:
+        """Whether a new run can use the arrays, and the kernels' records of their addresses, as they are.
+
+        The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
+        """
+        return not is_watched(self.arena) and all(map(_is_shipped, self.groups))
+
+    def restart(self, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
+        """Put all groups back to the start of a run: one of `start`, with the `states` of `first_states`.
+
+        If the arrays are kept, which needs a world that `is_rewritable`, they are written instead of replaced.
+        """
+        first = 0
+        for group, state in zip(self.groups, states, strict=True):
+            last = first + group.founders.size
+            group.restart(start.position[run, first:last], start.heading[run, first:last])
+            first = last
+            if is_kept and isinstance(group.policy_state, PolicyState):
+                for old, new in zip(group.policy_state, state, strict=True):
+                    old[:] = new
+            else:
+                group.begin(state)
+
+
+def _is_shipped(group: Group) -> bool:
+    policy, awareness = group.rules
+    return (
+        group.is_compiled
+        and isinstance(policy, CompiledPolicy)
+        and type(policy).__module__.startswith("teamsight.policies.")
+        and type(awareness).__module__.startswith("teamsight.agents.awareness.")
+    )

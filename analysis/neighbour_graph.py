@@ -45,12 +45,11 @@ class Frame(NamedTuple):
 
 def mutual_edges(graph: NeighbourList) -> Ints:
     """Return the pairs of robots that sense each other, int64 of shape (m, 2), sorted, the smaller index first."""
-    size = len(graph.start) - 1
+    size = len(graph.degree)
     observer = np.repeat(np.arange(size, dtype=np.int64), graph.degree)
     low, high = np.minimum(observer, graph.identity), np.maximum(observer, graph.identity)
     pair, seen = np.unique(low * size + high, return_counts=True)
-    pair = pair[seen == 2]
-    return np.column_stack([pair // size, pair % size]) if size else np.empty((0, 2), np.int64)
+    return np.column_stack(np.divmod(pair[seen == 2], max(size, 1)))
 
 
 def components(edges: Ints, size: int) -> Ints:
@@ -63,8 +62,7 @@ def components(edges: Ints, size: int) -> Ints:
     size : int
         Number of robots.
     """
-    ones = np.ones(len(edges), dtype=np.int8)
-    matrix = coo_array((ones, (edges[:, 0], edges[:, 1])), shape=(size, size))
+    matrix = coo_array((np.ones(len(edges), dtype=np.int8), tuple(edges.T)), shape=(size, size))
     return np.asarray(csgraph.connected_components(matrix, directed=False)[1], dtype=np.int64)
 
 
@@ -210,13 +208,12 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
 
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
         yield model.tick, model.neighbours
-        seen, end = model.tick, model.tick + steps
-        while seen < end:
-            model.run(min(every, end - seen))
-            if model.tick == seen:
+        end = model.tick + steps
+        while (before := model.tick) < end:
+            model.run(min(every, end - before))
+            if model.tick == before:
                 return  # the model has stopped
-            seen = model.tick
-            yield seen, model.neighbours
+            yield model.tick, model.neighbours
 
     return table(graphs(), cliques=cliques)
 
@@ -265,10 +262,8 @@ def over_trajectory(
         column run, agents of different runs do not meet.
     awareness_range : float
         Distance within which robots sense each other [length].
-    arena : Disc, Box or Torus, optional
-        Changes distances only if it is periodic, as a torus is.
-    cliques : bool
-        Whether to find the largest clique in each frame.
+    arena, cliques
+        See `over_positions`.
 
     Returns
     -------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import product
 
 import pandas as pd
 
@@ -129,21 +130,11 @@ def dimensions_table(
     -----
     *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``, which can exceed 64 bits.
     """
-    team_sizes = list(team_sizes)  # an iterator could be used only once
-    rows = []
-    for name, degree in AWARENESS.items():
-        for team_size in team_sizes:
-            dimensions = inputs(name, team_size, own=own, delta=delta, sigma=sigma)
-            rows.append(
-                {
-                    "degree": name,
-                    "growth": degree.order,
-                    "formula": degree.formula,
-                    "team_size": int(team_size),
-                    "own": own,
-                    "added": dimensions - own,
-                    "inputs": dimensions,
-                    "log10_size": log10_size(dimensions, readings),
-                }
-            )
-    return pd.DataFrame(rows)
+    rows = [
+        (name, degree.order, degree.formula, int(team_size), inputs(name, team_size, own=own, delta=delta, sigma=sigma))
+        for (name, degree), team_size in product(AWARENESS.items(), team_sizes)
+    ]
+    table = pd.DataFrame(rows, columns=["degree", "growth", "formula", "team_size", "inputs"])
+    table.insert(4, "own", own)
+    table.insert(5, "added", table["inputs"] - own)
+    return table.assign(log10_size=[log10_size(dimensions, readings) for dimensions in table["inputs"]])

@@ -136,6 +136,5 @@ def _run(
     fenced: Percept = fences.put("percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
-    run_guarded(name, "its kernel", entry, record, _GUARDED.arrays)
-    fences.check(f"{name}: its kernel")
+    run_guarded(name, "its kernel", entry, record, _GUARDED.arrays, fences)
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
-from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
+from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
     from teamsight.policies.interface import Policy
 
-#: By name, the module and the class or function that makes the policy. Its parameters are the policy's options.
-POLICIES = {
-    "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
-    "centroid": "teamsight.policies.handmade.centroid:Centroid",
-    "evasive": "teamsight.policies.handmade.evasive:Evasive",
-    "evolved": "teamsight.policies.evolved.policy:Evolved",
-    "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
-    "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
-    "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
-    "stationary": "teamsight.policies.handmade.stationary:Stationary",
-}
+#: Classes, or functions that make a policy, by name. Their parameters are the policy's options.
+POLICIES: Mapping[str, Callable[..., Policy]] = Registry(
+    {
+        "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
+        "centroid": "teamsight.policies.handmade.centroid:Centroid",
+        "evasive": "teamsight.policies.handmade.evasive:Evasive",
+        "evolved": "teamsight.policies.evolved.policy:Evolved",
+        "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
+        "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
+        "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
+        "stationary": "teamsight.policies.handmade.stationary:Stationary",
+    }
+)
 
 # Policies are immutable, so all worlds share those without options.
 _MADE: dict[str, Policy] = {}
@@ -49,7 +51,7 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     checks.choice(parameter, name, POLICIES)
     if not options:
         if name not in _MADE:
-            _MADE[name] = resolve_name(POLICIES[name])()
+            _MADE[name] = POLICIES[name]()
         return _MADE[name]
     known = options_of(name)
     for option in options:
@@ -57,14 +59,13 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
             known_are = f"its options are {', '.join(known)}" if known else "it has no options"
             shown, hint = checks.shown(option), checks.suggestion(option, known)
             raise ValueError(f"{parameter}_options: {name!r} has no option {shown}; {hint}{known_are}")
-    made: Policy = resolve_name(POLICIES[name])(**options)
-    return made
+    return POLICIES[name](**options)
 
 
 @cache
 def options_of(name: str) -> tuple[str, ...]:
     """Return the options of a policy: the parameters of its class."""
-    return tuple(inspect.signature(resolve_name(POLICIES[name])).parameters)
+    return tuple(inspect.signature(POLICIES[name]).parameters)
 
 
 def label(policy: Any) -> str:

@@ -104,21 +104,21 @@ class Arena(ABC):
         """
         points = np.array(self.displacement(np.zeros(2), points))
         is_open = np.asarray(self.period) > 0
+        angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
         # Each look costs time: only points that have to move are moved.
-        stuck = np.flatnonzero(~self._is_free(points, margin))
+        stuck = np.flatnonzero(~self._is_free(points, around))
         moving = points[stuck]
         near, far = np.zeros(len(stuck)), np.ones(len(stuck))
         for _ in range(_HALVINGS if len(stuck) else 0):
             middle = 0.5 * (near + far)
-            is_free = self._is_free(np.where(is_open, moving, moving * middle[:, None]), margin)
+            is_free = self._is_free(np.where(is_open, moving, moving * middle[:, None]), around)
             near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
         points[stuck] = np.where(is_open, moving, moving * near[:, None])
         return points
 
-    def _is_free(self, points: Points, margin: float) -> npt.NDArray[np.bool_]:
-        """Return for each point whether it and a circle around it are inside."""
-        angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-        around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
+    def _is_free(self, points: Points, around: Points) -> npt.NDArray[np.bool_]:
+        """Return for each point whether all points around it are inside."""
         # The arena continues across the seam of an axis that repeats.
         places = self.displacement(np.zeros(2), points[:, None] + around)
         return np.asarray(np.all(self.contains(places), axis=1))
@@ -136,9 +136,11 @@ class Arena(ABC):
         ndarray, shape (..., 2), float64
             Displacements [length].
         """
-        way = np.asarray(end, float) - np.asarray(start, float)
-        period = kernel_period(self)
-        return np.asarray(way - period * np.rint(way / period)) if any(self.period) else way
+        way: Points = np.asarray(end, float) - np.asarray(start, float)
+        if not any(self.period):
+            return way
+        period = kernel_period(self.period)
+        return np.asarray(way - period * np.rint(way / period))
 
     def check_reach(self, reach: float) -> None:
         """Refuse a range within which a body could be found twice.
@@ -156,13 +158,13 @@ class Arena(ABC):
             )
 
 
-def kernel_period(arena: Arena) -> Points:
+def kernel_period(period: tuple[float, float]) -> Points:
     """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis that does not repeat.
 
     If neither axis repeats, both are 0: nothing needs wrapping.
     """
-    period = np.array(arena.period, float)
-    return np.where(period > 0, period, ENDLESS) if period.any() else period
+    sides = np.array(period, float)
+    return np.where(sides > 0, sides, ENDLESS) if sides.any() else sides
 
 
 @dataclass(frozen=True)

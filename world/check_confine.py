@@ -71,16 +71,7 @@ _ENTRIES: dict[Callable[..., Any], Entry | None] = {}
 def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
     """Refuse an arena whose `confine` returns a position outside, or a heading that is not a unit vector.
 
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    places : ndarray, shape (n, 2), float64
-        Positions inside.
-    extent : float
-        The longer side of the box around the arena [length].
-    rng : numpy.random.Generator
-        Source of the random steps.
+    Steps begin at `places` inside; `extent` is the longer side of the box around the arena.
     """
     walls = _at_the_wall(arena, places[:64], extent)
     begin = np.concatenate([places[:256], walls])

@@ -95,23 +95,11 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         super().schedule(event, priority, delay)
 
     def step(self) -> None:
-        """Refused; see `run`.
-
-        Raises
-        ------
-        TypeError
-            Always.
-        """
+        """Refused with a TypeError; see `run`."""
         raise TypeError("clock.step(): the clock advances with its world; call world.step()")
 
     def run(self, until: Any = None) -> Any:
-        """Refused, because the world would not advance.
-
-        Raises
-        ------
-        TypeError
-            Always.
-        """
+        """Refused with a TypeError, because the world would not advance."""
         raise TypeError("clock.run(…): the clock advances with its world; call world.run(steps)")
 
     def ticks_until_event(self, tick: int) -> float:

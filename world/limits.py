@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.world.arena import Arena
 
 SHORTEST, LONGEST = 1e-9, 1e9
 """The limits of all lengths [length]; for others choose another unit."""
@@ -39,43 +42,16 @@ def length(name: str, value: float) -> float:
     return result
 
 
-class Bounded(Protocol):
-    """The part of `Arena` on which limits depend."""
-
-    @property
-    def bounds(self) -> Any: ...
-    def check_reach(self, reach: float) -> None: ...
-
-
 class Limits:
-    """The limits of ranges and speeds in an arena.
+    """The limits of ranges and speeds in an arena. Its methods have the parameters and errors of `length`."""
 
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    """
-
-    def __init__(self, arena: Bounded) -> None:
+    def __init__(self, arena: Arena) -> None:
         (left, bottom), (right, top) = arena.bounds
         self._arena = arena
         self._extent = float(max(right - left, top - bottom))
 
     def range(self, name: str, value: float) -> float:
-        """Return a range that is a length and exceeds the rounding of positions in the arena.
-
-        Parameters
-        ----------
-        name : str
-            The name used in errors.
-        value : float
-            The range [length].
-
-        Raises
-        ------
-        TypeError, ValueError
-            If it is not a length, or too short or too long for the arena.
-        """
+        """Return a range that is a length, exceeds the rounding of positions and is not too long for the arena."""
         result = length(name, value)
         limit = FINEST * self._extent
         if result < limit:
@@ -84,20 +60,7 @@ class Limits:
         return result
 
     def speed(self, name: str, value: float) -> float:
-        """Return a speed of at most `FARTHEST` extents of the arena a step.
-
-        Parameters
-        ----------
-        name : str
-            The name used in errors.
-        value : float
-            The largest distance of a step [length].
-
-        Raises
-        ------
-        TypeError, ValueError
-            If it is not a finite number of at least 0, or too high for the arena.
-        """
+        """Return a speed, at least 0, of at most `FARTHEST` extents of the arena a step."""
         result = checks.number(name, value, least=0)
         limit = FARTHEST * self._extent
         if result > limit:

@@ -149,20 +149,8 @@ def advance_entry(arena: Arena) -> Entry:
 
 
 def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Packed[Move]:
-    """Return the record of a move of `bodies` under the actions that these arrays will hold; see `Move`.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    bodies : Bodies
-        The bodies.
-    aim : ndarray, shape (n, 2), float64
-        As in `Move`.
-    distance : ndarray, shape (n,), float64
-        As in `Move` [length].
-    """
-    period, box = kernel_period(arena), np.array(arena.bounds, float)
+    """Return the record of a move of `bodies` under the actions that `aim` and `distance` will hold; see `Move`."""
+    period, box = kernel_period(arena.period), np.array(arena.bounds, float)
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
         distance, bodies.arena_size, period, box,

@@ -1,4 +1,4 @@
-"""Placement: the rules by which bodies are placed in an arena."""
+"""Placement: where bodies are put so that they do not overlap."""
 
 from __future__ import annotations
 
@@ -14,24 +14,6 @@ Points = npt.NDArray[np.float64]
 
 _SWEEPS = 400
 _SAMPLES = 40
-
-
-def uniform(arena: Arena, numbers: Points) -> Points:
-    """Place bodies uniformly over the area.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    numbers : ndarray, shape (2, ..., n), float64
-        Uniform numbers in (0, 1).
-
-    Returns
-    -------
-    ndarray, shape (..., n, 2), float64
-        Positions [length].
-    """
-    return np.ascontiguousarray(arena.place(numbers[0], numbers[1]))
 
 
 def spread(arena: Arena, numbers: Points, radius: float) -> Points:
@@ -60,9 +42,11 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
     """
     margin = radius if _fits(arena, radius) else 0.0
     points = arena.place(numbers[0], numbers[1], margin)
-    for even in (False, True):
+    # Discs with a larger area than the arena surely overlap.
+    is_crowded = margin > 0 and len(points) * math.pi * radius**2 > 1.01 * arena.area
+    for even in () if is_crowded else (False, True):
         start = _even_out(arena, points, margin) if even else points
-        points = _push_apart(arena, start, radius, margin)
+        points = _push_apart(arena, start, radius, margin, is_last=even)
         if _closest(arena, points) >= 2 * radius * (1 - 1e-9):
             return points
     return _even_out(arena, arena.place(numbers[0], numbers[1]), 0.0)
@@ -80,7 +64,8 @@ def _closest(arena: Arena, points: Points) -> float:
     return float(graph.distance.min(initial=reach))
 
 
-def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> Points:
+def _push_apart(arena: Arena, points: Points, radius: float, margin: float, *, is_last: bool) -> Points:
+    """Return the points after all sweeps; the last attempt ends early if it comes to rest with discs that overlap."""
     apart = 2 * radius * (1 + 1e-6)
     limits = [side / 2 for side in arena.period if side > 0]
     points = np.array(points)
@@ -94,7 +79,11 @@ def _push_apart(arena: Arena, points: Points, radius: float, margin: float) -> P
         push = -0.5 * (apart - graph.distance)[:, None] * (graph.offset / np.maximum(graph.distance, 1e-9)[:, None])
         observer = np.repeat(every, graph.degree)
         total = [np.bincount(observer, along, len(points)) for along in push.T]
-        points[:] = arena.inside(points + np.transpose(total), margin)
+        pushed = arena.inside(points + np.transpose(total), margin)
+        rests = is_last and np.abs(pushed - points).max() < 1e-12 * radius
+        points[:] = pushed
+        if rests and graph.distance.min() < 2 * radius * (1 - 1e-6):
+            break
     return points
 
 

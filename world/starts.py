@@ -13,7 +13,7 @@ from teamsight.core.kernel import Entry, Record
 from teamsight.world.arena import Arena
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import Stream, philox, stream_number
-from teamsight.world.placement import spread, uniform
+from teamsight.world.placement import spread
 
 Points = npt.NDArray[np.float64]
 
@@ -95,7 +95,7 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     angle = 2 * math.pi * numbers[2]
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     if not is_watched(arena) and all(isinstance(one.placement, str) and one.placement == "uniform" for one in groups):
-        return Starts(uniform(arena, numbers[:2]), heading)
+        return Starts(np.ascontiguousarray(arena.place(*numbers[:2])), heading)
     position = np.empty_like(heading)
     for run in range(len(keys)):
         first = 0
@@ -136,7 +136,8 @@ _FILL = Entry(_fill)
 def _places(arena: Arena, group: Founders, numbers: Points) -> Points:
     if not isinstance(group.placement, str):
         return group.placement
-    places = spread(arena, numbers, group.spacing) if group.placement == "spread" else uniform(arena, numbers)
+    is_spread = group.placement == "spread"
+    places = spread(arena, numbers, group.spacing) if is_spread else np.asarray(arena.place(*numbers))
     if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():
         wrong = tuple(places[int(np.argmin(inside))].tolist())
         raise ValueError(

@@ -79,6 +79,4 @@ class GuardedScene:
     def _run(self, kernel: str, entry: Entry) -> int:
         name = type(self._awareness).__name__
         guarded_record = _GUARDED[not self._awareness.shows_teammates]
-        answer = run_guarded(name, kernel, entry, self._record, guarded_record.arrays)
-        self._fences.check(f"{name}: {kernel}")
-        return answer
+        return run_guarded(name, kernel, entry, self._record, guarded_record.arrays, self._fences)

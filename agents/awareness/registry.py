@@ -2,43 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from pkgutil import resolve_name
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
+from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness.interface import Awareness
 
-# By name, in the order of figures and tables: the module and the class.
-_HOMES = {
-    "none": "teamsight.agents.awareness.none:NoAwareness",
-    "ring": "teamsight.agents.awareness.ring:RingAwareness",
-    "pairwise": "teamsight.agents.awareness.pairwise:PairwiseAwareness",
-    "shared": "teamsight.agents.awareness.shared:SharedAwareness",
-}
-
-
-class _Degrees(Mapping[str, "type[Awareness]"]):
-    """The classes by name, each imported on access."""
-
-    def __getitem__(self, name: str) -> type[Awareness]:
-        degree: type[Awareness] = resolve_name(_HOMES[name])
-        return degree
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(_HOMES)
-
-    def __len__(self) -> int:
-        return len(_HOMES)
-
-    def __contains__(self, name: object) -> bool:
-        return name in _HOMES
-
-
-#: The degrees of awareness by name.
-AWARENESS: Mapping[str, type[Awareness]] = _Degrees()
+#: The degrees of awareness by name, in the order of figures and tables.
+AWARENESS: Mapping[str, type[Awareness]] = Registry(
+    {
+        "none": "teamsight.agents.awareness.none:NoAwareness",
+        "ring": "teamsight.agents.awareness.ring:RingAwareness",
+        "pairwise": "teamsight.agents.awareness.pairwise:PairwiseAwareness",
+        "shared": "teamsight.agents.awareness.shared:SharedAwareness",
+    }
+)
 
 
 def awareness_named(name: str, options: Mapping[str, Any] | None = None) -> Awareness:

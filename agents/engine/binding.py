@@ -11,17 +11,15 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
-from teamsight.agents.engine.neighbours import Members, Relation
+from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
-    PLACES,
     PROGRESS,
     RELATION,
     WORLD,
     GroupArrays,
     LogArrays,
-    Places,
     RelationArrays,
     WorldArrays,
 )
@@ -38,19 +36,6 @@ from teamsight.world.noise import Stream, stream_number
 
 class Binding:
     """The records of a world.
-
-    Parameters
-    ----------
-    data : WorldData
-        The world.
-    relations : list of Relation
-        Which group observes which.
-    stretch : Stretch
-        Records the steps.
-    trail : Trail or None
-        Records positions.
-    logs : list of TransitionLog
-        Record transitions.
 
     Attributes
     ----------
@@ -77,8 +62,8 @@ class Binding:
         # The bodies of a world are numbered group by group.
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
-        self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._group_records = [GROUP.pack(value) for value in self._groups()]
+        self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
         self.world = WORLD.pack(WorldArrays(
             data.key,
@@ -143,7 +128,7 @@ class Binding:
         search = relation.search
         return RelationArrays(
             search.record,
-            [PLACES.pack(Places(group.bodies.position)) for group in relation.observed],
+            [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
             relation.everyone, np.concatenate(rows), self._met[_side(relation.observers)],
             search.room, relation.identity,
@@ -202,7 +187,7 @@ class Binding:
             group.value.block[:] = -1
 
 
-def _side(group: Members) -> str | int:
+def _side(group: Group) -> str | int:
     """Groups with the same side count together what they observe: all groups on teams have one side."""
     return group.number if group.team is None else "teams"
 

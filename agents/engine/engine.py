@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.connect import connect
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
-from teamsight.agents.engine.neighbours import Relation
+from teamsight.agents.engine.neighbours import Relation, connect
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_RELATION, OUTSIDE
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
-from teamsight.agents.recording.transition_logs import TransitionLogs
+from teamsight.agents.recording.transitions import TransitionLogs
 from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -32,11 +31,6 @@ _MOST_GROWTH = 8
 
 class Engine:
     """Runs a world in compiled code, step by step or many steps in one call.
-
-    Parameters
-    ----------
-    data : WorldData
-        The data of the world.
 
     Attributes
     ----------
@@ -80,7 +74,7 @@ class Engine:
     def leave_out(self, group: Group) -> None:
         """Forget a group that could not be added."""
         self._sensed = [pair for pair in self._sensed if group not in pair]
-        self.transitions.leave_out(group)
+        self.transitions.groups = [other for other in self.transitions.groups if other is not group]
         self.is_bound = False
 
     def prepare(self) -> None:
@@ -127,11 +121,8 @@ class Engine:
             self._decide_again()
 
     def step(self) -> None:
-        """Make one step."""
+        """Make one step in which a policy is Python."""
         data = self._data
-        if all(group.is_compiled for group in data.groups):
-            self.run(1)
-            return
         self._make_room(1)
         if self._phase:
             self._call(END_STEP)
@@ -185,19 +176,14 @@ class Engine:
         """Record the transitions of a group, from now on."""
         if group not in self._data.groups:
             raise ValueError(f"record_transitions({checks.shown(group)}): the group must have been added to this world")
-        if self.transitions.record(group):
+        if group not in self.transitions.groups:
+            self.transitions.groups.append(group)
             self.is_bound = False
 
     def forget(self, *, is_kept: bool = False) -> None:
-        """Start all recording anew.
-
-        Parameters
-        ----------
-        is_kept : bool
-            Whether all arrays are the same objects, so that the records are still valid.
-        """
+        """Start all recording anew; if the arrays are kept, the records are still valid."""
         # Binding begins trails and logs, so with either it is done again.
-        self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.is_on)
+        self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.groups)
         self.is_seen = self._is_recorded = False
         self._phase = 0
         if self.is_bound:
@@ -211,7 +197,7 @@ class Engine:
     @property
     def extras(self) -> tuple[int, int, bool]:
         """The number of sensing relations, and what is recorded; `ReusedWorlds` compares them."""
-        return len(self._sensed), self._every, self.transitions.is_on
+        return len(self._sensed), self._every, bool(self.transitions.groups)
 
     def adapt(self) -> None:
         """Adapt to a new arena size and new ranges, which have been written into the arrays."""

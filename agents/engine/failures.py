@@ -14,17 +14,7 @@ if TYPE_CHECKING:
     from teamsight.agents.world_data import WorldData
 
 def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
-    """Return the exception for a step that cannot be made.
-
-    Parameters
-    ----------
-    data : WorldData
-        The data of the world.
-    status, where : int
-        The result of the loop, and the index of the group.
-    tick : int
-        The number of completed steps.
-    """
+    """Return the exception for the status with which the loop ended, at a group and a tick."""
     group = data.groups[where]
     if status == OUTSIDE:
         return ValueError(

@@ -16,12 +16,11 @@ from teamsight.agents.engine.records import (
     GROW_RELATION,
     OUTSIDE,
     group_at,
-    places_at,
     relation_at,
     world_at,
 )
 from teamsight.agents.recording.transition_kernels import record_after, record_before
-from teamsight.core.kernel import Entry, call, kernel
+from teamsight.core.kernel import Entry, call, kernel, plain
 from teamsight.world.motion import is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
 from teamsight.world.proximity.search import search
@@ -118,7 +117,7 @@ def _find_neighbours(address: int) -> int:
         relation = relation_at(world.relations[r])
         at = 0
         for g in range(relation.groups.shape[0]):
-            position = places_at(relation.groups[g]).position
+            position = move_at(group_at(relation.groups[g]).move).position
             for j in range(position.shape[0]):
                 relation.x[at + j] = position[j, 0]
                 relation.y[at + j] = position[j, 1]
@@ -207,10 +206,6 @@ def _run(address: int) -> int:
     return DONE
 
 
-def _begin_step(address: int) -> int:
-    return _perceive(address)
-
-
 def _end_step(address: int) -> int:
     if world_at(address).progress[0].phase == 0:
         status = _decide(address)
@@ -237,6 +232,6 @@ def _see(address: int) -> int:
 
 
 RUN = Entry(_run)
-BEGIN_STEP = Entry(_begin_step)
+BEGIN_STEP = Entry(plain(_perceive))
 END_STEP = Entry(_end_step)
 SEE = Entry(_see)

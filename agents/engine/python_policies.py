@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,6 @@ from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
-
-if TYPE_CHECKING:
-    from teamsight.agents.body import Body
 
 Key = npt.NDArray[np.uint64]
 Rule = Callable[[PerceptOfOne, np.random.Generator], tuple[float, float]]
@@ -94,14 +91,7 @@ class Deliberation:
     def policy_decides(self, row: int, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
         """Return (turn, distance) that the group's own policy decides for one robot on this percept.
 
-        Parameters
-        ----------
-        row : int
-            The robot's row.
-        percept : PerceptOfOne
-            Its percept.
-        rng : numpy.random.Generator
-            For policies that are callables for one robot.
+        Policies that are callables for one robot are given `rng`.
         """
         group = self.group
         if not isinstance(group.policy, Policy):
@@ -147,28 +137,6 @@ class Deliberation:
         return Action(turned(percept.heading, answers[:, 0]), answers[:, 1])
 
 
-def policy_decision(
-    agent: Body, percept: PerceptOfOne, rng: np.random.Generator, tick: int, key: Key
-) -> tuple[float, float]:
-    """Return (turn, distance) that the policy of an agent's group decides for it on a percept.
-
-    Parameters
-    ----------
-    agent : Body
-        The agent.
-    percept : PerceptOfOne
-        The percept of this step, or a changed one.
-    rng : numpy.random.Generator
-        For policies that are callables for one robot.
-    tick, key
-        The present tick and the key of the world's noise.
-    """
-    row = agent.row
-    # A policy can also be called between steps; its new state is dropped.
-    deliberation = agent.group.deliberation or Deliberation(agent.group, tick, key)
-    return deliberation.policy_decides(row, percept, rng)
-
-
 def _ask(policy: Any, percept: Percept, state: Any, noise: npt.NDArray[np.float64]) -> tuple[Action, Any]:
     name = _name(policy)
     try:
@@ -196,9 +164,7 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
 
 
 def _protected(percept: Percept) -> Percept:
-    parts: list[Any] = [_protected_list(part) if isinstance(part, tuple) else readonly(part) for part in percept]
+    parts: list[Any] = [
+        NeighbourList(*map(readonly, part)) if isinstance(part, tuple) else readonly(part) for part in percept
+    ]
     return Percept(*parts)
-
-
-def _protected_list(seen: NeighbourList) -> NeighbourList:
-    return NeighbourList(*(readonly(array) for array in seen))

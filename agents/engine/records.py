@@ -74,12 +74,6 @@ class GroupArrays(NamedTuple):
     move: Packed[Move]
 
 
-class Places(NamedTuple):
-    """The record of the positions of one observed group."""
-
-    position: Annotated[Floats, "n", 2]
-
-
 class RelationArrays(NamedTuple):
     """The record of a relation: one group observes others.
 
@@ -87,8 +81,8 @@ class RelationArrays(NamedTuple):
     ----------
     search : Packed of Searching
         The search for neighbours.
-    groups : list of Packed of Places
-        The positions of the observed groups; copied to `x` and `y` before a search.
+    groups : list of Packed of GroupArrays
+        The observed groups; their positions are copied to `x` and `y` before a search.
     everyone : ndarray, shape (observed,), int64
         The identities of the observed.
     rows : ndarray, shape (observed,), int64
@@ -102,7 +96,7 @@ class RelationArrays(NamedTuple):
     """
 
     search: Packed[Searching]
-    groups: list[Packed[Places]]
+    groups: list[Packed[GroupArrays]]
     x: Annotated[Floats, "observed"]
     y: Annotated[Floats, "observed"]
     everyone: Annotated[Integers, "observed"]
@@ -188,10 +182,9 @@ class WorldArrays(NamedTuple):
 
 
 GROUP = Record(GroupArrays)
-PLACES = Record(Places)
 RELATION = Record(RelationArrays)
 LOG = Record(LogArrays)
 WORLD = Record(WorldArrays)
 
 # For kernels: from the address of a record to its arrays.
-group_at, places_at, relation_at, log_at, world_at = GROUP.at, PLACES.at, RELATION.at, LOG.at, WORLD.at
+group_at, relation_at, log_at, world_at = GROUP.at, RELATION.at, LOG.at, WORLD.at

@@ -9,17 +9,7 @@ import numpy.typing as npt
 
 
 def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
-    """Return the state of some of the robots.
-
-    Parameters
-    ----------
-    state : object
-        Arrays with a row for each robot, alone or in tuples, lists and dicts; all else is returned unchanged.
-    rows : ndarray of int or bool
-        The robots.
-    size : int
-        The number of robots in `state`.
-    """
+    """Return the state of some of the `size` robots; what is not an array with a row for each is returned unchanged."""
     if isinstance(state, np.ndarray):
         return np.ascontiguousarray(state[rows]) if state.shape[:1] == (size,) else state
     if isinstance(state, dict):
@@ -30,18 +20,9 @@ def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
 
 
 def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
-    """Return a copy of the state with the rows of some robots replaced.
+    """Return a copy of the state with the rows of some robots replaced by `part`, which is as from `take_rows`.
 
-    Parameters
-    ----------
-    state : object
-        As for `take_rows`.
-    rows : ndarray of int or bool
-        The robots.
-    part : object
-        Their state, as `take_rows` returns it. Values without rows are replaced for all robots.
-    size : int
-        The number of robots in `state`.
+    Values without rows are replaced for all robots.
     """
     if isinstance(state, np.ndarray) and state.shape[:1] == (size,):
         changed = state.copy()

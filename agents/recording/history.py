@@ -18,13 +18,7 @@ _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
 
 class Stretch:
-    """The steps during which the same groups observed one another.
-
-    Parameters
-    ----------
-    relations : list of Relation
-        The relations, in the order of the columns.
-    """
+    """The steps during which the same groups observed one another; one column for each of their relations."""
 
     def __init__(self, relations: list[Relation]) -> None:
         sides = [relation.observers.team is not None for relation in relations]

@@ -20,13 +20,6 @@ from teamsight.core import checks
 class Recording:
     """What is recorded of a world's run: ``world.recording``.
 
-    Parameters
-    ----------
-    data : WorldData
-        The data of the world.
-    engine : Engine
-        The engine of the world.
-
     Attributes
     ----------
     callbacks : list of callable

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.transition_kernels import FACTS
 from teamsight.core.buffer import Buffer
 
@@ -42,13 +42,6 @@ class Transitions(NamedTuple):
 
 class TransitionLog:
     """The transitions of a group while the groups of its world stay as they are.
-
-    Parameters
-    ----------
-    group : Group
-        The group.
-    team_size : int
-        The number of robots in its team.
 
     Attributes
     ----------
@@ -99,6 +92,39 @@ class TransitionLog:
             buffer.array[: self.rows].reshape(-1, buffer.array.shape[-1]) for buffer in self._buffers
         )
         return Transitions(situation, action, after, {name: facts[:, column] for column, name in enumerate(FACTS)})
+
+
+class TransitionLogs:
+    """The transitions of some groups of a world: a log for each stretch in which the groups stay as they are.
+
+    Attributes
+    ----------
+    groups : list of Group
+        The recorded groups.
+    logs : list of TransitionLog
+        All logs with transitions, and those in use.
+    in_use : list of TransitionLog
+        The logs to which the compiled loop writes.
+    """
+
+    def __init__(self) -> None:
+        self.groups: list[Group] = []
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop all that was recorded."""
+        self.logs: list[TransitionLog] = []
+        self.in_use: list[TransitionLog] = []
+
+    def begin(self, groups: list[Group]) -> None:
+        """Begin new logs, because groups or teams may have changed."""
+        self.in_use = [TransitionLog(group, sum(map(len, team_of(groups, group)))) for group in self.groups]
+        self.logs = [log for log in self.logs if log.rows] + self.in_use
+
+    def make_room(self, steps: int) -> bool:
+        """Make room for this many more steps; return whether arrays were replaced and must be bound."""
+        moved = [log.make_room(steps) for log in self.in_use]
+        return any(moved)
 
 
 def joined(group: Group, logs: list[TransitionLog]) -> Transitions:

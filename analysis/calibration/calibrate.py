@@ -11,7 +11,10 @@ import pandas as pd
 
 from teamsight import __version__
 from teamsight.analysis.calibration import lazy, lazy_page, model, model_page
+from teamsight.analysis.calibration.search import Simulator
 from teamsight.analysis.runs import files
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -24,13 +27,13 @@ class Search(NamedTuple):
     stem : str
         Name of its two files, without the suffix.
     search : callable
-        Takes a pool of workers and a callable for progress, and returns the table: one row for each trial.
+        Takes a `Simulator` and returns the table: one row for each trial.
     page : callable
         Takes the table and returns the page in Markdown.
     """
 
     stem: str
-    search: Callable[[WorkerPool | None, Watch], pd.DataFrame]
+    search: Callable[[Simulator], pd.DataFrame]
     page: Callable[[pd.DataFrame], str]
 
 
@@ -53,6 +56,8 @@ def calibrate(
 ) -> tuple[Path, Path]:
     """Search, write the table of all trials and the page about them, and return the two files.
 
+    After an interruption, the same call resumes.
+
     Parameters
     ----------
     name : str
@@ -71,11 +76,19 @@ def calibrate(
     ValueError
         If a file in `folder` must not be replaced.
     """
+    checkpoint = checkpoint_in(folder, name)
+    checkpoint.check()
     chosen = SEARCHES[name]
     table_file, page_file = folder / f"{chosen.stem}.parquet", folder / f"{chosen.stem}.md"
     for file in (table_file, page_file):
         files.check_replaceable(file, force=force)
-    table = chosen.search(pool, watch)
+    table = chosen.search(Simulator(pool, watch, checkpoint))
     files.write_table(table_file, table, {"version": __version__}, force=force)
     files.write_page(page_file, chosen.page(table), force=force)
+    checkpoint.forget()
     return table_file, page_file
+
+
+def checkpoint_in(folder: Path, name: str) -> Checkpoint:
+    """Return the runs that an interrupted search left in a folder."""
+    return Checkpoint(folder / f"{SEARCHES[name].stem}.checkpoint", OUTCOMES)

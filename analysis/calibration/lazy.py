@@ -11,15 +11,14 @@ import pandas as pd
 
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.calibration.lazy_constants import VALUES, Constants
-from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
+from teamsight.analysis.calibration.search import HERE, Candidate, Phase, Simulator, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, Tables
-from teamsight.analysis.paper.claims.interface import average, gain, maxima, part, peak, percent
+from teamsight.analysis.paper.claims.interface import average, part, peak
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request
 from teamsight.analysis.runs.seeds import ROOTS
-from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.stats.paired import gain, maxima, percent
 
 #: The claims that depend on these constants.
 OPEN_CLAIMS = {name: claim for name, claim in CLAIMS.items() if COOPERATIVE in claim.needs}
@@ -46,7 +45,7 @@ class Trial(NamedTuple):
     @property
     def parameters(self) -> Mapping[str, Any]:
         """Keyword parameters of CMOMMT."""
-        return {} if self.setting == DEFAULTS else PRESETS[self.setting]
+        return PRESETS.get(self.setting, {})
 
 
 class Size(NamedTuple):
@@ -75,21 +74,13 @@ class Size(NamedTuple):
     steps: int = 600
 
 
-def search(
-    pool: WorkerPool | None = None,
-    watch: Watch = lambda phase, done, total: None,
-    *,
-    size: Size | None = None,
-    grid: Grid = GRID,
-) -> pd.DataFrame:
+def search(simulator: Simulator = HERE, *, size: Size | None = None, grid: Grid = GRID) -> pd.DataFrame:
     """Choose the constants, then the exploration, and report both on other worlds.
 
     Parameters
     ----------
-    pool : WorkerPool, optional
-        Processes that do the work; by default this process. The table does not depend on it.
-    watch : callable
-        Called with the phase, the trials done and all trials of the phase.
+    simulator : Simulator
+        How the runs are made.
     size : Size, optional
         How much is tried.
     grid : Grid
@@ -103,13 +94,14 @@ def search(
         then, on worlds that chose nothing, "chosen", the winner; "luck", other explorations; and "vary", single changes
         of a constant on the same explorations. All but the first and the last are repeated in each of `SETTINGS`.
     """
-    much = Size() if size is None else size
+    much = size or Size()
     rows: list[dict[str, Any]] = []
 
-    def make(name: str, trials: Sequence[Trial], roots: tuple[int, ...], steps: int) -> pd.DataFrame:
+    def make(name: str, trials: Sequence[Trial], roots: tuple[int, ...], steps: int = much.steps) -> pd.DataFrame:
         phase = Phase(name, grid, roots, OPEN_CLAIMS, runs=1, steps=steps)
-        rows.extend(assess(phase, trials, lambda one: candidate_of(one, grid), pool, measure=measures, watch=watch))
-        return pd.DataFrame(rows)
+        made = assess(phase, trials, candidate_of, simulator, measure=measures)
+        rows.extend(made)
+        return pd.DataFrame(made)
 
     def find_memory(constants: Constants, reported: int, setting: str = DEFAULTS) -> None:
         """Choose an exploration for a setting, then report it and others on worlds that chose nothing."""
@@ -117,12 +109,11 @@ def search(
         def trials(seeds: Iterable[int]) -> list[Trial]:
             return [Trial(constants, int(seed), setting) for seed in seeds]
 
-        found = make("memory", trials(range(much.memories)), CHOOSE, much.steps)
-        tried = found[(found["phase"] == "memory") & (found["setting"] == setting)]
+        tried = make("memory", trials(range(much.memories)), CHOOSE)
         best = ranking(tried, ["memory"])["memory"].head(much.finalists)
-        winner = chosen_memory(make("again", trials(best), AGAIN, much.steps), setting)
-        make("chosen", trials([winner]), REPORT, much.steps)
-        make("luck", trials(range(1000, 1000 + reported)), REPORT[:1], much.steps)
+        winner = chosen_memory(make("again", trials(best), AGAIN), setting)
+        make("chosen", trials([winner]), REPORT)
+        make("luck", trials(range(1000, 1000 + reported)), REPORT[:1])
 
     constants = chosen_constants(make("draw", _drawn(much.drawn), CHOOSE, much.steps // 2))
     find_memory(constants, much.reported)
@@ -132,7 +123,7 @@ def search(
     return pd.DataFrame(rows)
 
 
-def candidate_of(trial: Trial, grid: Grid) -> Candidate:
+def candidate_of(trial: Trial, phase: Phase) -> Candidate:
     """Explore, learn, and return the two learners beside A-CMOMMT and the random walk.
 
     Returns
@@ -143,8 +134,8 @@ def candidate_of(trial: Trial, grid: Grid) -> Candidate:
     """
     memory = trial.constants.memory(trial.memory, trial.parameters)
     learned = trial.constants.treatments(memory)
-    experiments = [Experiment(name, treatment, grid.cells) for name, treatment in learned.items()]
-    experiments += chosen(_BASELINES, grid, trial.parameters)
+    experiments = [Experiment(name, treatment, phase.grid.cells) for name, treatment in learned.items()]
+    experiments += chosen(_BASELINES, phase.grid, trial.parameters)
     columns = {
         "setting": trial.setting,
         **asdict(trial.constants),
@@ -196,40 +187,16 @@ def _varied(constants: Constants, count: int) -> list[Trial]:
     return [Trial(one, 2000 + number) for one in (constants, *changed) for number in range(count)]
 
 
-def effects(rows: pd.DataFrame, column: str = "distance_from_paper") -> pd.DataFrame:
-    """Return mean and standard error of a column for each value of each constant.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Trials with random constants.
-    column : str
-        Which column.
-
-    Returns
-    -------
-    DataFrame
-        Columns constant, value, mean, se, count.
-    """
-    found = [
-        {"constant": name, "value": value, "mean": part.mean(), "se": part.sem(), "count": len(part)}
-        for name in VALUES
-        for value, part in rows.groupby(name, sort=True)[column]
-    ]
-    return pd.DataFrame(found)
-
-
 def chosen_constants(table: pd.DataFrame) -> Constants:
     """Return the default constants, except those for which another value agrees clearly better with the paper."""
-    shown = effects(table[table["phase"] == "draw"])
+    drawn = table[table["phase"] == "draw"]
     values: dict[str, Any] = {}
     for name in VALUES:
-        rows = shown[shown["constant"] == name]
-        means, errors = (dict(zip(rows["value"], rows[column], strict=True)) for column in ("mean", "se"))
-        given = getattr(Constants(), name)
-        best = min(means, key=lambda value: means[value])
-        better = means[given] - means[best] > CLEARLY * np.hypot(errors[given], errors[best])
-        values[name] = best if better else given
+        distances: dict[Any, Any] = dict(list(drawn.groupby(name)["distance_from_paper"]))
+        best = min(distances, key=lambda value: distances[value].mean())
+        given, least = distances[getattr(Constants(), name)], distances[best]
+        if given.mean() - least.mean() > CLEARLY * np.hypot(given.sem(), least.sem()):
+            values[name] = best
     return Constants(**values)
 
 

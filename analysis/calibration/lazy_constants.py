@@ -14,8 +14,6 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward
 
-_DEFAULTS: Mapping[str, Any] = MappingProxyType({})
-
 #: The values of each constant.
 VALUES: dict[str, tuple[Any, ...]] = {
     "radius": (2.0, 3.0, 4.0, 5.0),
@@ -32,7 +30,9 @@ VALUES: dict[str, tuple[Any, ...]] = {
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of exploration, reward and learner; the defaults are those that the search compares others with.
+    """Constants of exploration, reward and learner.
+
+    The defaults are those that the search compares others with, and those of `LazyQ` and `Exploration`.
 
     Parameters
     ----------
@@ -60,16 +60,14 @@ class Constants:
     scope: str = "own"
     both: str = "gain"
 
-    def exploration(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> Exploration:
-        """Return the exploration with a seed, in the world of a setting."""
+    def memory(self, seed: int, setting: Mapping[str, Any] = MappingProxyType({})) -> LazyMemory:
+        """Return the transitions of the exploration with a seed, in the world of a setting."""
         walk = RandomWalk(random_distance=self.distance == "random")
         world = world_of(setting)
         world["robot_speed"] = self.speed_ratio * world.get("robot_speed", DEFAULTS["robot_speed"])
-        return Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
-
-    def memory(self, seed: int, setting: Mapping[str, Any] = _DEFAULTS) -> LazyMemory:
-        """Return the transitions of the exploration with a seed, in the world of a setting."""
-        return explore(self.exploration(seed, setting))
+        return explore(
+            Exploration(radius=float(self.radius), steps=int(self.steps), policy=walk, seed=seed, world=world)
+        )
 
     def treatments(self, memory: LazyMemory) -> dict[str, dict[str, Any]]:
         """Return the treatments of the two surfaces of Fig. 11, learned from a memory."""
@@ -77,7 +75,3 @@ class Constants:
         return treatments_on(
             memory, reward=reward, k=int(self.k), discount=float(self.discount), sweeps=int(self.sweeps)
         )
-
-
-#: What the search chose, and therefore the defaults of `LazyQ` and `Exploration`; see docs/lazy-search.md.
-CHOSEN = Constants()

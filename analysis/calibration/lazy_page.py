@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -28,13 +29,7 @@ _SUMMARY = {
 
 
 def page(table: pd.DataFrame) -> str:
-    """Return the page in Markdown.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As `lazy.search` returns it.
-    """
+    """Return the page in Markdown about a table that `lazy.search` returned."""
     phases = _phases(table)
     constants = lazy.chosen_constants(table)
     return markdown.page(
@@ -80,7 +75,6 @@ def _phases(table: pd.DataFrame, setting: str = lazy.DEFAULTS) -> dict[str, pd.D
 def _elsewhere(table: pd.DataFrame, setting: str) -> list[str]:
     phases = _phases(table, setting)
     gain = phases["luck"]["gain"]
-    low, high = _interval(gain)
     return [
         f"## The setting `{setting}`",
         "The speeds of this setting give other explorations; the constants are those chosen above. Of the seeds 0 to "
@@ -89,22 +83,19 @@ def _elsewhere(table: pd.DataFrame, setting: str) -> list[str]:
         _summary(phases["chosen"], "root seeds"),
         f"With {len(gain)} other explorations, each with another seed:",
         _summary(phases["luck"], "explorations"),
-        f"The gain is {gain.mean():+.1f} pp ({low:+.1f} … {high:+.1f}) on average over these explorations, with a "
-        f"standard deviation of {gain.std():.1f}. It is positive for {_percent(gain > 0)} of them.",
+        f"The gain is {_with_interval(gain, ' pp')} on average over these explorations, with a standard deviation of "
+        f"{gain.std():.1f}. It is positive for {_percent(gain > 0)} of them.",
     ]
 
 
 def _short(luck: pd.DataFrame) -> str:
-    means = {name: luck[name].mean() for name in (COOPERATIVE, COLLECTIVE, "random-walk", "a-cmommt", "gain")}
-    low, high = _interval(luck["gain"])
+    means = {name: luck[name].mean() for name in (COOPERATIVE, COLLECTIVE, "random-walk", "a-cmommt")}
     return (
         f"After 600 transitions cooperative robots observe {means[COOPERATIVE]:.1f} % of the targets and collective "
         f"ones {means[COLLECTIVE]:.1f} %, on average over {len(luck)} explorations. A random walk observes "
         f"{means['random-walk']:.1f} %, A-CMOMMT {means['a-cmommt']:.1f} %. The gain from awareness is "
-        f"{means['gain']:+.1f} pp ({low:+.1f} … {high:+.1f}), and depends more on the exploration than on any "
-        "constant. "
-        f"The paper's largest gain, 25 ± 8 pp, is reached by {_percent(luck['learned-gain'])} of the explorations, in "
-        "single runs."
+        f"{_with_interval(luck['gain'], ' pp')}, and depends more on the exploration than on any constant. The paper's "
+        f"largest gain, 25 ± 8 pp, is reached by {_percent(luck['learned-gain'])} of the explorations, in single runs."
     )
 
 
@@ -154,11 +145,10 @@ def _spread(luck: pd.DataFrame) -> list[str]:
 
 def _effect_table(drawn: pd.DataFrame) -> str:
     columns = {"distance": "distance_from_paper", "gain [pp]": "gain", "cooperative [%]": COOPERATIVE}
-    effects = [lazy.effects(drawn, column) for column in columns.values()]
     lines = [
-        [str(row["constant"]), str(row["value"]), str(row["count"])]
-        + [f"{effect['mean'][number]:.2f} ± {effect['se'][number]:.2f}" for effect in effects]
-        for number, row in enumerate(effects[0].to_dict("records"))
+        [name, str(value), str(len(rows)), *(_with_error(rows[column]) for column in columns.values())]
+        for name in VALUES
+        for value, rows in drawn.groupby(name)
     ]
     return markdown.table(["constant", "value", "trials", *columns], lines)
 
@@ -181,9 +171,14 @@ def _percent(holds: pd.Series[bool]) -> str:
     return f"{100 * holds.mean():.0f} %"
 
 
-def _with_interval(values: pd.Series[float]) -> str:
+def _with_error(values: pd.Series[float]) -> str:
+    error: Any = values.sem()
+    return f"{values.mean():.2f} ± {error:.2f}"
+
+
+def _with_interval(values: pd.Series[float], unit: str = "") -> str:
     low, high = _interval(values)
-    return f"{values.mean():+.1f} ({low:+.1f} … {high:+.1f})"
+    return f"{values.mean():+.1f}{unit} ({low:+.1f} … {high:+.1f})"
 
 
 def _interval(values: pd.Series[float]) -> tuple[float, float]:

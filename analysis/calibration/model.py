@@ -7,19 +7,17 @@ grid with other root seeds.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import combinations, product
 from typing import Any
 
 import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.calibration.search import Candidate, Phase, assess, ranking
+from teamsight.analysis.calibration.search import HERE, Candidate, Phase, Simulator, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, Claim, needed
 from teamsight.analysis.paper.experiments import LEARNED, chosen
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Request
 from teamsight.analysis.runs.seeds import ROOTS
-from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 #: Values that are searched. Targets are slower than robots, as in the paper.
 ROBOT_SPEEDS = (0.0769, 0.1, 0.15, 0.2, 0.3)
@@ -68,8 +66,7 @@ def setting_of(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def search(
-    pool: WorkerPool | None = None,
-    watch: Watch = lambda phase, done, total: None,
+    simulator: Simulator = HERE,
     *,
     values: Sequence[Mapping[str, Any]] | None = None,
     phases: tuple[Phase, Phase] = (SCREEN, FINAL),
@@ -79,10 +76,8 @@ def search(
 
     Parameters
     ----------
-    pool : WorkerPool, optional
-        Processes that do the work; by default this process. The table does not depend on it.
-    watch : callable
-        Called with the phase, the candidates done and all candidates.
+    simulator : Simulator
+        How the runs are made.
     values : sequence of mapping, optional
         Values of `PARAMETERS`; by default those of `candidates`.
     phases : tuple of Phase
@@ -96,15 +91,11 @@ def search(
         See `assess`. The ranking of the final decides.
     """
     tried = candidates() if values is None else list(values)
-    rows = [assess(phases[0], tried, lambda one: candidate_of(one, phases[0]), pool, watch=watch)]
-    best = ranked(pd.DataFrame(rows[0])).head(finalists)
-    again: list[Mapping[str, Any]] = [
-        {str(name): value for name, value in row.items()} for row in best[list(PARAMETERS)].to_dict("records")
-    ]
-    if defaults() not in again:
-        again.append(defaults())
-    rows.append(assess(phases[1], again, lambda one: candidate_of(one, phases[1]), pool, watch=watch))
-    return pd.concat([pd.DataFrame(part) for part in rows], ignore_index=True)
+    rows = assess(phases[0], tried, candidate_of, simulator)
+    order = ranked(pd.DataFrame(rows))[list(PARAMETERS)]
+    best: list[Mapping[Any, Any]] = [*order.head(finalists).to_dict("records")]
+    again = best if defaults() in best else [*best, defaults()]
+    return pd.DataFrame(rows + assess(phases[1], again, candidate_of, simulator))
 
 
 def candidate_of(values: Mapping[str, Any], phase: Phase) -> Candidate:
@@ -134,14 +125,9 @@ def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
 
     Only rows in which both were judged count, because the screening leaves out some claims.
     """
-    names = list(judged(table))
-    known = table[names].notna().to_numpy(dtype=int)
-    holds = table[names].eq(True).to_numpy(dtype=int)
-    # [first, second]: rows in which first holds and second was judged, and rows in which both hold.
-    alone, both = holds.T @ known, holds.T @ holds
-    return [
-        (first, second)
-        for row, first in enumerate(names)
-        for column, second in enumerate(names)
-        if row < column and alone[row, column] and alone[column, row] and not both[row, column]
-    ]
+
+    def excluded(first: str, second: str) -> bool:
+        both = table[[first, second]].dropna().astype(bool)
+        return bool(both.any().all() and not both.all(axis=1).any())
+
+    return [pair for pair in combinations(judged(table), 2) if excluded(*pair)]

@@ -12,13 +12,7 @@ _SHOWN = 12
 
 
 def page(table: pd.DataFrame) -> str:
-    """Return the page in Markdown.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As `model.search` returns it.
-    """
+    """Return the page in Markdown about a table that `model.search` returned."""
     screened, final = (table[table["phase"] == phase.name] for phase in (model.SCREEN, model.FINAL))
     ranked = model.ranked(final)
     best = ranked[list(PARAMETERS)].to_dict("records")[0]

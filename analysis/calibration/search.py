@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import pandas as pd
 
 from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import Grid, Request, make_tables
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
@@ -64,6 +65,28 @@ class Candidate(NamedTuple):
     request: Request
 
 
+class Simulator(NamedTuple):
+    """How runs are made. The rows of a search do not depend on it.
+
+    Attributes
+    ----------
+    pool : WorkerPool or None
+        Processes that do the work; None: this process.
+    watch : callable
+        Called with a phase, the candidates done in it and all its candidates.
+    checkpoint : Checkpoint or None
+        File of finished runs, which are not made again.
+    """
+
+    pool: WorkerPool | None = None
+    watch: Watch = lambda phase, done, total: None
+    checkpoint: Checkpoint | None = None
+
+
+#: Makes all runs in this process.
+HERE = Simulator()
+
+
 def score(verdicts: Mapping[str, Verdict]) -> tuple[int, float]:
     """Return the number of claims that hold, and their mean distance from the paper's figures, in tolerances."""
     holding = sum(verdict.holds for verdict in verdicts.values())
@@ -73,11 +96,10 @@ def score(verdicts: Mapping[str, Verdict]) -> tuple[int, float]:
 def assess(
     phase: Phase,
     candidates: Sequence[T],
-    prepare: Callable[[T], Candidate],
-    pool: WorkerPool | None = None,
+    prepare: Callable[[T, Phase], Candidate],
+    simulator: Simulator = HERE,
     *,
     measure: Callable[[Tables], Mapping[str, float]] = lambda tables: {},
-    watch: Watch = lambda phase, done, total: None,
 ) -> list[dict[str, Any]]:
     """Return one row for each candidate and root seed.
 
@@ -88,13 +110,11 @@ def assess(
     candidates : sequence
         What is tried.
     prepare : callable
-        Takes one of them and returns the candidate; called when its batch begins.
-    pool : WorkerPool, optional
-        Processes that do the work; by default this process. The rows do not depend on it.
+        Takes one of them and the phase, and returns the candidate; called when its batch begins.
+    simulator : Simulator
+        How the runs are made.
     measure : callable
         Takes the tables of a candidate and returns further columns.
-    watch : callable
-        Called with the phase, the candidates done and all candidates.
 
     Returns
     -------
@@ -104,15 +124,14 @@ def assess(
     """
     rows = []
     for first in range(0, len(candidates), _BATCH):
-        batch = [prepare(one) for one in candidates[first : first + _BATCH]]
+        batch = [prepare(one, phase) for one in candidates[first : first + _BATCH]]
 
         def show(share: float, first: int = first, size: int = len(batch)) -> None:
-            watch(phase.name, first + size * share, len(candidates))
+            simulator.watch(phase.name, first + size * share, len(candidates))
 
-        made = _tables(phase, [candidate.request for candidate in batch], pool, show)
+        made = _tables(phase, [candidate.request for candidate in batch], simulator, show)
         for number, candidate in enumerate(batch):
-            for root, tables in zip(phase.roots, made, strict=True):
-                rows.append(_row(phase, candidate, root, tables[number], measure(tables[number])))
+            rows += [_row(phase, candidate, root, of[number], measure(of[number])) for root, of in made.items()]
     return rows
 
 
@@ -144,16 +163,19 @@ def ranking(table: pd.DataFrame, by: Sequence[str], claims: Sequence[str] = ()) 
 
 
 def _tables(
-    phase: Phase, requests: Sequence[Request], pool: WorkerPool | None, show: Callable[[float], None]
-) -> list[list[dict[str, pd.DataFrame]]]:
-    """Return the tables of each request, for each root seed; `show` is called with the share that is done."""
-    made = []
+    phase: Phase, requests: Sequence[Request], simulator: Simulator, show: Callable[[float], None]
+) -> dict[int, list[dict[str, pd.DataFrame]]]:
+    """Return the tables of each request by root seed; `show` is called with the share that is done."""
+    made = {}
     for number, root in enumerate(phase.roots):
 
         def progress(done: float, total: float, before: int = number) -> None:
             show((before + done / max(total, 1.0)) / len(phase.roots))
 
-        made.append(make_tables(requests, pool, root=root, runs=phase.runs, steps=phase.steps, progress=progress))
+        made[root] = make_tables(
+            requests, simulator.pool, root=root, runs=phase.runs, steps=phase.steps,
+            progress=progress, checkpoint=simulator.checkpoint,
+        )  # fmt: skip
     return made
 
 

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import pickle
+import secrets
 from collections.abc import Mapping
 from typing import Any
 
-from teamsight.analysis.delta import report
-from teamsight.analysis.delta.degrees import Factory
+import pandas as pd
+
+from teamsight.analysis.delta import sector_occupancy, team_conditions
+from teamsight.analysis.delta.degrees import Factory, FromSeed, degrees_of, degrees_with_bearings
 from teamsight.analysis.delta.report import DeltaReport
-from teamsight.analysis.delta.simulate_degrees import Progress, SimulatedDegrees, simulate_degrees
 from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed, run_seed
+from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
-
-
-def runs_for(risk: float) -> int:
-    """Return a number of runs that determines δ well: about ten of them exceed it."""
-    return math.ceil(10.0 / checks.number("risk", risk, above=0.0, most=1.0))
 
 
 def choose_delta(
@@ -39,19 +41,19 @@ def choose_delta(
     model : mapping or callable
         Keyword parameters of `CMOMMT` (without rng and seed), or a function that makes a `World` from a seed.
     runs : int, optional
-        Number of runs; ``runs_for(risk)`` when not given.
+        Number of runs; 10 / risk when not given, of which about ten exceed δ.
     steps : int
         T, the length of a run.
     risk : float
         Maximum probability that any robot has more than δ neighbours during a run of T steps; between 0 and 1.
     rng : int, optional
-        Root seed; a random one by default.
+        Root seed; a random one by default. The seeds of the runs derive from it and are in ``maxima``.
     confidence : float
         Confidence of each bound by itself.
     subject : str, optional
         Description of what was simulated, in one line.
     pool : WorkerPool, optional
-        Processes that do the work; by default this process.
+        Processes that do the work; by default this process. The report does not depend on it.
     progress : callable
         Called with the runs done and the runs in all.
 
@@ -63,11 +65,17 @@ def choose_delta(
     Raises
     ------
     ValueError, TypeError
-        See `simulate_degrees`.
+        If a number is outside its limits, the model's parameters are wrong, a factory does not return a `World` or
+        cannot be sent to worker processes, or no agent of the first world is on a team.
+    JobError
+        If a later run fails.
 
     Notes
     -----
-    *Source:* §4 takes the largest number of neighbours in 5 runs of 600 steps for δ.
+    All agents that are on a team count, whatever their group. Steps that a factory has already made do not.
+
+    *Source:* §4 takes the largest number of neighbours in 5 runs of 600 steps for δ; §10 recommends to choose δ "in the
+    beginning of the learning phase (exploration)".
 
     *Departs:* the largest value grows with the number of runs and steps up to N − 1. Here δ is chosen for a stated
     risk in a run of a stated length, and has confidence bounds.
@@ -79,29 +87,67 @@ def choose_delta(
             f"risk={risk:g}: needs {10 / risk:.1e} runs, at most {limits.MOST_RUNS}; give a risk of at least "
             f"{10 / limits.MOST_RUNS:g}, or runs"
         )
-    runs = runs_for(risk) if runs is None else runs
-    found = simulate_degrees(model, runs=runs, steps=steps, rng=rng, pool=pool, progress=progress)
-    return report.build(
-        found.maxima,
-        found.bearings,
-        robots=found.robots,
+    runs, steps = limits.runs(math.ceil(10 / risk) if runs is None else runs), limits.steps(steps)
+    root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
+    planned = _planned(model, root, runs, steps)
+    if pool is not None and pool.size > 1 and not isinstance(model, Mapping):
+        _check_can_be_sent(model)
+    found = degrees_of(planned, pool, progress)
+    met = set[team_conditions.Conditions]().union(*(one.met for one in found))
+    largest = max(one.max_neighbours for one in found)
+    size = max(*(one.largest_team for one in found), *(one.robots for one in met), largest + 1 if largest else 0)
+    rows = [(run, planned[run].seed, one.max_neighbours) for run, one in enumerate(found)]
+    return DeltaReport(
+        maxima=pd.DataFrame(rows, columns=["run", "seed", "max_neighbours"]),
+        bearings=sector_occupancy.gather(one.bearings for one in found if one.bearings is not None),
+        robots=size,
         risk=risk,
         confidence=confidence,
-        independent=float(len(found.maxima)),
-        largest=int(found.maxima["max_neighbours"].max()),
-        prediction=found.prediction,
+        independent=float(runs),
+        largest=largest,
+        prediction=team_conditions.predict(met, size, steps),
         source="simulation",
-        subject=subject or _describe(model, found),
-        awareness_range=found.awareness_range,
-        length=float(found.steps),
+        subject=subject or f"{_name(model, size)}, {runs:,} runs of {steps:,} steps",
+        awareness_range=team_conditions.awareness_range(met),
+        length=float(steps),
         unit="steps",
-        notes=found.notes,
+        notes=team_conditions.notes(met, size),
     )
 
 
-def _describe(model: Factory | Mapping[str, Any], found: SimulatedDegrees) -> str:
-    length = f"{len(found.maxima):,} runs of {found.steps:,} steps"
+def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: int) -> list[Run]:
+    """Return the runs of a model, each of which samples bearings."""
+    if not isinstance(model, Mapping):
+        if not callable(model):
+            raise TypeError(
+                f"model={model!r}: must be keyword parameters of CMOMMT, or a callable from a seed to a model"
+            )
+        made = FromSeed(model)
+        return [Run({}, run_seed(root, run), steps, degrees_with_bearings, made) for run in range(runs)]
+    from teamsight.agents.cmommt import CMOMMT
+
+    settings = dict(model)
+    for name in ("rng", "seed"):
+        if name in settings:
+            raise ValueError(
+                f"{name}={settings[name]!r}: each run gets a seed of its own; give rng to choose_delta instead"
+            )
+    with contextlib.closing(CMOMMT(**settings, rng=0)) as first:
+        # Given, or by default.
+        scenario = [first.settings[name] for name in ("robots", "targets", "radius")]
+    return [Run(settings, model_seed(root, run, *scenario), steps, degrees_with_bearings) for run in range(runs)]
+
+
+def _check_can_be_sent(model: Factory) -> None:
+    try:
+        pickle.dumps(model)
+    except Exception as error:
+        raise TypeError(
+            f"model={model!r}: cannot be sent to worker processes; give a function of a module, or leave out pool"
+        ) from error
+
+
+def _name(model: Factory | Mapping[str, Any], robots: int) -> str:
     if isinstance(model, Mapping):
-        settings = ", ".join(f"{name}={value}" for name, value in model.items())
-        return f"CMOMMT({settings}), {length}"
-    return f"{getattr(model, '__name__', type(model).__name__)}, {found.robots} robots, {length}"
+        return f"CMOMMT({', '.join(f'{name}={value}' for name, value in model.items())})"
+    return f"{getattr(model, '__name__', type(model).__name__)}, {robots} robots"

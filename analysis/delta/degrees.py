@@ -1,16 +1,23 @@
-"""Degrees in one run: the largest number of neighbours of any robot, and samples of the bearings of neighbours."""
+"""Degrees in runs: the largest number of neighbours of any robot, and samples of the bearings of neighbours."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import contextlib
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.delta import sector_occupancy
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.delta.team_conditions import Conditions, conditions
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.workers import WorkerPool
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -20,6 +27,8 @@ Factory = Callable[[int], "World"]
 
 # How many times in a run the bearings are sampled.
 _SAMPLES = 10
+# Bearings are sampled until they are known of so many robots and times.
+_ENOUGH_SAMPLES = 500_000
 
 
 class Degrees(NamedTuple):
@@ -38,10 +47,6 @@ class Degrees(NamedTuple):
     def samples(self) -> int:
         """Number of robots and times whose bearings were sampled."""
         return 0 if self.bearings is None else len(self.bearings.degree)
-
-    def without_samples(self) -> Degrees:
-        """Return the result of the same run measured by `degrees`."""
-        return Degrees(self.max_neighbours, self.met)
 
 
 @dataclass(frozen=True)
@@ -89,3 +94,41 @@ def _largest(world: World, made: int) -> int:
     if not made:
         return int(world.max_neighbours)
     return int(world.recording.history["max_neighbours"].to_numpy()[made:].max(initial=0))
+
+
+def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progress) -> list[Degrees]:
+    """Return the degrees of runs that measure `degrees_with_bearings`, those beyond enough samples without bearings.
+
+    Which runs have bearings does not depend on the pool.
+    """
+    found = [_first(planned[0])]
+    progress(1, len(planned))
+    while len(found) < len(planned):
+        done, samples = len(found), sum(one.samples for one in found)
+        some = planned[done:]
+        if samples < _ENOUGH_SAMPLES:
+            some = some[: math.ceil((_ENOUGH_SAMPLES - samples) * done / max(samples, 1))]
+        else:
+            some = [replace(run, measure=degrees) for run in some]
+
+        def show(cost: float, total: float, done: int = done, count: int = len(some)) -> None:
+            progress(done + round(cost / total * count), len(planned))
+
+        found += run_all(some, pool, progress=show)
+    earlier = accumulate((one.samples for one in found[:-1]), initial=0)
+    return [
+        one if samples < _ENOUGH_SAMPLES else Degrees(one.max_neighbours, one.met)
+        for one, samples in zip(found, earlier, strict=True)
+    ]
+
+
+def _first(run: Run) -> Degrees:
+    """Make the first run in this process, where its errors keep their types and its kernels are compiled once."""
+    with contextlib.closing(ReusedWorlds()) as worlds:
+        found: Degrees = run.make(worlds)
+        if not (found.max_neighbours or found.largest_team or any(one.robots for one in found.met)):
+            raise ValueError(
+                f"model={run.model or run.parameters!r}: no agent is on a team in the world of seed {run.seed}, so "
+                "none has neighbours; add a group of Robot, or of an agent class with a team"
+            )
+    return found

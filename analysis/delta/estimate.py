@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
 import pandas as pd
 
+from teamsight.analysis import search_space
+from teamsight.analysis.delta import sector_occupancy
 from teamsight.analysis.delta.closed_form import Prediction
+from teamsight.analysis.delta.cost import cost_table
+from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.stats import exceedance as statistics
 
 
@@ -14,7 +20,7 @@ from teamsight.analysis.stats import exceedance as statistics
 class DeltaEstimate:
     """δ for a stated risk, with the numbers and tables that support it.
 
-    Attributes
+    Parameters
     ----------
     source : str
         "simulation" or "trajectories".
@@ -28,8 +34,6 @@ class DeltaEstimate:
         Maximum probability that any robot has more than δ neighbours during a trial.
     confidence : float
         Confidence of each bound by itself.
-    trials : int
-        Number of runs, or of windows or pieces of a record.
     independent : float
         Effective number of independent trials.
     length : float
@@ -41,14 +45,8 @@ class DeltaEstimate:
     maxima : DataFrame
         One row a trial: run and seed; or, for trajectories, window (its number), run, start, end, robots (present, on
         average) and mean_neighbours; max_neighbours.
-    exceedance : DataFrame
-        One row for each δ: delta, exceeding, probability, low, high, predicted (NaN without a prediction).
-    ring : DataFrame
-        Mean number of neighbours that rings of δ sectors show; see `sector_occupancy.ring_table`.
-    merging : DataFrame
-        Distribution of the occupied sectors of the ring of `ring_size` sectors; see `sector_occupancy.merging_table`.
-    cost : DataFrame
-        Inputs and search space of each degree at this N; see `cost_table`.
+    bearings : Bearings
+        Samples of the bearings of neighbours.
     prediction : Prediction or None
         Closed form for one trial; None where it does not apply.
     over_time : DataFrame or None
@@ -69,22 +67,52 @@ class DeltaEstimate:
     awareness_range: float | None
     risk: float
     confidence: float
-    trials: int
     independent: float
     length: float
     unit: str
     largest: int
     maxima: pd.DataFrame
-    exceedance: pd.DataFrame
-    ring: pd.DataFrame
-    merging: pd.DataFrame
-    cost: pd.DataFrame
+    bearings: Bearings
     prediction: Prediction | None = None
     over_time: pd.DataFrame | None = None
     trial: str = "run"
     recorded: float | None = None
     shorter: float | None = None
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def exceedance(self) -> pd.DataFrame:
+        """One row for each δ: delta, exceeding, probability, low, high, predicted (NaN without a prediction)."""
+        found = statistics.curve(
+            self.maxima["max_neighbours"], self.robots, independent=self.independent, confidence=self.confidence
+        )
+        foreseen = self.prediction
+        predicted = [np.nan if foreseen is None else foreseen.exceedance(delta) for delta in found["delta"]]
+        return found.assign(predicted=predicted)
+
+    @cached_property
+    def ring(self) -> pd.DataFrame:
+        """Mean number of neighbours that rings of δ sectors show; see `sector_occupancy.ring_table`."""
+        return sector_occupancy.ring_table(self.bearings, self._rings, self.largest)
+
+    @cached_property
+    def merging(self) -> pd.DataFrame:
+        """Occupied sectors of the ring of `ring_size` sectors; see `sector_occupancy.merging_table`."""
+        return sector_occupancy.merging_table(self.bearings, self.ring_size)
+
+    @cached_property
+    def cost(self) -> pd.DataFrame:
+        """Inputs and search space of each degree at this N; see `cost_table`."""
+        return cost_table(self.robots, self._rings)
+
+    @property
+    def _rings(self) -> list[int]:
+        return [max(1, self.delta), self.ring_size, search_space.DELTA]
+
+    @property
+    def trials(self) -> int:
+        """Number of runs, or of windows or pieces of a record."""
+        return len(self.maxima)
 
     @property
     def delta(self) -> int:
@@ -124,7 +152,7 @@ class DeltaEstimate:
     @property
     def ring_size(self) -> int:
         """Number of sectors that `merging` describes: `delta_safe` if supported, otherwise `delta`; at least 1."""
-        return ring_size(self.exceedance, self.risk, self.supported)
+        return max(1, self.delta_safe if self.supported else self.delta)
 
     @property
     def predicted_delta(self) -> int | None:
@@ -135,8 +163,3 @@ class DeltaEstimate:
     def predicted_maximum(self) -> float | None:
         """Expected largest degree of one trial by the closed form."""
         return None if self.prediction is None else self.prediction.expected_maximum
-
-
-def ring_size(exceedance: pd.DataFrame, risk: float, supported: bool) -> int:
-    """Return the number of sectors that this curve suggests; see `DeltaEstimate.ring_size`."""
-    return max(1, statistics.smallest_delta(exceedance, "high" if supported else "probability", risk))

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from teamsight.analysis.delta import closed_form, report
-from teamsight.analysis.delta.closed_form import Prediction
+from teamsight.analysis.delta import closed_form
 from teamsight.analysis.delta.report import DeltaReport
+from teamsight.analysis.delta.resample import Grid
 from teamsight.analysis.delta.trajectory_files import check_trajectories
-from teamsight.analysis.delta.trajectory_neighbours import Neighbours, Progress, neighbours_over_time
+from teamsight.analysis.delta.trajectory_neighbours import neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
 from teamsight.analysis.delta.trajectory_trials import recordings, shorter_window, trials, window_frames
+from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
 from teamsight.world.arena import Disc
@@ -32,7 +33,7 @@ def delta_from_trajectories(
     max_gap: float | None = None,
     confidence: float = 0.95,
     subject: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress = lambda done, total: None,
 ) -> DeltaReport:
     """Choose δ for a stated risk from recorded positions.
 
@@ -55,7 +56,7 @@ def delta_from_trajectories(
         Confidence of each bound by itself.
     subject : str, optional
         Description of the record, in one line.
-    progress : callable, optional
+    progress : callable
         Called with the frames done and the frames in all.
 
     Returns
@@ -77,47 +78,45 @@ def delta_from_trajectories(
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
+    awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
     trajectories = check_trajectories(trajectories)
     found = neighbours_over_time(
         trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress
     )
-    grid = found.grid
+    grid, prediction = found.grid, None
     tried = trials(found.over_time, grid, window_frames(grid, window))
     shorter = None
     if not exceedance.supports(tried.independent, risk, confidence):
         needed = exceedance.trials_needed(risk, confidence)
         shorter = shorter_window(found.over_time, grid, tried.frames, needed)
-    return report.build(
-        tried.maxima,
-        found.bearings,
-        robots=found.robots,
+    if isinstance(arena, Disc):
+        prediction = closed_form.predict(
+            grid.robots, arena.radius, steps=tried.frames, awareness_range=awareness_range, speed=found.move
+        )
+    return DeltaReport(
+        maxima=tried.maxima,
+        bearings=found.bearings,
+        robots=grid.robots,
         risk=risk,
         confidence=confidence,
         independent=tried.independent,
         largest=int(found.over_time["max_degree"].max()),
-        prediction=_predict(found, tried.frames, arena),
+        prediction=prediction,
         source="trajectories",
-        subject=subject or _describe(trajectories, found),
-        awareness_range=found.awareness_range,
+        subject=subject or _describe(trajectories, grid),
+        awareness_range=awareness_range,
         length=tried.frames * grid.step,
         unit="time units",
         trial=tried.kind,
         recorded=grid.frames * grid.step,
         shorter=None if shorter is None else shorter * grid.step,
         over_time=found.over_time,
-        notes=notes(found, tried, window is not None),
+        notes=notes(found, tried, awareness_range, window is not None),
     )
 
 
-def _predict(found: Neighbours, length: int, arena: Arena | None) -> Prediction | None:
-    if not isinstance(arena, Disc):
-        return None
-    reach = found.awareness_range
-    return closed_form.predict(found.robots, arena.radius, steps=length, awareness_range=reach, speed=found.move)
-
-
-def _describe(trajectories: pd.DataFrame, found: Neighbours) -> str:
-    span = float(np.sum((found.grid.length - 1) * found.grid.step))
-    kind, size = recordings(found.grid)
+def _describe(trajectories: pd.DataFrame, grid: Grid) -> str:
+    span = float(np.sum((grid.length - 1) * grid.step))
+    kind, size = recordings(grid)
     parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
-    return f"{found.robots:,} recorded robots, {len(trajectories):,} positions over {span:g}{parts}"
+    return f"{grid.robots:,} recorded robots, {len(trajectories):,} positions over {span:g}{parts}"

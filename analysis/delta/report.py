@@ -9,23 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import pandas as pd
-
-from teamsight.analysis import search_space
-from teamsight.analysis.delta import report_text, sector_occupancy
-from teamsight.analysis.delta.closed_form import Prediction
-from teamsight.analysis.delta.cost import cost_table
-from teamsight.analysis.delta.estimate import DeltaEstimate, ring_size
-from teamsight.analysis.delta.sector_occupancy import Bearings
+from teamsight.analysis.delta import report_text
+from teamsight.analysis.delta.estimate import DeltaEstimate
 from teamsight.analysis.runs import files
-from teamsight.analysis.stats import exceedance as statistics
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
 _TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time")
-# Fields of an estimate that are stored with each table.
+# Attributes that are stored with each table.
 _STORED = (
     "source", "subject", "robots", "awareness_range", "risk", "confidence", "independent", "length", "trial",
 )  # fmt: skip
@@ -124,39 +116,3 @@ def files_in(folder: str | os.PathLike[str]) -> list[Path]:
     """Return the files that a report may write in a folder: the tables, the picture and the page."""
     names = [*(f"delta_{name}.parquet" for name in _TABLES), "delta_exceedance.png", "delta.md"]
     return [Path(folder) / name for name in names]
-
-
-def build(
-    maxima: pd.DataFrame,
-    bearings: Bearings,
-    *,
-    robots: int,
-    risk: float,
-    confidence: float,
-    independent: float,
-    largest: int,
-    prediction: Prediction | None,
-    **fields: Any,
-) -> DeltaReport:
-    """Return the report on these trials; `fields` are further fields of `DeltaEstimate`."""
-    curve = statistics.curve(maxima["max_neighbours"], robots, independent=independent, confidence=confidence)
-    predicted = [np.nan if prediction is None else prediction.exceedance(delta) for delta in curve["delta"]]
-    curve = curve.assign(predicted=predicted)
-    chosen = ring_size(curve, risk, statistics.supports(independent, risk, confidence))
-    point = max(1, statistics.smallest_delta(curve, "probability", risk))
-    rings = [point, chosen, search_space.DELTA]
-    return DeltaReport(
-        robots=robots,
-        risk=risk,
-        confidence=confidence,
-        trials=len(maxima),
-        independent=independent,
-        largest=largest,
-        maxima=maxima,
-        exceedance=curve,
-        ring=sector_occupancy.ring_table(bearings, rings, largest),
-        merging=sector_occupancy.merging_table(bearings, chosen),
-        cost=cost_table(robots, rings),
-        prediction=prediction,
-        **fields,
-    )

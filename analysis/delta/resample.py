@@ -74,14 +74,6 @@ class Grid(NamedTuple):
         return first[np.flatnonzero(np.diff(self.run, prepend=-1))] if run else first
 
 
-class Trajectory(NamedTuple):
-    """The samples of one robot in the order of time: arrays of equal length."""
-
-    time: Floats
-    x: Floats
-    y: Floats
-
-
 class Block(NamedTuple):
     """Successive frames of a piece: number of the first, times (f,), and positions (f, robots, 2), NaN if absent."""
 
@@ -184,22 +176,22 @@ def blocks(trajectories: pd.DataFrame, grid: Grid, period: tuple[float, float] =
     number = 0
     for run in np.unique(runs):
         bounds = pairwise(starts[np.searchsorted(runs, run) : np.searchsorted(runs, run, side="right") + 1].tolist())
-        robots = [Trajectory(*(values[start:end] for values in columns)) for start, end in bounds]
+        robots = [[values[start:end] for values in columns] for start, end in bounds]
         size = max(1, _BLOCK // len(robots))
         for piece in range(*np.searchsorted(grid.run, [run, run + 1]).tolist()):
             for first in range(0, int(grid.length[piece]), size):
                 frames = np.arange(first, min(first + size, int(grid.length[piece])), dtype=np.float64)
                 time = grid.start[piece] + grid.step * frames
                 position = np.empty((len(time), len(robots), 2))
-                for column, trajectory in enumerate(robots):
-                    position[:, column] = _places(trajectory, time, grid, period)
+                for column, samples in enumerate(robots):
+                    position[:, column] = _places(samples, time, grid, period)
                 yield Block(number, time, position)
                 number += len(time)
 
 
-def _places(trajectory: Trajectory, at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
-    """Return the positions of a robot at the times `at`, NaN if it is absent; shape (len(at), 2)."""
-    time = trajectory.time
+def _places(samples: list[Floats], at: Floats, grid: Grid, period: tuple[float, float]) -> Floats:
+    """Return the positions of a robot, with samples (time, x, y), at the times `at`; NaN if it is absent."""
+    time, *coordinates = samples
     same = _SAME * grid.step
     before = np.searchsorted(time, at + same, side="right") - 1
     after = np.minimum(before + 1, len(time) - 1)
@@ -212,7 +204,7 @@ def _places(trajectory: Trajectory, at: Floats, grid: Grid, period: tuple[float,
     share[exact] = 0.0
     present = (before >= 0) & (exact | ((gap > 0) & (gap <= grid.max_gap * (1 + 1e-9))))
     place = np.empty((len(at), 2))
-    for axis, values in enumerate((trajectory.x, trajectory.y)):
+    for axis, values in enumerate(coordinates):
         way = values[after] - values[start]
         if period[axis] > 0:
             way -= period[axis] * np.rint(way / period[axis])

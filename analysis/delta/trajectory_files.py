@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 import pandas as pd
 
-#: Called with the parts of the work done and the parts in all.
-Progress = Callable[[int, int], None]
+from teamsight.analysis.runs.simulate import Progress
 
 #: Required columns.
 COLUMNS = ("time", "robot", "x", "y")
@@ -25,7 +23,7 @@ _NAMES = 100_000
 
 
 def read_trajectories(
-    path: str | os.PathLike[str], *, sort: bool = False, progress: Progress | None = None
+    path: str | os.PathLike[str], *, sort: bool = False, progress: Progress = lambda done, total: None
 ) -> pd.DataFrame:
     """Read the recorded positions of a team.
 
@@ -38,7 +36,7 @@ def read_trajectories(
         row; times and names of robots may repeat in other runs.
     sort : bool
         Sort the rows of each robot of a run by time instead of raising an error if times decrease.
-    progress : callable, optional
+    progress : callable
         Called with the parts of the work done and the parts in all.
 
     Returns
@@ -62,74 +60,49 @@ def read_trajectories(
     name = place.name.lower()
     if not name.endswith(_EXTENSIONS):
         raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
-    _report(progress, 0)
+    progress(0, 2)
     try:
-        table = _read_csv(place) if name.endswith((".csv", ".csv.gz")) else _read_parquet(place)
+        table = _read(place, "CSV" if name.endswith((".csv", ".csv.gz")) else "Parquet")
     except OSError as error:
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
-    _report(progress, 1)
+    progress(1, 2)
     checked = check_trajectories(table, sort=sort, name=str(place))
-    _report(progress, 2)
+    progress(2, 2)
     return checked
 
 
-def _report(progress: Progress | None, done: int) -> None:
-    if progress is not None:
-        progress(done, 2)
-
-
-def _read_csv(place: Path) -> pd.DataFrame:
+def _read(place: Path, kind: str) -> pd.DataFrame:
+    """Return the columns of a file; dates that name runs become text."""
     import pyarrow as pa
-    from pyarrow import csv
+    from pyarrow import csv, parquet
 
     try:
-        with csv.open_csv(place) as reader:
-            found = reader.schema.names
+        if kind == "CSV":
+            with csv.open_csv(place) as reader:
+                found = reader.schema.names
+        else:
+            found = parquet.read_schema(place).names
         _check_columns(found, str(place))
-        options = csv.ConvertOptions(
-            include_columns=_present(found),
-            strings_can_be_null=True,
-            auto_dict_encode=True,
-            auto_dict_max_cardinality=_NAMES,
-        )
-        table = csv.read_csv(place, convert_options=options)
+        wanted = [*COLUMNS, *([RUN] if RUN in found else [])]
+        if kind == "CSV":
+            options = csv.ConvertOptions(
+                include_columns=wanted,
+                strings_can_be_null=True,
+                auto_dict_encode=True,
+                auto_dict_max_cardinality=_NAMES,
+            )
+            table = csv.read_csv(place, convert_options=options)
+        else:
+            table = parquet.read_table(place, columns=wanted)
     except pa.ArrowException as error:
-        _unreadable(place, "CSV", error)
-    return _frame(table)
-
-
-def _read_parquet(place: Path) -> pd.DataFrame:
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    try:
-        found = parquet.read_schema(place).names
-        _check_columns(found, str(place))
-        table = parquet.read_table(place, columns=_present(found))
-    except pa.ArrowException as error:
-        _unreadable(place, "Parquet", error)
-    return _frame(table)
-
-
-def _present(found: list[str]) -> list[str]:
-    return [*COLUMNS, *([RUN] if RUN in found else [])]
-
-
-def _frame(table: Any) -> pd.DataFrame:
-    """Return a table of pyarrow as a DataFrame; dates that name runs become text."""
-    import pyarrow as pa
-
+        reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
+        cure = f"write a {kind} file with the columns {', '.join(COLUMNS)}"
+        raise ValueError(f"{place}: not a readable {kind} file ({reason}); {cure}") from error
     columns = {name: table.column(name) for name in table.column_names}
     if RUN in columns and pa.types.is_temporal(columns[RUN].type):
         columns[RUN] = columns[RUN].cast(pa.string())
     return pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
-
-
-def _unreadable(place: Path, kind: str, error: Exception) -> NoReturn:
-    reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
-    cure = f"write a {kind} file with the columns {', '.join(COLUMNS)}"
-    raise ValueError(f"{place}: not a readable {kind} file ({reason}); {cure}") from error
 
 
 def _first_line(error: Exception) -> str:
@@ -178,7 +151,7 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     if not len(trajectories):
         raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
     robot = _names(trajectories["robot"], name)
-    run = _names(trajectories[RUN], name) if RUN in trajectories else _one_run(len(trajectories))
+    run = _names(trajectories[RUN] if RUN in trajectories else pd.Series(0, trajectories.index, name=RUN), name)
     columns = {column: _numbers(trajectories[column], name) for column in _NUMBERS}
     order = _order(run.codes, robot.codes, columns["time"], sort)
     if order is not None:
@@ -189,11 +162,6 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
     return pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
-
-
-def _one_run(size: int) -> pd.Categorical:
-    names: pd.Index[Any] = pd.Index([0])
-    return pd.Categorical.from_codes(np.zeros(size, np.int8), categories=names)
 
 
 def _names(column: pd.Series[Any], name: str) -> pd.Categorical:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from teamsight.analysis.delta import sector_occupancy
-from teamsight.analysis.delta.resample import Block, Grid, blocks, make_grid
+from teamsight.analysis.delta.resample import Block, Floats, Grid, blocks, make_grid
 from teamsight.analysis.delta.sector_occupancy import Bearings
-from teamsight.core import checks
+from teamsight.analysis.runs.simulate import Progress
 from teamsight.world.proximity.search import proximity_graph
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
-
-#: Called with the frames done and the frames in all.
-Progress = Callable[[int, int], None]
 
 # Robots and times, at about which the bearings are sampled.
 _SAMPLES = 200_000
@@ -29,15 +24,13 @@ class Neighbours(NamedTuple):
     """The neighbours in a record.
 
     ``over_time`` has one row a frame: run (its name, or without a column of runs the number of the piece between two
-    gaps), time, robots (present), mean_degree, max_degree. ``robots`` is the largest number of robots in one piece,
-    ``move`` the root mean square of the distance that a robot moves between frames [length].
+    gaps), time, robots (present), mean_degree, max_degree. ``move`` is the root mean square of the distance that a
+    robot moves between frames [length].
     """
 
     over_time: pd.DataFrame
     bearings: Bearings
     grid: Grid
-    robots: int
-    awareness_range: float
     move: float
 
 
@@ -48,7 +41,7 @@ def neighbours_over_time(
     arena: Arena | None = None,
     step: float | None = None,
     max_gap: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress = lambda done, total: None,
 ) -> Neighbours:
     """Count neighbours in a record, frame by frame.
 
@@ -62,7 +55,7 @@ def neighbours_over_time(
         Changes distances only if it is periodic, as a torus is.
     step, max_gap : float, optional
         See `make_grid`.
-    progress : callable, optional
+    progress : callable
         Called with the frames done and the frames in all.
 
     Raises
@@ -77,53 +70,41 @@ def neighbours_over_time(
     The heading of a robot is the direction of its motion from the frame before to the frame after. A robot that does
     not move, or is absent in one of them, has no heading, and its bearings are not sampled.
     """
-    awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
     if arena is not None:
         arena.check_reach(awareness_range)
     grid = make_grid(trajectories, step, max_gap)
     every = max(1, grid.frames * grid.robots // _SAMPLES)
-    if progress is not None:
-        progress(0, grid.frames)
+    progress(0, grid.frames)
+    periodic = arena if arena is not None and max(arena.period) > 0 else None
     counts, samples, square, moves = [], [], 0.0, 0
-    for block in blocks(trajectories, grid, (0.0, 0.0) if arena is None else arena.period):
-        block = block._replace(position=_wrapped(block.position, arena))
+    for block in blocks(trajectories, grid, (0.0, 0.0) if periodic is None else periodic.period):
+        if periodic is not None:
+            block = block._replace(position=periodic.displacement(np.zeros(2), block.position))
         for frame in range(len(block.time)):
             position = block.position[frame]
             present = ~np.isnan(position[:, 0])
-            graph = proximity_graph(position[present], None, awareness_range, _wrapping(arena))
+            graph = proximity_graph(position[present], None, awareness_range, periodic)
             degree = graph.degree
             counts.append((len(degree), np.mean(degree) if len(degree) else 0.0, np.max(degree, initial=0)))
             if (block.first + frame) % every == 0:
-                samples.append(sector_occupancy.bearings(graph, _headings(block, frame, arena)[present]))
-        length = np.sum(_steps(block.position[:-1], block.position[1:], arena) ** 2, axis=-1)
+                samples.append(sector_occupancy.bearings(graph, _headings(block, frame, periodic)[present]))
+        length = np.sum(_steps(block.position[:-1], block.position[1:], periodic) ** 2, axis=-1)
         square, moves = square + float(np.nansum(length)), moves + int(np.sum(np.isfinite(length)))
-        if progress is not None:
-            progress(block.first + len(block.time), grid.frames)
+        progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
     table.insert(0, "time", grid.time())
     piece = np.arange(len(grid.run))
     name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else piece
     table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
-    return Neighbours(table, sector_occupancy.gather(samples), grid, grid.robots, awareness_range, move)
+    return Neighbours(table, sector_occupancy.gather(samples), grid, move)
 
 
-def _wrapping(arena: Arena | None) -> Arena | None:
-    """Return the arena if it is periodic."""
-    return arena if arena is not None and max(arena.period) > 0 else None
+def _steps(start: Floats, end: Floats, periodic: Arena | None) -> Floats:
+    return end - start if periodic is None else periodic.displacement(start, end)
 
 
-def _wrapped(position: NDArray[np.float64], arena: Arena | None) -> NDArray[np.float64]:
-    if _wrapping(arena) is None or arena is None:
-        return position
-    return arena.displacement(np.zeros(2), position)
-
-
-def _steps(start: Any, end: Any, arena: Arena | None) -> NDArray[np.float64]:
-    return np.asarray(end - start if arena is None else arena.displacement(start, end))
-
-
-def _headings(block: Block, frame: int, arena: Arena | None) -> NDArray[np.float64]:
+def _headings(block: Block, frame: int, periodic: Arena | None) -> Floats:
     """Return the motion from the frame before to the frame after, within the block; shape (robots, 2)."""
     before, after = max(frame - 1, 0), min(frame + 1, len(block.time) - 1)
-    return _steps(block.position[before], block.position[after], arena)
+    return _steps(block.position[before], block.position[after], periodic)

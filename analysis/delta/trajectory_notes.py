@@ -9,10 +9,11 @@ import numpy as np
 from teamsight.analysis.delta.trajectory_trials import Trials, recordings
 
 if TYPE_CHECKING:
+    from teamsight.analysis.delta.resample import Grid
     from teamsight.analysis.delta.trajectory_neighbours import Neighbours
 
 
-def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
+def notes(found: Neighbours, tried: Trials, awareness_range: float, chosen: bool) -> tuple[str, ...]:
     """Return the notes of a report, one sentence or two each.
 
     Parameters
@@ -21,6 +22,8 @@ def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
         The frames.
     tried : Trials
         The trials.
+    awareness_range : float
+        Distance within which two robots are neighbours [length].
     chosen : bool
         Whether the window was given by the user.
     """
@@ -28,15 +31,15 @@ def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
     said = [
         f"Frames every {grid.step:g}; between samples of a robot up to {grid.max_gap:g} apart it moves in a line."
     ]
-    said += _of_recordings(found)
-    said += _of_trials(found, tried, chosen)
-    present = float(found.over_time["robots"].mean()) / found.robots
+    said += _of_recordings(grid)
+    said += _of_trials(grid, tried, chosen)
+    present = float(found.over_time["robots"].mean()) / grid.robots
     if present < 0.995:
         said.append(
             f"On average {present:.0%} of the robots are present in a frame; absent robots are not counted as "
             "neighbours, so numbers of neighbours may be too low."
         )
-    if found.move > 0.5 * found.awareness_range:
+    if found.move > 0.5 * awareness_range:
         said.append(
             f"Robots move {found.move:.3g} between frames, over half the awareness range: "
             "larger numbers of neighbours between frames are not found."
@@ -44,9 +47,8 @@ def notes(found: Neighbours, tried: Trials, chosen: bool) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _of_recordings(found: Neighbours) -> list[str]:
+def _of_recordings(grid: Grid) -> list[str]:
     """Return the numbers of runs and pieces of a record, and the gaps between them."""
-    grid = found.grid
     if len(grid.length) == 1:
         return []
     kind, size = recordings(grid)
@@ -63,9 +65,9 @@ def _of_recordings(found: Neighbours) -> list[str]:
     return said
 
 
-def _of_trials(found: Neighbours, tried: Trials, chosen: bool) -> list[str]:
+def _of_trials(grid: Grid, tried: Trials, chosen: bool) -> list[str]:
     """Return what a trial is if the user did not choose it, and which parts are no trials."""
-    grid, said = found.grid, []
+    said = []
     length = f"{tried.frames * grid.step:g}"
     if tried.kind != "window":
         said.append(f"Each {tried.kind} is one trial; give a window to state the risk for a fixed length of time.")

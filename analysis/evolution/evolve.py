@@ -12,17 +12,8 @@ import numpy as np
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.evolution import compare
-from teamsight.analysis.evolution.cma import (
-    TEST,
-    VALIDATE,
-    Evolution,
-    Generation,
-    check_installed,
-    checkpoint_in,
-    evolve,
-    robot_steps,
-)
+from teamsight.analysis.evolution import cma, compare
+from teamsight.analysis.evolution.cma import Evolution, Generation
 from teamsight.analysis.evolution.compare import OPTIONS
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
@@ -76,13 +67,13 @@ def train(
     ValueError
         If a file in `folder` belongs to another evolution, or must not be replaced.
     """
-    check_installed()
+    cma.check_installed()
     for name in (CONSTANTS, TRAINING):
         files.check_replaceable(folder / name, asdict(evolution), force=force)
-    checkpoint = checkpoint_in(folder)
+    checkpoint = cma.checkpoint_in(folder)
     checkpoint.check()
     means = {0: beginning(evolution.seed)}
-    for generation in evolve(evolution, generations, checkpoint, pool):
+    for generation in cma.evolve(evolution, generations, checkpoint, pool):
         watch("evolving", generation.number, generations)
         if generation.number % _SAVE_EVERY == 0 or generation.number == generations:
             means[generation.number] = generation.mean
@@ -90,10 +81,10 @@ def train(
     policies = {str(number): Evolved(tuple(mean)) for number, mean in means.items()}
     options = _best_options(compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening")))
     differences = compare.compare(
-        policies, options, pool, root=VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "validating")
+        policies, options, pool, root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "validating")
     )
     points = [
-        {"generation": int(name), "robot_steps": int(name) * evolution.population * robot_steps()}
+        {"generation": int(name), "robot_steps": int(name) * evolution.population * cma.robot_steps()}
         | compare.overall(found)._asdict()
         for name, found in differences.items()
     ]
@@ -145,12 +136,12 @@ def evaluate(
     screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
     options = _best_options(screened)
     (found,) = compare.compare(
-        {"evolved": policy}, options, pool, root=TEST, runs=runs, progress=_phase(watch, "comparing")
+        {"evolved": policy}, options, pool, root=cma.TEST, runs=runs, progress=_phase(watch, "comparing")
     ).values()
     ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
     ablations = compare.compare(
         {"none": policy, **ablated}, options, pool,
-        root=VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
+        root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
     )  # fmt: skip
     table = pd.concat(
         [
@@ -174,7 +165,7 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
         "command": f"teamsight evolve train --generations {generation.number} --population {evolution.population} "
         f"--seed {evolution.seed}",
         "trials": trials,
-        "robot_steps": trials * robot_steps(),
+        "robot_steps": trials * cma.robot_steps(),
         "version": __version__,
     }
     files.write_json(file, _marked(evolution) | to_json(generation.mean, about), force=force)

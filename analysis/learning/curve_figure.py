@@ -11,7 +11,7 @@ import pandas as pd
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
-from teamsight.analysis.learning.learners import LEARNERS
+from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
 
 if TYPE_CHECKING:
@@ -201,11 +201,10 @@ def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
     names = [f"{order}\n{size:.1f}" for order, size in zip(orders, sizes.index, strict=True)]
     axes.set_xticks(sizes.index, names)
     axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
-    handles = [
-        (handle, text) for handle, text in zip(*axes.get_legend_handles_labels(), strict=True) if "transitions" in text
-    ]
+    labelled = zip(*axes.get_legend_handles_labels(), strict=True)
+    marks = {text: handle for handle, text in labelled if "transitions" in text}
     axes.legend(
-        [handle for handle, _ in handles], [text for _, text in handles], frameon=False, fontsize=8.5, ncols=3,
+        list(marks.values()), list(marks), frameon=False, fontsize=8.5, ncols=3,
         loc="lower left", bbox_to_anchor=(-0.03, 0.97), handletextpad=0.2, columnspacing=1.0,
     )  # fmt: skip
 

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, PairwiseAwareness
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM, Scenario
+from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Objective, awareness_for, learn
+from teamsight.analysis.learning.learners import Objective, awareness_for, learn
+from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
@@ -91,11 +93,6 @@ class Curves:
         """What is to be learnt."""
         return Objective(REWARDS[self.reward], self.k, self.discount)
 
-    @property
-    def scenario(self) -> Scenario:
-        """Worlds of the evaluation."""
-        return Scenario(self.robots, self.targets, self.radius, self.memories * self.worlds, self.steps, self.seed)
-
     def exploration(self, degree: str, memory: int) -> Exploration:
         """Return the exploration of a memory; memories share no world.
 
@@ -142,25 +139,12 @@ class CurveJob:
         return ("learning curves", str(self.curves.conditions()), self.degree, str(self.memory))
 
     @property
-    def likeness(self) -> tuple[str, ...]:
-        """See `Job`: the order of the jobs is kept."""
-        return ()
-
-    @property
-    def kind(self) -> tuple[str, ...]:
-        """See `Job`."""
-        return (self.degree,)
-
-    @property
     def cost(self) -> float:
         """See `Job`: a lazy learner compares all inputs of its transitions."""
         if not self.degree:
             return _COST
         inputs = sum(AWARENESS[self.degree]().width(self.curves.robots))
         return _COST * (10.0 + inputs * sum(self.curves.samples) / 20_000)
-
-    def shortest(self) -> None:
-        """See `Job`: each job compiles what it needs."""
 
     def describe(self) -> str:
         """See `Job`."""
@@ -246,9 +230,9 @@ def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
 
 def _evaluated(job: CurveJob, about: dict[str, Any], policy: Any, degree: Awareness) -> list[dict[str, Any]]:
     """Return a row for each world on which a policy is evaluated; all policies of a memory get the same worlds."""
-    curves, scenario = job.curves, job.curves.scenario
+    curves = job.curves
     replicates = range(job.memory * curves.worlds, (job.memory + 1) * curves.worlds)
-    seeds = [scenario.run_seed(replicate) for replicate in replicates]
+    seeds = [model_seed(curves.seed, one, curves.robots, curves.targets, curves.radius) for one in replicates]
     observed = [float("nan")] * curves.worlds
     if policy is not None:
         parameters: dict[str, Any] = {"robots": curves.robots, "targets": curves.targets, "radius": curves.radius}

@@ -11,9 +11,8 @@ import pandas as pd
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.learning.learners import Objective, Progress, awareness_for, learn
 from teamsight.analysis.learning.provenance import BODIES
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, paired
 from teamsight.policies.evolved import Evolved
@@ -160,20 +159,17 @@ def evaluate(
     JobError
         If a policy does not fit its degree and the team.
     """
-    place = {"robots": scenario.robots, "targets": scenario.targets, "radius": scenario.radius}
-    world = place | dict(scenario.bodies)
-    settings = {name: world | {"policy": policy, "awareness": degree} for name, (policy, degree) in policies.items()}
-    planned = [
-        (name, number, Run(parameters, scenario.run_seed(number), scenario.steps))
-        for name, parameters in settings.items()
-        for number in range(scenario.runs)
+    cells = ((scenario.robots, scenario.radius),)
+    experiments = [
+        Experiment(name, {"policy": policy, "awareness": degree}, cells, scenario.targets)
+        for name, (policy, degree) in policies.items()
     ]
-    outcomes = run_all([run for *_, run in planned], pool, progress=progress)
-    rows = [
-        {"policy": name, **place, "replicate": number, "seed": run.seed, "observed_fraction": found.observed_fraction}
-        for (name, number, run), found in zip(planned, outcomes, strict=True)
-    ]
-    return pd.DataFrame(rows)
+    request = Request(scenario.bodies, experiments)
+    (tables,) = make_tables(
+        [request], pool, root=scenario.seed, runs=scenario.runs, steps=scenario.steps, progress=progress
+    )
+    table = pd.concat([rows.assign(policy=name) for name, rows in tables.items()], ignore_index=True)
+    return table[["policy", "robots", "targets", "radius", "replicate", "seed", "observed_fraction"]]
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:

@@ -1,25 +1,26 @@
-"""Learners by name, rewards by name, and making a policy from a memory and an objective."""
+"""Making a policy from a memory and an objective: what learners need, and the degree under which they act."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
+from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.core import checks
-from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES, check_constants, next_matches
-from teamsight.policies.lazy.lazy_q import LazyQ
 from teamsight.policies.lazy.learner import LazyLearner
-from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
-from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
-from teamsight.policies.learner import Learner
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.rewards import Reward, alone_reward, own_reward, team_reward
+from teamsight.policies.rewards import Reward, own_reward
+
+#: Called with the work done and the work in all.
+Progress = Callable[[float, float], None]
+
+# Transitions² × inputs that are compared in a second.
+_COMPARED_A_SECOND = 30_000.0**2 * 32
 
 
 def keep_reward(memory: LazyMemory) -> Floats:
@@ -28,12 +29,6 @@ def keep_reward(memory: LazyMemory) -> Floats:
     The paper has no such reward; docs/learning.md shows its effect.
     """
     return -np.asarray(memory.fact("alone_lost"), float)
-
-
-#: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.
-REWARDS: Mapping[str, Reward] = MappingProxyType(
-    {"own": own_reward, "team": team_reward, "alone": alone_reward, "keep": keep_reward}
-)
 
 
 class Objective(NamedTuple):
@@ -52,33 +47,6 @@ class Objective(NamedTuple):
     reward: Reward = own_reward
     k: int | None = None
     discount: float = 0.7
-
-
-#: Called with the work done and the work in all.
-Progress = Callable[[float, float], None]
-
-
-def _silent(done: float, total: float) -> None:
-    pass
-
-
-#: Every learner by name.
-LEARNERS: Mapping[str, type[Learner]] = MappingProxyType(
-    {
-        "lazy": LazyQ,
-        "pessimistic": PessimisticLazyQ,
-        "sheppard": SheppardLazyQ,
-        "tabular": TabularQ,
-        "linear": LinearQ,
-    }
-)
-#: Learners that match situations, with their default number of matching transitions.
-MATCHING: Mapping[str, int] = MappingProxyType(
-    {name: kind.k for name, kind in LEARNERS.items() if issubclass(kind, LazyLearner)}
-)
-
-# Transitions² × inputs that are compared in a second.
-_COMPARED_A_SECOND = 30_000.0**2 * 32
 
 
 def check_objective(learners: Sequence[str], reward: str, k: int | None, transitions: int | None = None) -> None:
@@ -100,17 +68,17 @@ def check_objective(learners: Sequence[str], reward: str, k: int | None, transit
     ValueError
         Naming the value, the limit and the cure.
     """
-    if "sheppard" in learners and REWARDS[reward] is not own_reward:
+    if "sheppard" in learners and reward != "own":
         raise ValueError(
             f"reward={reward}: sheppard learns while it acts, from the robot's own gains and losses only; give the "
             "reward own, or another learner"
         )
-    matching = [name for name in learners if name in MATCHING]
+    matching = {name: usual for name in learners if (usual := _usual_matches(name)) is not None}
     if k is not None and not matching:
         verb = "matches" if len(learners) == 1 else "match"
         raise ValueError(f"k={k}: {' and '.join(learners)} {verb} no fixed number of transitions; leave it out")
-    for name in matching:
-        wanted = MATCHING[name] if k is None else k
+    for name, usual in matching.items():
+        wanted = usual if k is None else k
         if wanted > MOST_MATCHES:
             raise ValueError(f"k={wanted}: must be at most {MOST_MATCHES}, the number that a decision can hold")
         if transitions is not None and wanted > transitions:
@@ -120,9 +88,15 @@ def check_objective(learners: Sequence[str], reward: str, k: int | None, transit
             )
 
 
+def _usual_matches(name: str) -> int | None:
+    """Return by default how many transitions a learner matches with a situation; None if it matches no fixed number."""
+    kind = LEARNERS[name]
+    return kind.k if issubclass(kind, LazyLearner) else None
+
+
 def search_seconds(name: str, memory: LazyMemory, objective: Objective) -> float:
     """Return the expected duration of a learner's search, with all inputs and with the robot's own ones [s]."""
-    if name not in MATCHING or objective.discount == 0:
+    if _usual_matches(name) is None or objective.discount == 0:
         return 0.0
     inputs = memory.own + (memory.inputs if memory.added else 0)
     return float(len(memory)) ** 2 * inputs / _COMPARED_A_SECOND
@@ -134,7 +108,7 @@ def learn(
     objective: Objective | None = None,
     *,
     inputs: int | None = None,
-    progress: Progress = _silent,
+    progress: Progress = lambda done, total: None,
 ) -> Any:
     """Return the policy that a learner makes from a memory.
 

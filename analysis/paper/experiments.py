@@ -27,14 +27,6 @@ _HALF: Parameters = MappingProxyType({"awareness_range": 0.5})
 _MORE = 10
 
 
-def _whole(grid: Grid) -> Cells:
-    return grid.cells
-
-
-def _roomy(grid: Grid) -> Cells:
-    return tuple((robots, radius) for robots, radius in grid.cells if radius >= 2)
-
-
 def _crowded(grid: Grid) -> Cells:
     return tuple((max(grid.robots), radius) for radius in (3.0, 5.0))
 
@@ -43,38 +35,28 @@ def _largest(grid: Grid) -> Cells:
     return ((max(grid.robots), 10.0),)
 
 
-def _delta_cells(grid: Grid) -> Cells:
-    return DELTA_CELLS
-
-
 def _scaled(setting: Parameters) -> Parameters:
-    """Return A-CMOMMT with a repulsion that scales with the awareness range."""
+    """Return A-CMOMMT with half the awareness range and a repulsion that scales with it."""
     from teamsight.agents.resolve import shared_options
     from teamsight.policies import ACmommt
 
     options = shared_options("a-cmommt", setting.get("policy_options", {}))
-    return {"policy": ACmommt(repulsion_scale="awareness", **options), "awareness": "pairwise", **_HALF}
+    return {**_A_CMOMMT, **_HALF, "policy": ACmommt(repulsion_scale="awareness", **options)}
 
 
 class Design(NamedTuple):
-    """An experiment before its grid and its setting are known.
+    """An `Experiment` before its grid and its setting are known; see there for what is not explained here.
 
     Attributes
     ----------
     treatment : mapping or callable
-        Keyword parameters of CMOMMT that set the treatment, or a function that returns them for a setting.
+        Keyword parameters of CMOMMT, or a function that returns them for a setting.
     cells : callable
         Takes the grid and returns the cells (robots, radius).
-    targets : int
-        Number of targets.
-    sweep : mapping of str to tuple
-        See `Experiment`.
-    replicates : int
-        See `Experiment`.
     """
 
     treatment: Parameters | Callable[[Parameters], Parameters]
-    cells: Callable[[Grid], Cells] = _whole
+    cells: Callable[[Grid], Cells] = lambda grid: grid.cells
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = MappingProxyType({})
     replicates: int = 1
@@ -94,15 +76,19 @@ EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
         "half-range": Design({**_A_CMOMMT, **_HALF}),
         "half-range-scaled": Design(_scaled),
         "ring-16": Design({**_A_CMOMMT, "awareness": "ring", "delta": 16}),
-        "evasive": Design({**_A_CMOMMT, "target_policy": "evasive"}, _roomy),
+        "evasive": Design(
+            {**_A_CMOMMT, "target_policy": "evasive"}, lambda grid: tuple(cell for cell in grid.cells if cell[1] >= 2)
+        ),
         "targets-5": Design(_A_CMOMMT, _crowded, targets=5),
         "targets-15": Design(_A_CMOMMT, _crowded),
         "targets-30": Design(_A_CMOMMT, _crowded, targets=30),
         "a-cmommt-r10": Design(_A_CMOMMT, _largest, replicates=_MORE),
         "stationary-r10": Design({"policy": "stationary", **_ALONE}, _largest, replicates=_MORE),
-        "delta-ring": Design({**_A_CMOMMT, "awareness": "ring"}, _delta_cells, sweep={"delta": DELTAS}, replicates=4),
-        "delta-none": Design({**_A_CMOMMT, **_ALONE}, _delta_cells, replicates=4),
-        "delta-pairwise": Design(_A_CMOMMT, _delta_cells, replicates=4),
+        "delta-ring": Design(
+            {**_A_CMOMMT, "awareness": "ring"}, lambda grid: DELTA_CELLS, sweep={"delta": DELTAS}, replicates=4
+        ),
+        "delta-none": Design({**_A_CMOMMT, **_ALONE}, lambda grid: DELTA_CELLS, replicates=4),
+        "delta-pairwise": Design(_A_CMOMMT, lambda grid: DELTA_CELLS, replicates=4),
         COOPERATIVE: Design(lambda setting: treatments(setting)[COOPERATIVE]),
         COLLECTIVE: Design(lambda setting: treatments(setting)[COLLECTIVE]),
     }

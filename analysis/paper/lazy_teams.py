@@ -23,16 +23,11 @@ SEEDS: Mapping[tuple[tuple[str, Any], ...], int] = MappingProxyType({(("robot_sp
 
 
 def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
-    """Return the 600 transitions explored in the world of a setting.
+    """Return the 600 transitions explored in the world of a setting, which holds keyword parameters of CMOMMT.
 
     In the default world this is the exploration that ships with the package. In any other world, an exploration of
     the same size is made there, with the seed in `SEEDS`, or else with the seed of the shipped one. Like the constants
     of A-CMOMMT, the exploration is part of the policy: it does not depend on the root seed.
-
-    Parameters
-    ----------
-    setting : mapping
-        Keyword parameters of CMOMMT.
 
     Notes
     -----
@@ -61,12 +56,7 @@ def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
 
 def treatments(setting: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the treatments of the two surfaces of Fig. 11, learned in the world of a setting."""
-    return dict(_treatments(memory_for(setting)))
-
-
-@cache
-def _treatments(memory: LazyMemory) -> dict[str, dict[str, Any]]:
-    return treatments_on(memory)
+    return _learned_from(memory_for(setting))
 
 
 def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, Any]]:
@@ -85,3 +75,7 @@ def treatments_on(memory: LazyMemory, **constants: Any) -> dict[str, dict[str, A
         COOPERATIVE: {"policy": LazyQ(memory, **constants), "awareness": "ring"},
         COLLECTIVE: {"policy": LazyQ(memory, inputs=memory.own, **constants), "awareness": "none"},
     }
+
+
+# A figure and its claims learn once.
+_learned_from = cache(treatments_on)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.paper.claims import Ledger, Verdict, judge, needed
+from teamsight.analysis.paper.claims import Ledger, judge, needed
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import files
@@ -148,10 +149,10 @@ def checkpoint_in(folder: Path) -> Checkpoint:
 def _simulate(plan: Plan, pool: WorkerPool, watch: Watch, checkpoint: Checkpoint) -> dict[str, dict[str, pd.DataFrame]]:
     claimed = needed() if plan.ledger else set[str]()
     drawn = {name for figure in plan.figures for name in FIGURES[figure].needs}
-    requests = []
-    for number, setting in enumerate(plan.settings.values()):
-        names = claimed | drawn if number == 0 else claimed
-        requests.append(Request(setting, chosen(names, plan.grid, setting)))
+    requests = [
+        Request(setting, chosen(claimed if number else claimed | drawn, plan.grid, setting))
+        for number, setting in enumerate(plan.settings.values())
+    ]
     made = make_tables(
         requests,
         pool,
@@ -177,14 +178,10 @@ def _draw(
     jobs = [
         Job(figure, {need: tables[name][need] for need in FIGURES[figure].needs}, conditions) for figure in plan.figures
     ]
-    drawn = 0
-
-    def count(index: int) -> None:
-        nonlocal drawn
-        drawn += 1
-        watch("drawing", drawn, len(jobs))
-
-    for found in pool.map(make, jobs, count, lambda job: f"figure {job.name}"):
+    drawn = count(1)
+    for found in pool.map(
+        make, jobs, lambda index: watch("drawing", next(drawn), len(jobs)), lambda job: f"figure {job.name}"
+    ):
         about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
         for suffix, table in found.tables.items():
             stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
@@ -193,13 +190,13 @@ def _draw(
 
 
 def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
-    verdicts: dict[str, dict[str, Verdict]] = {name: judge(tables[name]) for name in plan.settings}
-    ledger = Ledger(verdicts, plan.conditions())
+    ledger = Ledger({setting: judge(made) for setting, made in tables.items()}, plan.conditions())
+    claimed = needed()
     runs = [
-        found.assign(setting=name, experiment=experiment)
-        for name in plan.settings
-        for experiment, found in tables[name].items()
-        if experiment in needed()
+        found.assign(setting=setting, experiment=name)
+        for setting, made in tables.items()
+        for name, found in made.items()
+        if name in claimed
     ]
     files.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
     files.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)

@@ -26,13 +26,7 @@ def page(*parts: str) -> str:
 
 
 def wrapped(text: str) -> str:
-    """Return Markdown with long lines of paragraphs and list items wrapped.
-
-    Parameters
-    ----------
-    text : str
-        Each line is a paragraph, a list item, a heading or the row of a table.
-    """
+    """Return Markdown with long lines wrapped; each is a paragraph, a list item, a heading or the row of a table."""
     lines, code = [], False
     for line in text.split("\n"):
         code ^= line.startswith("```")

@@ -8,10 +8,10 @@ import importlib
 import json
 import re
 import zlib
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 from teamsight.core import files
 
@@ -79,22 +79,18 @@ class Checkpoint:
         keys : iterable of tuple of str
             Keys of the jobs.
         """
+        names = {_name(key): key for key in keys}
         found = {}
-        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
-            places = _places(file)
-            for key in keys:
-                if place := places.get(_name(key)):
-                    file.seek(place[0])
-                    with contextlib.suppress(ValueError, TypeError, RecursionError):
-                        found[key] = self.codec.decode(file.read(place[1]))
+        for name, content in self._contents():
+            if name in names:
+                with contextlib.suppress(ValueError, TypeError, RecursionError):
+                    found[names[name]] = self.codec.decode(content)
         return found
 
     def count(self, keys: Iterable[Key] | None = None) -> int:
         """Return how many of these jobs are done, or how many jobs in all."""
-        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
-            places = _places(file)
-            return sum(map(_is_current, places)) if keys is None else sum(_name(key) in places for key in keys)
-        return 0
+        done = {name for name, _ in self._contents()}
+        return len(done) if keys is None else sum(_name(key) in done for key in keys)
 
     def add(self, results: Mapping[Key, Any]) -> None:
         """Append results; an interruption loses at most these."""
@@ -106,49 +102,36 @@ class Checkpoint:
 
         Entries of different code are deleted too.
         """
-        kept = {} if keys is None else self._contents(without={_name(key) for key in keys})
+        forgotten = set(map(_name, keys or ()))
+        kept = {} if keys is None else {name: one for name, one in self._contents() if name not in forgotten}
         if not kept:
             self.path.unlink(missing_ok=True)
             return
         with files.complete(self.path) as draft:
             draft.writelines(_record(name, content) for name, content in kept.items())
 
-    def _contents(self, without: Container[str]) -> dict[str, bytes]:
-        found = {}
+    def _contents(self) -> Iterator[tuple[str, bytes]]:
+        """Yield name and content of each record of this code that is complete and undamaged."""
         with contextlib.suppress(OSError), files.open_regular(self.path) as file:
-            for name, (start, length) in _places(file).items():
-                if _is_current(name) and name not in without:
-                    file.seek(start)
-                    found[name] = file.read(length)
-        return found
+            size = file.seek(0, 2)
+            file.seek(0)
+            for line in iter(file.readline, b""):
+                if header := _HEADER.fullmatch(line):
+                    start, length = file.tell(), int(header[2])
+                    content = file.read(length) if length <= size - start else None
+                    if content is None or zlib.crc32(content) != int(header[3], 16):
+                        file.seek(start)
+                    elif (name := header[1].decode()).startswith(code_digest()):
+                        yield name, content
 
 
 def _record(name: str, content: bytes) -> bytes:
     return b'\n["%s",%d,"%08x"]\n%s' % (name.encode(), len(content), zlib.crc32(content), content)
 
 
-def _places(file: BinaryIO) -> dict[str, tuple[int, int]]:
-    """Return offset and length of the content of each record that is complete and undamaged."""
-    size = file.seek(0, 2)
-    file.seek(0)
-    found: dict[str, tuple[int, int]] = {}
-    for line in iter(file.readline, b""):
-        if header := _HEADER.fullmatch(line):
-            start, length = file.tell(), int(header[2])
-            if length <= size - start and zlib.crc32(file.read(length)) == int(header[3], 16):
-                found[header[1].decode()] = start, length
-            else:
-                file.seek(start)
-    return found
-
-
 def _name(key: Key) -> str:
     """Return 32 hexadecimal digits: half of them a digest of the code, half one of the key."""
     return code_digest() + hashlib.blake2b("\0".join(key).encode(), digest_size=8).hexdigest()
-
-
-def _is_current(name: str) -> bool:
-    return name.startswith(code_digest())
 
 
 @cache

@@ -18,14 +18,7 @@ from typing import Any
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.core.files import (
-    UnwritableError,
-    check_name,
-    check_place,
-    complete,
-    open_regular,
-    unwritable,
-)
+from teamsight.core.files import UnwritableError, check_name, check_place, complete, open_regular, unwritable
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -79,15 +79,6 @@ class Run:
     model: Model | None = None
 
     @property
-    def model_class(self) -> Model:
-        """The class of the world, imported only when it is needed."""
-        if self.model is not None:
-            return self.model
-        from teamsight.agents.cmommt import CMOMMT
-
-        return CMOMMT
-
-    @property
     def key(self) -> tuple[str, ...]:
         """Texts that identify the run: two runs of equal keys have equal results."""
         named = (f"{name}={canonical(value)}" for name, value in sorted(self.parameters.items()))
@@ -120,13 +111,11 @@ class Run:
         effort = policy.effort if isinstance(policy, Policy) else 0
         return world + self.steps * robots * effort * _COMPARISON
 
-    def shortest(self) -> Run:
-        """Return the run with a single step, which compiles everything that the run needs."""
-        return replace(self, steps=1)
-
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
-        return self.measure(worlds.begin(self.model_class, self.parameters, self.seed), self.steps)
+        from teamsight.agents.cmommt import CMOMMT
+
+        return self.measure(worlds.begin(self.model or CMOMMT, self.parameters, self.seed), self.steps)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""

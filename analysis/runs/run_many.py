@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import secrets
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -123,9 +123,9 @@ def run_many(
     ):  # fmt: skip
         if not callable(function) and (name, function) != ("model", None):
             raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
-    listed, seeding = _listed(settings), _seeding(replicates, seeds, rng, model)
-    limits.runs(len(listed) * seeding.runs)
-    planned = list(_planned(listed, seeding.seeds_of))
+    listed, (count, seeds_of) = _listed(settings), _seeding(replicates, seeds, rng, model)
+    limits.runs(len(listed) * count)
+    planned = [(setting, *one) for setting in listed for one in enumerate(seeds_of(setting))]
     columns = Columns(measure, frozenset(_OWN).union(*listed))
     runs = [_Row(setting, seed, steps, columns, model, row) for row, (setting, _, seed) in enumerate(planned)]
     with WorkerPool(workers, IMPORTS) as pool:
@@ -220,14 +220,10 @@ def _values(value: Any) -> Sequence[Any]:
     return value.tolist() if isinstance(value, np.ndarray) and value.ndim else [value]
 
 
-class _Seeding(NamedTuple):
-    """How many runs each setting has, and what gives their seeds."""
-
-    runs: int
-    seeds_of: Callable[[Mapping[str, Any]], list[int]]
-
-
-def _seeding(replicates: int | None, seeds: Iterable[int] | None, rng: int | None, model: Model | None) -> _Seeding:
+def _seeding(
+    replicates: int | None, seeds: Iterable[int] | None, rng: int | None, model: Model | None
+) -> tuple[int, Callable[[Mapping[str, Any]], list[int]]]:
+    """Return how many runs each setting has, and the function that returns their seeds."""
     if seeds is not None:
         if replicates is not None or rng is not None:
             raise ValueError("seeds: cannot be combined with replicates or rng; give either")
@@ -236,24 +232,15 @@ def _seeding(replicates: int | None, seeds: Iterable[int] | None, rng: int | Non
         given = [checks.count("seeds", seed, least=0) for seed in islice(seeds, limits.MOST_RUNS + 1)]
         if not given:
             raise ValueError("seeds: there are none; give at least one, or replicates=…")
-        return _Seeding(len(given), lambda setting: given)
+        return len(given), lambda setting: given
     count = limits.runs(1 if replicates is None else replicates, "replicates")
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
     if model is not None:
-        return _Seeding(count, lambda setting: [run_seed(root, run) for run in range(count)])
+        return count, lambda setting: [run_seed(root, run) for run in range(count)]
     from teamsight.agents.cmommt import DEFAULTS
 
     def derived(setting: Mapping[str, Any]) -> list[int]:
-        scenario = (setting.get(name, DEFAULTS[name]) for name in ("robots", "targets", "radius"))
-        robots, targets, radius = scenario
+        robots, targets, radius = (setting.get(name, DEFAULTS[name]) for name in ("robots", "targets", "radius"))
         return [model_seed(root, replicate, robots, targets, radius) for replicate in range(count)]
 
-    return _Seeding(count, derived)
-
-
-def _planned(
-    settings: Iterable[dict[str, Any]], seeds_of: Callable[[Mapping[str, Any]], list[int]]
-) -> Iterator[tuple[dict[str, Any], int, int]]:
-    for setting in settings:
-        for replicate, seed in enumerate(seeds_of(setting)):
-            yield setting, replicate, seed
+    return count, derived

@@ -45,20 +45,13 @@ def canonical(value: Any) -> str:
     kind = type(value)
     if kind is str or kind is bool:
         return repr(value)
-    if kind is int:
-        return str(value)
-    if kind is float:
-        return str(int(value)) if value.is_integer() else value.hex()
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
-    if isinstance(value, bool):
-        return repr(value)
-    if isinstance(value, Integral):
-        return str(int(value))
-    if isinstance(value, Real):
-        number = float(value)
-        return str(int(number)) if number.is_integer() else number.hex()
-    return repr(value)
+    if kind is not int and kind is not float:
+        if isinstance(value, Mapping):
+            return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
+        if not isinstance(value, Real):
+            return repr(value)
+        value = int(value) if isinstance(value, Integral) else float(value)
+    return value.hex() if isinstance(value, float) and not value.is_integer() else str(int(value))
 
 
 def model_seed(root: int, replicate: int, robots: int, targets: int, radius: float) -> int:

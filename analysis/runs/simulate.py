@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
@@ -38,19 +39,8 @@ class Job(Protocol):
         """Texts that identify the job and all its settings."""
 
     @property
-    def likeness(self) -> Any:
-        """Sorting key: jobs that stand together can share one built world."""
-
-    @property
     def cost(self) -> float:
         """Expected work, in steps of a world with 15 robots and 15 targets."""
-
-    @property
-    def kind(self) -> tuple[str, ...]:
-        """Texts that determine which kernels the job needs."""
-
-    def shortest(self) -> Job | None:
-        """Return a job that compiles all these kernels, or None if they need not be compiled beforehand."""
 
     def make(self, worlds: ReusedWorlds) -> Any:
         """Do the work in this process and return the result."""
@@ -95,7 +85,8 @@ def run_all(
 
     with contextlib.nullcontext(pool) if pool is not None else WorkerPool(1) as workers:
         if workers.size > 1:
-            workers.map(_compile, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
+            # In one worker, so that no two workers compile the same kernels.
+            workers.map(_make, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
         chunks = _chunks(missing, workers.size)
 
         def keep(index: int, made: list[Any]) -> None:
@@ -113,8 +104,9 @@ def run_all(
     return [results[key] for key, _ in asked]
 
 
-def _likeness(entry: tuple[Key, Job]) -> Any:
-    return entry[1].likeness
+def _likeness(entry: tuple[Key, Job]) -> tuple[object, ...]:
+    """Sorting key that puts runs together which can share one built world; other jobs stay in their order."""
+    return entry[1].likeness if isinstance(entry[1], Run) else ()
 
 
 def _chunks(jobs: Sequence[tuple[Key, Job]], workers: int) -> list[list[tuple[Key, Job]]]:
@@ -132,16 +124,9 @@ def _chunks(jobs: Sequence[tuple[Key, Job]], workers: int) -> list[list[tuple[Ke
 
 
 def _one_of_each_kind(jobs: Iterable[Job]) -> list[Job]:
-    """Return a short job for each combination of components; numbers do not change what is compiled."""
-    kinds: dict[tuple[str, ...], Job] = {}
-    for job in jobs:
-        kinds.setdefault(job.kind, job)
-    return [short for job in kinds.values() if (short := job.shortest()) is not None]
-
-
-def _compile(jobs: Sequence[Job]) -> None:
-    """Make short jobs in one worker, so that no two workers compile the same kernels."""
-    _make(jobs)
+    """Return a short run for each combination of components; numbers do not change what is compiled."""
+    kinds = {job.kind: job for job in jobs if isinstance(job, Run)}
+    return [replace(run, steps=1) for run in kinds.values()]
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:

@@ -80,12 +80,10 @@ def supports(trials: float, risk: float, confidence: float = 0.95) -> bool:
 
     Parameters
     ----------
-    trials : float
-        Number of independent trials, above 0.
+    trials, confidence
+        See `supported_risk`.
     risk : float
         Maximum probability of exceeding δ.
-    confidence : float
-        Confidence of the bound.
     """
     return supported_risk(trials, confidence) <= risk * (1 + 1e-9)
 

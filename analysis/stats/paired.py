@@ -45,14 +45,6 @@ def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level:
     return cells.assign(low=cells["mean"] - wide, high=cells["mean"] + wide)
 
 
-def cell_maxima(table: pd.DataFrame, value: str) -> pd.DataFrame:
-    """Return the largest `value` over the replicates of each cell: columns robots, radius, mean.
-
-    The column is named as in `cell_means`, so that `grid_of` accepts both.
-    """
-    return table.groupby(list(CELL), sort=True).agg(mean=(value, "max")).reset_index()
-
-
 def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fraction") -> pd.DataFrame:
     """Return the paired differences of `value` in `table` and `base`, with the same scenario and noise in each pair.
 
@@ -79,6 +71,21 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
 def grid_of(cells: pd.DataFrame, value: str = "mean") -> pd.DataFrame:
     """Return `value` as a table with a row for each team size and a column for each radius."""
     return cells.pivot(index="robots", columns="radius", values=value).sort_index(axis=0).sort_index(axis=1)
+
+
+def percent(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the mean observed fraction of each cell [%]: rows are team sizes, columns radii."""
+    return grid_of(cell_means(table, "observed_fraction")) * 100.0
+
+
+def maxima(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the largest number of neighbours over the replicates of each cell: rows are team sizes, columns radii."""
+    return table.pivot_table("max_neighbours", "robots", "radius", aggfunc="max")
+
+
+def gain(table: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
+    """Return the paired gain of each cell in percentage points: rows are team sizes, columns radii."""
+    return grid_of(cell_means(paired(table, base), "difference")) * 100.0
 
 
 def includes_zero(cells: pd.DataFrame) -> pd.DataFrame:

@@ -24,7 +24,8 @@ def calibrate(settings: CalibrateSettings) -> None:
     """Search the constants that the paper leaves open.
 
     SEARCH is 'model' (speeds, idle behaviour and weights of A-CMOMMT, for the preset touzet2000) or 'lazy' (constants
-    of lazy learning). Writes a table of all trials and a page about them. Changes no default.
+    of lazy learning). Writes a table of all trials and a page about them. Changes no default. After an interruption the
+    same command continues from there.
 
     \b
     Examples:
@@ -32,16 +33,13 @@ def calibrate(settings: CalibrateSettings) -> None:
       teamsight calibrate lazy --out calibration --workers 2
     """
     from teamsight.analysis.calibration.calibrate import calibrate as search
+    from teamsight.analysis.calibration.calibrate import checkpoint_in
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    with (
-        when_stopped(lambda: "nothing was kept"),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    kept = checkpoint_in(folder, settings.search)
+    stopped = when_stopped(lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there")
+    with stopped, working(settings.workers) as (watch, pool):
         written = search(settings.search, folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

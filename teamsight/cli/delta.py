@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teamsight.analysis.runs.limits import MOST_RUNS
 from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
 from teamsight.cli.paths import check_apart
+from teamsight.world.limits import length
 
 if TYPE_CHECKING:
     from teamsight.analysis.delta.report import DeltaReport
@@ -24,7 +28,7 @@ class DeltaSettings(Settings):
     robots: int = values.agents(30, "Number of robots.")
     targets: int = values.agents(15, "Number of targets; only policies that follow targets depend on it.")
     radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.policy("random-walk")
+    policy: str = values.choice("random-walk", "Policy of the robots: {names}.", values.POLICIES)
     preset: str | None = values.preset()
     awareness_range: float = values.number(
         1.0,
@@ -66,12 +70,26 @@ class DeltaSettings(Settings):
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
         self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
-        from teamsight.world.limits import length
-
         length("awareness_range", self.awareness_range)
-        runs = limits.runs_within(self.risk, self.runs)
-        limits.check_work(self.robots, self.targets, self.steps, runs)
-        limits.check_neighbours(self.robots, self.targets, self.radius, self.awareness_range)
+        limits.check_worlds(
+            self.robots, self.targets, self.radius, self.steps, self.runs_needed(), awareness_range=self.awareness_range
+        )
+
+    def runs_needed(self) -> int:
+        """Return the number of runs: the given one, or the 10 / risk that a risk needs.
+
+        Raises
+        ------
+        ValueError
+            If the risk needs too many runs.
+        """
+        needed = math.ceil(10 / self.risk) if self.runs is None else self.runs
+        if needed > MOST_RUNS:
+            raise ValueError(
+                f"risk={self.risk:g}: needs 10 / risk = {needed:.1e} runs, at most {MOST_RUNS}; give a risk of "
+                f"at least {10 / MOST_RUNS:g}, or --runs"
+            )
+        return needed
 
     def _refuse(self, names: tuple[str, ...], reason: str) -> None:
         for name in names:
@@ -106,15 +124,13 @@ def delta(settings: DeltaSettings) -> None:
 
 def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.analysis.delta.choose import choose_delta
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import working
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
     world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "preset"))
-    runs = limits.runs_within(settings.risk, settings.runs)
-    workers = limits.workers_for(settings.workers, (settings.robots + settings.targets) * settings.steps * runs)
-    with watching() as watch, WorkerPool(workers, IMPORTS, watch.print) as pool:
+    runs = settings.runs_needed()
+    agent_steps = (settings.robots + settings.targets) * settings.steps * runs
+    with working(settings.workers, agent_steps) as (watch, pool):
         return choose_delta(
             world,
             runs=runs,
@@ -122,25 +138,24 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
             risk=settings.risk,
             rng=settings.seed,
             pool=pool,
-            progress=lambda done, total: watch("simulating", done, total),
+            progress=partial(watch, "simulating"),
         )
 
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
     from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import Watch
 
     assert settings.trajectories is not None
-    with watching() as watch:
-        trajectories = read_trajectories(
-            settings.trajectories, sort=settings.sort, progress=lambda done, total: watch("reading", done, total)
-        )
+    with Watch() as watch:
+        progress = partial(watch, "reading")
+        trajectories = read_trajectories(settings.trajectories, sort=settings.sort, progress=progress)
         return delta_from_trajectories(
             trajectories,
             settings.awareness_range,
             risk=settings.risk,
             window=settings.window,
-            progress=lambda done, total: watch("counting", done, total),
+            progress=partial(watch, "counting"),
         )
 
 

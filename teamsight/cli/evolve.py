@@ -49,17 +49,14 @@ def train(settings: TrainSettings) -> None:
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.evolution.cma import Evolution, check_installed
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     evolution = Evolution(population=settings.population, seed=settings.seed)
     check_installed()
     folder = prepare_folder(settings.out)
     with (
         when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
+        working(settings.workers) as (watch, pool),
     ):
         evolve.train(evolution, settings.generations, folder, pool, watch, force=settings.force)
     say(f"constants in {folder / evolve.CONSTANTS}")
@@ -78,16 +75,10 @@ def test(settings: TestSettings) -> None:
     """
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    with (
-        when_stopped(lambda: "nothing was kept"),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
         evolve.evaluate(
             folder, pool, watch,
             constants=settings.constants, training=settings.training, runs=settings.runs, force=settings.force,

@@ -40,7 +40,8 @@ def run_and_exit(commands: click.Group, arguments: Sequence[str] | None) -> NoRe
     output = sys.stdout
     try:
         status = commands.main(args=arguments, prog_name="teamsight", standalone_mode=False)
-        streams.flush(output)
+        if output is not None:
+            output.flush()
     except (click.Abort, KeyboardInterrupt) as stop:
         if isinstance(stop.__cause__, EOFError):
             # click takes the end of any file for the end of the terminal's input.

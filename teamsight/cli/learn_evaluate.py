@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Option, Settings
-from teamsight.cli.paths import check_apart, file
+from teamsight.cli.options import Settings
+from teamsight.cli.paths import check_apart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +27,7 @@ _LONG = 30
 class EvaluateSettings(Settings):
     """Settings of ``teamsight learn evaluate``."""
 
-    memory: Path = Option(file, None, "Memory to learn from.", "MEMORY", kind="argument", required=True)  # type: ignore[assignment]
+    memory: Path = values.file("Memory to learn from.", metavar="MEMORY", kind="argument", required=True)
     learner: str = values.choice("lazy", "Learner: {names}.", values.LEARNERS)
     reward: str = values.reward("own")
     k: int | None = values.matches()
@@ -46,9 +47,7 @@ class EvaluateSettings(Settings):
 
     def check(self) -> None:
         """Refuse worlds that are too large."""
-        robots = self.robots or 1
-        limits.check_work(robots, self.targets, self.steps, self.runs)
-        limits.check_neighbours(robots, self.targets, self.radius, 1.0)
+        limits.check_worlds(self.robots or 1, self.targets, self.radius, self.steps, self.runs)
 
 
 def evaluate(settings: EvaluateSettings) -> None:
@@ -69,9 +68,7 @@ def evaluate(settings: EvaluateSettings) -> None:
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import Watch, working
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
@@ -85,11 +82,12 @@ def evaluate(settings: EvaluateSettings) -> None:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
-    with when_stopped(lambda: "nothing was kept"), watching() as watch:
-        policies = _learned(settings, memory, watch)
-        work = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
-        with WorkerPool(limits.workers_for(settings.workers, work), IMPORTS, watch.print) as pool:
-            table = evaluation.evaluate(policies, scenario, pool, lambda done, total: watch("simulating", done, total))
+    with when_stopped(lambda: "nothing was kept"):
+        with Watch() as watch:
+            policies = _learned(settings, memory, watch)
+        agent_steps = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
+        with working(settings.workers, agent_steps) as (watch, pool):
+            table = evaluation.evaluate(policies, scenario, pool, partial(watch, "simulating"))
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
     _print(table, settings, memory, scenario, time.perf_counter() - began)
@@ -118,8 +116,7 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     robots = settings.robots
     if robots is None:
         robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
-    limits.check_work(robots, settings.targets, settings.steps, settings.runs)
-    limits.check_neighbours(robots, settings.targets, settings.radius, 1.0)
+    limits.check_worlds(robots, settings.targets, settings.radius, settings.steps, settings.runs)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
     return evaluation.Scenario(
@@ -129,21 +126,20 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
 
 def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
     from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import REWARDS, Objective, search_seconds
+    from teamsight.analysis.learning.learners import Objective, search_seconds
+    from teamsight.analysis.learning.registry import REWARDS
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
     objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, objective)
     if expected > _LONG:
-        watch.print(
+        watch.emit(
             f"learning from {len(memory)} transitions takes about {expected / 60:.0f} min, since each is compared with "
             "all others; --sample 30000 takes seconds, and --discount 0 needs no comparison"
         )
     watch("learning", 0, 1)
     try:
-        return evaluation.contenders(
-            settings.learner, memory, objective, lambda done, total: watch("learning", done, total)
-        )
+        return evaluation.contenders(settings.learner, memory, objective, partial(watch, "learning"))
     except TooManyStatesError as error:
         wrong = str(error).partition(";")[0]
         raise ValueError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from teamsight.policies.memory import LazyMemory
 
 
-def _distances() -> Iterable[str]:
-    return ("random", "full")
-
-
 class ExploreSettings(Settings):
     """Settings of ``teamsight learn explore``."""
 
@@ -29,11 +25,15 @@ class ExploreSettings(Settings):
     radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
     steps: int = values.steps(120, "Number of steps in each world.")
     runs: int = values.runs(1, "Number of worlds; each gives robots × steps transitions.")
-    awareness: str = values.awareness("ring", "Degree of awareness that determines the situations: {names}.")
+    awareness: str = values.choice(
+        "ring", "Degree of awareness that determines the situations: {names}.", values.DEGREES
+    )
     delta: int = values.sectors(16)
-    policy: str = values.policy("random-walk", "Policy of the robots during the exploration: {names}.")
+    policy: str = values.choice("random-walk", "Policy of the robots during the exploration: {names}.", values.POLICIES)
     distance: str = values.choice(
-        "random", "Distance that random walkers move per step, as a fraction of their speed: {names}.", _distances
+        "random",
+        "Distance that random walkers move per step, as a fraction of their speed: {names}.",
+        lambda: ("random", "full"),
     )
     robot_speed: float = values.length(0.1, "Maximum distance that a robot moves per step, in sensing ranges.")
     seed: int = values.seed(0, "Seed of the exploration.")
@@ -45,11 +45,9 @@ class ExploreSettings(Settings):
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""
         limits.check_sectors(self)
-        limits.check_work(self.robots, self.targets, self.steps, self.runs)
-        relayed = limits.relays(self.awareness)
-        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed)
-        added = limits.added_inputs(self.awareness, self.delta, self.robots)
-        limits.check_transitions(self.robots, self.steps, self.runs, added)
+        degrees = (self.awareness,)
+        limits.check_worlds(self.robots, self.targets, self.radius, self.steps, self.runs, degrees=degrees)
+        limits.check_transitions(self.robots, self.steps, self.runs, degrees, self.delta)
         if self.policy != "random-walk" and "distance" in self.given:
             raise ValueError(
                 f"distance={self.distance}: applies to the policy random-walk only, and policy={self.policy}; leave it "
@@ -120,14 +118,9 @@ def plan_of(settings: ExploreSettings) -> Exploration:
     if policy == "random-walk":
         policy = RandomWalk(random_distance=settings.distance == "random")
     return Exploration(
-        robots=settings.robots,
-        targets=settings.targets,
-        radius=settings.radius,
-        steps=settings.steps,
-        runs=settings.runs,
+        **settings.values(("robots", "targets", "radius", "steps", "runs", "seed")),
         awareness=awareness_named(settings.awareness, {"delta": settings.delta}),
         policy=policy,
-        seed=settings.seed,
         world={"robot_speed": settings.robot_speed},
     )
 
@@ -161,18 +154,12 @@ def _held(settings: ExploreSettings) -> LazyMemory | None:
 
 def _explored(plan: Exploration, workers: int | None, checkpoint: Checkpoint) -> LazyMemory:
     from teamsight.analysis.learning.explore import explore
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import working
 
     # A short exploration is made in this process.
-    count = (workers or cores()) if plan.is_long else 1
-    with watching() as watch, WorkerPool(count, ("teamsight.analysis.learning.explore",), watch.print) as pool:
-        return explore(
-            plan,
-            pool=pool,
-            checkpoint=checkpoint if plan.is_long else None,
-            progress=lambda done, total: watch("exploring", done, total),
-        )
+    with working(workers if plan.is_long else 1) as (watch, pool):
+        kept = checkpoint if plan.is_long else None
+        return explore(plan, pool=pool, checkpoint=kept, progress=partial(watch, "exploring"))
 
 
 def _kept(plan: Exploration, checkpoint: Checkpoint) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,8 @@ _PICTURE = "learning-curves.png"
 _QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 3, "worlds": 2}
 # Numbers of samples of one figure.
 _MOST_SAMPLES = 100
+# Rows of the table of tests.
+_MOST_ROWS = 2e6
 # Steps of each explored world, as in the paper.
 _EXPLORED_STEPS = 120
 
@@ -71,14 +74,16 @@ class FigureSettings(Settings):
             for name, value in _QUICK.items():
                 if name not in self.given:
                     setattr(self, name, value)
-        limits.check_neighbours(self.robots, self.targets, self.radius, 1.0, relayed=True)
         explored = -(-max(self.samples) // (self.robots * _EXPLORED_STEPS))
         degrees = tuple(values.DEGREES())
-        added = max(limits.added_inputs(degree, 16, self.robots) for degree in degrees)
-        limits.check_transitions(self.robots, _EXPLORED_STEPS, explored, added)
+        limits.check_transitions(self.robots, _EXPLORED_STEPS, explored, degrees, 16)
         tests = float(self.memories) * self.worlds * (len(degrees) * len(self.learners) * len(self.samples) + 2)
-        limits.check_rows(tests, f"memories={self.memories}, worlds={self.worlds}, {len(self.samples)} samples")
-        limits.check_work(self.robots, self.targets, self.steps, int(tests))
+        if tests > _MOST_ROWS:
+            raise ValueError(
+                f"memories={self.memories}, worlds={self.worlds}, {len(self.samples)} samples: makes {tests:.1e} rows, "
+                f"at most {_MOST_ROWS:g}; reduce one of them"
+            )
+        limits.check_worlds(self.robots, self.targets, self.radius, self.steps, int(tests), degrees=degrees)
 
 
 def figure(settings: FigureSettings) -> None:
@@ -102,9 +107,7 @@ def figure(settings: FigureSettings) -> None:
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
     from teamsight.analysis.runs.checkpoint import Checkpoint
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, watching
+    from teamsight.cli.show import say, working
 
     curves = curves_of(settings)
     check_objective(curves.learners, curves.reward, curves.k, min(curves.samples))
@@ -118,10 +121,8 @@ def figure(settings: FigureSettings) -> None:
     checkpoint.check()
     began = time.perf_counter()
     with when_stopped(lambda: _kept(curves, checkpoint)):
-        with watching() as watch, WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool:
-            table = make_curves(
-                curves, pool, checkpoint=checkpoint, progress=lambda done, total: watch("learning", done, total)
-            )
+        with working(settings.workers) as (watch, pool):
+            table = make_curves(curves, pool, checkpoint=checkpoint, progress=partial(watch, "learning"))
         points, gains = curve_points(table), awareness_gains(table)
         for name, found in zip(_FILES, (table, points, gains), strict=True):
             files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)

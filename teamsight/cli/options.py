@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import click
 
+from teamsight.core import checks
+
 S = TypeVar("S", bound="Settings")
 
 
@@ -25,39 +27,17 @@ class InputError(Exception):
 
 @dataclass(frozen=True)
 class Option:
-    """One option or argument of a command.
+    """One option or argument of a command."""
 
-    Parameters
-    ----------
-    check : callable
-        Takes the option's name and text and returns its value; raises ValueError or TypeError.
-    default : Any
-        The value where the option is not given.
-    help : str
-        One sentence; ``{names}`` stands for the names that may be given.
-    metavar : str
-        What stands for the value in the help.
-    shown : str
-        The default in the help, where it is not the value itself.
-    names : callable, optional
-        Returns the names that may be given.
-    kind : {"option", "flag", "argument"}
-        How it stands on the command line.
-    many : bool
-        Whether it may be given several times.
-    required : bool
-        Whether it must be given.
-    """
-
-    check: Callable[[str, Any], Any]
-    default: Any
-    help: str
-    metavar: str = "TEXT"
-    shown: str = ""
-    names: Callable[[], Iterable[str]] | None = None
-    kind: str = "option"
-    many: bool = False
-    required: bool = False
+    check: Callable[[str, Any], Any]  # takes its name and text, returns its value, raises ValueError or TypeError
+    default: Any  # the value where it is not given
+    help: str  # one sentence; ``{names}`` stands for the names that may be given
+    metavar: str = "TEXT"  # what stands for the value in the help
+    shown: str = ""  # the default in the help, where it is not the value itself
+    names: Callable[[], Iterable[str]] | None = None  # returns the names that may be given
+    kind: str = "option"  # how it stands on the command line: as "option", "flag" or "argument"
+    many: bool = False  # whether it may be given several times
+    required: bool = False  # whether it must be given
 
     def help_text(self) -> str:
         """Return the help with the names that may be given."""
@@ -166,8 +146,6 @@ class Group(click.Group):
         return super().parse_args(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        from teamsight.core import checks
-
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
 

@@ -13,8 +13,8 @@ from teamsight.core import checks
 _ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")
 
 
-def file(name: str, text: str) -> Path:
-    """Return the path of a file to read or to write.
+def path(name: str, text: str, wanted: str) -> Path:
+    """Return the path of a file or of a folder.
 
     Parameters
     ----------
@@ -22,21 +22,29 @@ def file(name: str, text: str) -> Path:
         What the error calls it.
     text : str
         The path as it was given.
+    wanted : {"a file", "a folder"}
+        What it must be able to be.
 
     Raises
     ------
     ValueError
-        If it cannot be the path of a file.
+        If it cannot be such a path.
     """
-    path = _path(name, text, "a file")
-    if os.path.basename(text) in ("", ".", ".."):
+    if not text.strip():
+        raise ValueError(f"{name}={checks.shown(text)}: is empty; give {wanted}")
+    if "\0" in text:
+        raise ValueError(f"{name}={checks.shown(text)}: contains a null character; give {wanted}")
+    if _ADDRESS.match(text):
+        raise ValueError(f"{name}={checks.shown(text)}: is an address; give {wanted} on this machine")
+    # Shells expand "~" neither in quotes nor behind "=".
+    expanded = os.path.expanduser(text)
+    if expanded.startswith("~"):
+        raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
+    if wanted == "a file" and os.path.basename(text) in ("", ".", ".."):
         raise ValueError(f"{name}={checks.shown(text)}: is a folder; give a file")
-    return path
-
-
-def folder(name: str, text: str) -> Path:
-    """Return the path of a folder; see `file`."""
-    return _path(name, text, "a folder")
+    found = Path(expanded)
+    # pathlib drops the "./" of "./~", and the result would be expanded again.
+    return found.absolute() if os.fspath(found).startswith("~") else found
 
 
 def check_apart(option: str, path: Path, name: str, read: Path) -> None:
@@ -57,19 +65,3 @@ def check_apart(option: str, path: Path, name: str, read: Path) -> None:
     with contextlib.suppress(OSError):  # one of them does not exist
         if os.path.samefile(path, read):
             raise ValueError(f"{option}={path}: is the {name} file, which would be overwritten; give another place")
-
-
-def _path(name: str, text: str, wanted: str) -> Path:
-    if not text.strip():
-        raise ValueError(f"{name}={checks.shown(text)}: is empty; give {wanted}")
-    if "\0" in text:
-        raise ValueError(f"{name}={checks.shown(text)}: contains a null character; give {wanted}")
-    if _ADDRESS.match(text):
-        raise ValueError(f"{name}={checks.shown(text)}: is an address; give {wanted} on this machine")
-    # Shells expand "~" neither in quotes nor behind "=".
-    expanded = os.path.expanduser(text)
-    if expanded.startswith("~"):
-        raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
-    path = Path(expanded)
-    # pathlib drops the "./" of "./~", and the result would be expanded again.
-    return path.absolute() if os.fspath(path).startswith("~") else path

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,19 +61,13 @@ def reproduce(settings: ReproduceSettings) -> None:
     from teamsight.analysis.paper.reproduce import check_results
     from teamsight.analysis.paper.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
-    from teamsight.cli.show import say, show_ledger, watching
+    from teamsight.cli.show import say, show_ledger, working
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with (
-        when_stopped(lambda: _kept(folder)),
-        watching() as watch,
-        WorkerPool(settings.workers or cores(), IMPORTS, watch.print) as pool,
-    ):
+    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
@@ -102,17 +96,14 @@ def plan_of(settings: ReproduceSettings) -> Plan:
     )
 
 
-def _summaries(plan: Plan, folder: Path) -> list[str]:
+def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
     import pandas as pd
 
     from teamsight.analysis.paper.figures import FIGURES
 
-    found = []
     for name in plan.figures:
-        summarise = FIGURES[name].summarise
-        if summarise is not None:
-            found.append(f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}")
-    return found
+        if summarise := FIGURES[name].summarise:
+            yield f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}"
 
 
 def _kept(folder: Path) -> str:

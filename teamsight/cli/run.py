@@ -22,8 +22,8 @@ class RunSettings(Settings):
     robots: int = values.agents(10, "Number of robots.")
     targets: int = values.agents(15, "Number of targets.")
     radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.policy("a-cmommt")
-    awareness: str = values.awareness("pairwise")
+    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
+    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
     delta: int = values.sectors(16)
     awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     steps: int = values.steps(600, "Number of steps.")
@@ -35,9 +35,10 @@ class RunSettings(Settings):
     def check(self) -> None:
         """Refuse a number of sectors without a ring, and worlds that are too large."""
         limits.check_sectors(self)
-        limits.check_work(self.robots, self.targets, self.steps)
-        relayed = limits.relays(self.awareness)
-        limits.check_neighbours(self.robots, self.targets, self.radius, self.awareness_range, relayed)
+        limits.check_worlds(
+            self.robots, self.targets, self.radius, self.steps,
+            awareness_range=self.awareness_range, degrees=(self.awareness,),
+        )  # fmt: skip
 
 
 def run(settings: RunSettings) -> None:
@@ -53,7 +54,7 @@ def run(settings: RunSettings) -> None:
     from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.runs import files
-    from teamsight.cli.show import watching
+    from teamsight.cli.show import Watch
 
     parameters = settings.values(without=("steps", "seed", "save", "force"))
     if settings.awareness not in with_option("delta"):
@@ -64,7 +65,7 @@ def run(settings: RunSettings) -> None:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
-    with watching() as watch:
+    with Watch() as watch:
         part = -(-settings.steps // _PARTS)
         for start in range(0, settings.steps, part):
             world.run(min(part, settings.steps - start))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -25,48 +26,58 @@ from teamsight.cli.streams import LossyStream, give_up, named
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.claims import Ledger
+    from teamsight.analysis.runs.workers import WorkerPool
+
+# Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.
+_SHORT = 1e8
 
 
-class Watch:
-    """Shows progress: one bar for each phase, and lines above the bars.
+class Watch(Progress):
+    """Progress on standard error: a bar for each phase, and lines above the bars; lines only if it is no terminal."""
 
-    Parameters
-    ----------
-    progress : Progress
-        What draws the bars.
-    """
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
+    def __init__(self) -> None:
+        console = Console(stderr=True)
+        if sys.stderr is not None:
+            console.file = cast(TextIO, LossyStream(sys.stderr))
+        super().__init__(
+            TextColumn("{task.description:<12}"),
+            BarColumn(bar_width=32),
+            TaskProgressColumn(),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console, transient=True, disable=not console.is_terminal,
+        )  # fmt: skip
         self._bars: dict[str, TaskID] = {}
 
     def __call__(self, phase: str, done: float, total: float) -> None:
         """Show how much of a phase is done."""
         if phase not in self._bars:
-            self._bars[phase] = self._progress.add_task(phase, total=total)
-        self._progress.update(self._bars[phase], completed=done, total=total)
+            self._bars[phase] = self.add_task(phase, total=total)
+        self.update(self._bars[phase], completed=done, total=total)
 
-    def print(self, line: str) -> None:
+    def emit(self, line: str) -> None:
         """Print a line above the bars."""
-        self._progress.console.print(line, highlight=False, markup=False)
+        self.console.print(line, highlight=False, markup=False)
 
 
 @contextlib.contextmanager
-def watching() -> Iterator[Watch]:
-    """Show progress on standard error; if that is not a terminal, print lines only."""
-    columns = (
-        TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=32),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    console = Console(stderr=True)
-    if sys.stderr is not None:
-        console.file = cast(TextIO, LossyStream(sys.stderr))
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        yield Watch(progress)
+def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tuple[Watch, WorkerPool]]:
+    """Show progress, and start a worker pool whose messages stand above the bars.
+
+    Parameters
+    ----------
+    workers : int or None
+        The number of workers; None stands for the number of cores, or for 1 if the work is short.
+    agent_steps : float
+        Agents × steps × runs of the command.
+    """
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool, cores
+
+    number = workers or (cores() if agent_steps > _SHORT else 1)
+    with Watch() as watch, WorkerPool(number, IMPORTS, watch.emit) as pool:
+        yield watch, pool
 
 
 def plural(count: int, noun: str) -> str:

@@ -13,18 +13,6 @@ OUTPUT = "standard output"
 _OF_WRITING = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO} if hasattr(errno, "EDQUOT") else {errno.ENOSPC}
 
 
-def flush(output: TextIO | None) -> None:
-    """Flush standard output, if there is one.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
-    if output is not None:
-        output.flush()
-
-
 def failure_of(output: TextIO | None, error: OSError) -> OSError | None:
     """Return the error of standard output, or None if it has none; after an error, its output is discarded.
 
@@ -36,7 +24,8 @@ def failure_of(output: TextIO | None, error: OSError) -> OSError | None:
         What ended the command. Errors of files are of other types or have a file name; one without is of the output.
     """
     try:
-        flush(output)
+        if output is not None:
+            output.flush()
     except OSError as found:
         error = found
     else:

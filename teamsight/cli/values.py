@@ -6,14 +6,19 @@ They are typed as returning Any, so that a settings class can annotate the attri
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
+from importlib import import_module
 from typing import Any
 
+from teamsight.analysis.runs.limits import MOST_RUNS, MOST_STEPS
 from teamsight.cli import limits, paths
 from teamsight.cli.options import Option
 from teamsight.core import checks
+from teamsight.world import limits as world_limits
 
 # Python takes long to read longer numbers, or refuses them.
 _LONGEST_NUMBER = 500
+_file = partial(paths.path, wanted="a file")
 
 
 def number_in(text: Any) -> Any:
@@ -28,35 +33,26 @@ def number_in(text: Any) -> Any:
     return text
 
 
+def _numeric(check: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
+    return lambda name, text: check(name, number_in(text))
+
+
 def count(
     default: int | None, help: str, *, least: int = 1, most: int | None = None, cure: str = "", shown: str = ""
 ) -> Any:
     """Declare a whole number of at least `least` and at most `most`."""
-
-    def check(name: str, text: Any) -> int:
-        return checks.count(name, number_in(text), least=least, most=most, cure=cure)
-
-    return Option(check, default, help, "INTEGER", shown)
+    check = partial(checks.count, least=least, most=most, cure=cure)
+    return Option(_numeric(check), default, help, "INTEGER", shown)
 
 
 def number(default: float | None, help: str, *, least: float, most: float, shown: str = "") -> Any:
     """Declare a finite number of at least `least` and at most `most`."""
-
-    def check(name: str, text: Any) -> float:
-        return checks.number(name, number_in(text), least=least, most=most)
-
-    return Option(check, default, help, "NUMBER", shown)
+    return Option(_numeric(partial(checks.number, least=least, most=most)), default, help, "NUMBER", shown)
 
 
 def length(default: float, help: str) -> Any:
     """Declare a length or a speed, in the unit of the model."""
-
-    def check(name: str, text: Any) -> float:
-        from teamsight.world.limits import length
-
-        return length(name, number_in(text))
-
-    return Option(check, default, help, "NUMBER")
+    return Option(_numeric(world_limits.length), default, help, "NUMBER")
 
 
 def agents(default: int | None, help: str, shown: str = "") -> Any:
@@ -66,12 +62,12 @@ def agents(default: int | None, help: str, shown: str = "") -> Any:
 
 def runs(default: int | None, help: str, shown: str = "") -> Any:
     """Declare a number of runs, worlds or memories."""
-    return count(default, help, most=limits.MOST_RUNS, shown=shown)
+    return count(default, help, most=MOST_RUNS, shown=shown)
 
 
 def steps(default: int, help: str = "Number of steps of each run.") -> Any:
     """Declare a number of steps."""
-    return count(default, help, most=limits.MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
+    return count(default, help, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
 
 
 def seed(default: int, help: str) -> Any:
@@ -82,13 +78,13 @@ def seed(default: int, help: str) -> Any:
 def workers() -> Any:
     """Declare the number of worker processes; None stands for the number of cores."""
 
-    def check(name: str, text: Any) -> int:
+    def check(name: str, number: Any) -> int:
         from teamsight.analysis.runs.workers import check_workers
 
-        return check_workers(number_in(text))
+        return check_workers(number)
 
     help = "Number of worker processes. The results do not depend on it."
-    return Option(check, None, help, "INTEGER", "number of cores")
+    return Option(_numeric(check), None, help, "INTEGER", "number of cores")
 
 
 def choice(default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = ()) -> Any:
@@ -100,36 +96,38 @@ def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[st
     """Declare several of some names, with commas between them; an error calls one of them `called`."""
 
     def check(name: str, text: str) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(checks.choice(called, part.strip(), names()) for part in text.split(",")))
+        return _distinct(called, (part.strip() for part in text.split(",")), names)
 
     return Option(check, default, help, "NAMES", ",".join(default), names=names)
 
 
+def _distinct(called: str, texts: Iterable[str], names: Callable[[], Iterable[str]]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(checks.choice(called, text, names()) for text in texts))
+
+
 def argument(metavar: str, names: Callable[[], Iterable[str]], *, many: bool = False) -> Any:
     """Declare an argument that is one of some names, or, if `many`, any number of them."""
-    called = metavar.lower()
 
     def check(name: str, given: Any) -> Any:
-        if many:
-            return tuple(dict.fromkeys(checks.choice(called, text, names()) for text in given))
-        return checks.choice(called, given, names())
+        chosen = _distinct(metavar.lower(), given if many else (given,), names)
+        return chosen if many else chosen[0]
 
     default, shown = ((), f"[{metavar}]...") if many else (None, metavar)
     return Option(check, default, "", shown, kind="argument", many=many, required=not many)
 
 
-def file(help: str, *, required: bool = False, many: bool = False, shown: str = "") -> Any:
-    """Declare a file to read or to write; without a default."""
+def file(help: str, *, metavar: str = "FILE", many: bool = False, shown: str = "", **how: Any) -> Any:
+    """Declare a file to read or to write, without a default; `how` is passed on to `Option`."""
 
     def check(name: str, text: Any) -> Any:
-        return tuple(paths.file(name, one) for one in text) if many else paths.file(name, text)
+        return tuple(_file(name, one) for one in text) if many else _file(name, text)
 
-    return Option(check, () if many else None, help, "FILE", shown, many=many, required=required)
+    return Option(check, () if many else None, help, metavar, shown, many=many, **how)
 
 
 def folder(default: Any, help: str) -> Any:
     """Declare a folder."""
-    return Option(paths.folder, default, help, "FOLDER")
+    return Option(partial(paths.path, wanted="a folder"), default, help, "FOLDER")
 
 
 def flag(help: str) -> Any:
@@ -144,31 +142,14 @@ def force() -> Any:
 
 def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
     """Return a function that returns the names in a registry, imported when it is called."""
-
-    def names() -> Iterable[str]:
-        import importlib
-
-        found: Iterable[str] = getattr(importlib.import_module(module), name)
-        return found
-
-    return names
+    return lambda: getattr(import_module(module), name)
 
 
 POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
-LEARNERS = registry("teamsight.analysis.learning.learners", "LEARNERS")
-REWARDS = registry("teamsight.analysis.learning.learners", "REWARDS")
-
-
-def policy(default: str, help: str = "Policy of the robots: {names}.") -> Any:
-    """Declare a policy by name."""
-    return choice(default, help, POLICIES)
-
-
-def awareness(default: str, help: str = "Degree of awareness: {names}.") -> Any:
-    """Declare a degree of awareness by name."""
-    return choice(default, help, DEGREES)
+LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
+REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")
 
 
 def sectors(default: int) -> Any:

@@ -128,13 +128,6 @@ def number(
         result = float(value)
     except (ArithmeticError, ValueError):  # larger than any float, or a NaN that signals
         result = math.nan
-    limits = []
-    if above is not None:
-        limits.append(f"above {above:g}")
-    if least is not None:
-        limits.append(f"at least {least:g}")
-    if most is not None:
-        limits.append(f"at most {most:g}")
     wrong = (
         not math.isfinite(result)
         or (above is not None and result <= above)
@@ -142,6 +135,8 @@ def number(
         or (most is not None and result > most)
     )
     if wrong:
+        named = {"above": above, "at least": least, "at most": most}
+        limits = [f"{words} {limit:g}" for words, limit in named.items() if limit is not None]
         given = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
         raise ValueError(f"{name}={given}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
     return result
@@ -164,9 +159,10 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     ValueError
         If `value` is not among `allowed`.
     """
-    names = sorted(allowed)
+    names = tuple(allowed)
     if isinstance(value, str) and value in names:
         return str(value)
+    names = tuple(sorted(names))
     raise ValueError(f"{name}={shown(value)}: unknown; {suggestion(value, names)}known are {', '.join(names)}")
 
 

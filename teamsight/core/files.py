@@ -90,7 +90,8 @@ def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lam
     target = Path(path)
     check_place(target)
     # The name cannot be guessed, so no link can wait there; O_EXCL would refuse it.
-    draft = target.with_name(f".{_cut(target.name)}.{secrets.token_hex(8)}.part")
+    name = os.fsdecode(os.fsencode(target.name)[:_MOST_OF_A_NAME])
+    draft = target.with_name(f".{name}.{secrets.token_hex(8)}.part")
     try:
         with open(draft, "xb", opener=_exclusive) as file:
             yield file
@@ -148,10 +149,6 @@ def append(path: str | os.PathLike[str], content: bytes) -> None:
 def _exclusive(name: str, flags: int) -> int:
     # Not tempfile, whose files only their owner can read.
     return os.open(name, flags | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666)
-
-
-def _cut(name: str) -> str:
-    return os.fsdecode(os.fsencode(name)[:_MOST_OF_A_NAME])
 
 
 def _sync(number: int) -> None:

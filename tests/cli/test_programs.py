@@ -11,6 +11,7 @@ import pytest
 from teamsight.analysis.calibration import calibrate as calibration
 from teamsight.analysis.evolution import evolve
 from teamsight.analysis.evolution.cma import Evolution
+from teamsight.analysis.runs.run import Outcome
 from teamsight.cli import main
 
 
@@ -35,6 +36,19 @@ def test_calibrate_searches_what_it_is_asked_for(
     status, out, err = call(capsys, "calibrate", "lazy", "--out", str(tmp_path), "--workers", "1", "--force")
     assert (status, out.strip(), err) == (0, f"{tmp_path / 'a.parquet'}, {tmp_path / 'a.md'}", "")
     assert asked == ["lazy", tmp_path, True]
+
+
+def test_calibrate_says_what_it_keeps_when_it_is_interrupted(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def calibrate(name: str, folder: Path, *given: object, force: bool) -> None:
+        calibration.checkpoint_in(folder, name).add({("a run",): Outcome(0.5, 3)})
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(calibration, "calibrate", calibrate)
+    status, out, err = call(capsys, "calibrate", "model", "--out", str(tmp_path), "--workers", "1")
+    kept = f"1 runs are kept in {tmp_path}; the same command continues from there"
+    assert (status, out, err.strip()) == (130, "", f"teamsight: interrupted; {kept}")
 
 
 def test_evolve_train_continues_where_it_was_interrupted(

@@ -19,7 +19,7 @@ ARENAS: list[Arena] = [
 
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 def test_uniform_places_are_uniform_over_the_area(arena: Arena) -> None:
-    points = placement.uniform(arena, generator().random((2, 4000)))
+    points = arena.place(*generator().random((2, 4000)))
     assert arena.contains(points).all()
     if isinstance(arena, Disc):
         shares = [np.sum(points**2, axis=1) / 25, (np.arctan2(points[:, 1], points[:, 0]) / (2 * np.pi)) % 1]
@@ -68,7 +68,7 @@ def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> No
         return float(np.sqrt(np.min(np.sum(ways**2, axis=-1), axis=1)).max())
 
     if count == 40:
-        random = [worst(placement.uniform(arena, rng.random((2, count)))) for _ in range(5)]
+        random = [worst(arena.place(*rng.random((2, count)))) for _ in range(5)]
         assert worst(points) < 0.8 * np.mean(random)
 
 
@@ -82,4 +82,4 @@ def test_spread_robots_see_more_than_random_ones() -> None:
     spread = covered(placement.spread(Disc(5.0), rng.random((2, 12)), 1.0))
     # 12 discs of a 25th of the area that do not overlap; 3 standard deviations of counting are 0.02.
     assert spread == pytest.approx(12 / 25, abs=0.03)
-    assert covered(placement.uniform(Disc(5.0), rng.random((2, 12)))) < spread + 0.02
+    assert covered(Disc(5.0).place(*rng.random((2, 12)))) < spread + 0.02

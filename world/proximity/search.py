@@ -104,7 +104,7 @@ class Search:
         reach: npt.NDArray[np.float64],
         observed: int,
         own: int,
-        arena: Arena,
+        arena: Arena | _Plane,
         *,
         pairs: bool | None = None,
     ) -> None:
@@ -115,14 +115,14 @@ class Search:
         size = len(position) * observed
         grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
         self.room = neighbour_room(len(position), first_room(len(position), observed))
-        period = kernel_period(arena)
+        period = kernel_period(arena.period)
         bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1])
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
             Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
         )
 
-    def _grid(self, arena: Arena) -> Grid | None:
+    def _grid(self, arena: Arena | _Plane) -> Grid | None:
         """Return the division of the arena into cells; None if it is too small for that."""
         low, high = arena.bounds
         side = high - low
@@ -212,12 +212,12 @@ def proximity_graph(
     far = np.array(np.broadcast_to(given, len(here)), order="C")
     if not np.all(far >= 0) or not np.all(np.isfinite(far)):
         raise ValueError("reach: must be a finite number of at least 0 for every observer")
-    if arena is None:
-        arena = _plane_around(here, there)
-    if any(arena.period):
-        here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
-    arena.check_reach(float(far.max(initial=0.0)))
-    made = Search(here, far, len(there), 0 if observed is None else -1, arena, pairs=pairs)
+    if arena is not None:
+        arena.check_reach(float(far.max(initial=0.0)))
+        if any(arena.period):
+            here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
+    place = arena or _plane_around(here, there)
+    made = Search(here, far, len(there), 0 if observed is None else -1, place, pairs=pairs)
     made.x[:], made.y[:] = there.T
     made.run()
     return made.graph
@@ -233,35 +233,14 @@ def _points(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return points
 
 
-def _plane_around(*points: npt.NDArray[np.float64]) -> Arena:
+class _Plane(NamedTuple):
+    """The part of the open plane that contains the bodies of one search; in place of an arena."""
+
+    bounds: tuple[Floats, Floats]
+    period: tuple[float, float] = (0.0, 0.0)
+
+
+def _plane_around(*points: Floats) -> _Plane:
     every = np.concatenate(points)
-    if not len(every):
-        return _Plane(np.zeros(2), np.ones(2))
-    low, high = every.min(axis=0), every.max(axis=0)
-    return _Plane(low, np.maximum(high, low + 1e-9))
-
-
-class _Plane(Arena):
-    """The part of the open plane that contains the bodies of one search."""
-
-    def __init__(self, low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
-        self._low, self._high = low, high
-
-    @property
-    def size(self) -> tuple[float, float]:
-        return math.inf, math.inf
-
-    @property
-    def area(self) -> float:
-        return math.inf
-
-    @property
-    def bounds(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        return self._low, self._high
-
-    def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        return np.ones(np.shape(position)[:-1], bool)
-
-    def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> npt.NDArray[np.float64]:
-        share = np.stack([np.asarray(u, float), np.asarray(v, float)], axis=-1)
-        return self._low + share * (self._high - self._low)
+    low, high = (every.min(axis=0), every.max(axis=0)) if len(every) else (np.zeros(2), np.ones(2))
+    return _Plane((low, np.maximum(high, low + 1e-9)))

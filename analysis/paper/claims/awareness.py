@@ -1,4 +1,4 @@
-"""Claims about the gain from awareness of teammates (sections 6 to 8, Figs. 8 and 10)."""
+"""Claims about the gain from awareness: designed (sections 6, 7, Figs. 8, 10) and learned (section 8, Fig. 11)."""
 
 from __future__ import annotations
 
@@ -8,26 +8,20 @@ import pandas as pd
 from teamsight.analysis.paper.claims.interface import (
     CHANCE,
     PREFERRED,
+    Finding,
     Peak,
-    Tables,
-    Verdict,
     above,
     at_least,
     at_most,
     average,
     claim,
-    gain,
-    maxima,
     part,
     peak,
-    verdict,
+    pooled,
     within,
 )
-from teamsight.analysis.paper.claims.performance import pooled
-from teamsight.analysis.stats.paired import cell_means, grid_of, paired
-
-_TEAM = (1, 30)
-_FADED = 10.0
+from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
+from teamsight.analysis.stats.paired import cell_means, gain, grid_of, maxima, paired
 
 
 @claim(
@@ -37,9 +31,9 @@ _FADED = 10.0
     rule="60 ± 10 pp",
     needs=("a-cmommt", "centroid"),
 )
-def awareness_gain(tables: Tables) -> Verdict:
-    most = peak(gain(tables["a-cmommt"], tables["centroid"]))
-    return verdict(f"{most.value:.1f} pp at N = {most.robots}, R = {most.radius:g}", within(most.value, 60, 10))
+def awareness_gain(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
+    most = peak(gain(acmommt, centroid))
+    return f"{most.value:.1f} pp at {most.cell}", within(most.value, 60, 10)
 
 
 @claim(
@@ -49,15 +43,14 @@ def awareness_gain(tables: Tables) -> Verdict:
     rule="largest gain in R = 2..6, and mean over N within ±5 pp at R = 8 and at R = 9",
     needs=("a-cmommt", "centroid"),
 )
-def awareness_where(tables: Tables) -> Verdict:
-    measured, *distances = where(gain(tables["a-cmommt"], tables["centroid"]))
-    return verdict(measured, *distances)
+def awareness_where(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
+    return where(gain(acmommt, centroid))
 
 
-def where(grid: pd.DataFrame) -> tuple[str, float, float]:
-    """Return where a gain [pp] peaks, and its values in very large arenas, in words and as two distances."""
+def where(grid: pd.DataFrame) -> Finding:
+    """Return where a gain [pp] peaks, and its values in very large arenas."""
     most = peak(grid)
-    large = part(grid, _TEAM, (8, 9)).mean()
+    large = part(grid, radius=(8, 9)).mean()
     measured = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = PREFERRED[0] <= most.radius <= PREFERRED[1]
     return (
@@ -74,24 +67,22 @@ def where(grid: pd.DataFrame) -> tuple[str, float, float]:
     rule="mean over N = 20..30 above that over N = 2..6 for R = 2..6, and falls below 10 pp at a larger R",
     needs=("a-cmommt", "centroid"),
 )
-def awareness_robots(tables: Tables) -> Verdict:
-    measured, *distances = growth(gain(tables["a-cmommt"], tables["centroid"]), _FADED)
-    return verdict(measured, *distances)
+def awareness_robots(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
+    return growth(gain(acmommt, centroid), faded=10.0)
 
 
-def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
-    """Return whether a gain [pp] grows with the team and extends to larger radii, in words and as two distances."""
-    few, many = (part(grid, robots, (1, 9)).mean() for robots in ((2, 6), (20, 30)))
-    gains = [float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in (few, many)]
-    ends = [_fades(profile, faded) for profile in (few, many)]
-    radii = ["beyond 9" if end == np.inf else f"{end:g}" for end in ends]
+def growth(grid: pd.DataFrame, faded: float) -> Finding:
+    """Return whether a gain [pp] grows with the team, and whether it falls below `faded` [pp] at a larger radius."""
+    profiles = [part(grid, robots).mean() for robots in ((2, 6), (20, 30))]
+    few, many = (float(profile.loc[PREFERRED[0] : PREFERRED[1]].mean()) for profile in profiles)
+    first, last = (_fades(profile, faded) for profile in profiles)
+    radii = ["beyond 9" if end == np.inf else f"{end:g}" for end in (last, first)]
     # As many digits as the gains beside it.
     level = f"{round(faded, 1):g}"
-    longer = ends[1] > ends[0]
     return (
-        f"{gains[1]:.1f} against {gains[0]:.1f} pp; under {level} pp from R = {radii[1]} against {radii[0]}",
-        above(gains[1], gains[0]),
-        at_least(float(longer), 1),
+        f"{many:.1f} against {few:.1f} pp; under {level} pp from R = {' against '.join(radii)}",
+        above(many, few),
+        at_least(float(last > first), 1),
     )
 
 
@@ -102,12 +93,10 @@ def growth(grid: pd.DataFrame, faded: float) -> tuple[str, float, float]:
     rule="no cell more than 4.5 pooled standard errors below 0; mean > 0",
     needs=("a-cmommt", "half-range"),
 )
-def range_gain(tables: Tables) -> Verdict:
-    cells = cell_means(paired(tables["a-cmommt"], tables["half-range"]), "difference")
+def range_gain(whole: pd.DataFrame, half: pd.DataFrame) -> Finding:
+    cells = cell_means(paired(whole, half), "difference")
     overall, worst = average(grid_of(cells)) * 100, _worst(cells)
-    return verdict(
-        f"{overall:+.2f} pp on average; {_worst_in_words(worst)}", at_most(worst.value, CHANCE), above(overall, 0)
-    )
+    return f"{overall:+.2f} pp on average; {_worst_in_words(worst)}", at_most(worst.value, CHANCE), above(overall, 0)
 
 
 @claim(
@@ -119,11 +108,11 @@ def range_gain(tables: Tables) -> Verdict:
     ),
     needs=("a-cmommt", "half-range"),
 )
-def range_neighbours(tables: Tables) -> Verdict:
-    cells = cell_means(paired(tables["a-cmommt"], tables["half-range"], "max_neighbours"), "difference")
+def range_neighbours(whole: pd.DataFrame, half: pd.DataFrame) -> Finding:
+    cells = cell_means(paired(whole, half, "max_neighbours"), "difference")
     overall, worst = average(grid_of(cells)), _worst(cells)
-    fewer = maxima(tables["a-cmommt"]) < maxima(tables["half-range"])
-    return verdict(
+    fewer = maxima(whole) < maxima(half)
+    return (
         f"{overall:+.1f} on average; {_worst_in_words(worst)}; maxima of all runs lower in "
         f"{int(fewer.to_numpy().sum())} of {fewer.size} cells",
         at_most(worst.value, CHANCE),
@@ -138,26 +127,91 @@ def range_neighbours(tables: Tables) -> Verdict:
     rule="A-CMOMMT under ring, δ = 16, minus pairwise: mean over the grid within ±1 pp",
     needs=("ring-16", "a-cmommt"),
 )
-def delta_sufficient(tables: Tables) -> Verdict:
-    difference = average(gain(tables["ring-16"], tables["a-cmommt"]))
-    return verdict(f"{difference:+.2f} pp", within(difference, 0, 1))
+def delta_sufficient(ring: pd.DataFrame, pairwise: pd.DataFrame) -> Finding:
+    difference = average(gain(ring, pairwise))
+    return f"{difference:+.2f} pp", within(difference, 0, 1)
+
+
+@claim(
+    where="§8.2",
+    statement="the lazy memory: 120 steps × 5 robots among 10 targets, random rotation and distance",
+    figure="600 transitions",
+    rule="exact",
+)
+def memory_size() -> Finding:
+    from teamsight.policies.lazy.lazy_q import shipped
+
+    memory = shipped()
+    team, steps, targets = (memory.settings[name] for name in ("robots", "steps", "targets"))
+    exact = (len(memory), team, steps, targets) == (600, 5, 120, 10)
+    measured = f"{len(memory)} transitions: {steps} steps × {team} robots among {targets} targets"
+    return measured, 0.0 if exact else 2.0
+
+
+@claim(
+    where="§8.2, Fig. 11",
+    statement="lazy learning: cooperative (32 inputs) minus collective (16)",
+    figure="up to 25 pp",
+    rule="largest gain 25 ± 8 pp",
+    needs=(COOPERATIVE, COLLECTIVE),
+)
+def learned_gain(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    most = peak(gain(cooperative, collective))
+    return f"{most.value:.1f} pp at {most.cell}", within(most.value, 25, 8)
+
+
+@claim(
+    where="§8.2, Fig. 11",
+    statement="the gain is largest for R = 2..6 and grows with N",
+    figure="shape",
+    rule="as awareness-where and awareness-robots, with a sixth of the largest gain in place of 10 pp",
+    needs=(COOPERATIVE, COLLECTIVE),
+)
+def learned_shape(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    grid = gain(cooperative, collective)
+    place, *near = where(grid)
+    # The gain of A-CMOMMT counts as faded below 10 of its 60 pp.
+    team, *many = growth(grid, faded=peak(grid).value * (1 / 6))
+    return f"{place}; {team}", *(near + many)
+
+
+@claim(
+    where="§8.2, Fig. 11",
+    statement="in very large arenas with few robots awareness slightly hurts",
+    figure="slightly negative",
+    rule="mean over N ≤ 8, R ≥ 7 below 0",
+    needs=(COOPERATIVE, COLLECTIVE),
+)
+def learned_hurts(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    loss = average(part(gain(cooperative, collective), (1, 8), (7, 9)))
+    return f"{loss:+.2f} pp", above(0, loss)
+
+
+@claim(
+    where="§8.2; §10 says “compared well”",
+    statement="learning does not reach A-CMOMMT",
+    figure="below",
+    rule="cooperative minus A-CMOMMT: mean over the grid below 0",
+    needs=(COOPERATIVE, "a-cmommt"),
+)
+def learned_below_designed(cooperative: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
+    difference = average(gain(cooperative, acmommt))
+    return f"{difference:+.1f} pp", above(0, difference)
 
 
 def _worst(cells: pd.DataFrame) -> Peak:
     """Return how far the worst cell lies below 0 [pooled standard errors], and which it is; 0 if none does."""
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return peak(pd.DataFrame(np.where(mean < 0, -mean / se, 0.0), index=mean.index, columns=mean.columns))
+    return peak((-mean / se).where(mean < 0, 0.0))
 
 
 def _worst_in_words(worst: Peak) -> str:
     if not worst.value:
         return "no cell below 0"
-    return f"at worst {worst.value:.1f} se below 0, at N = {worst.robots}, R = {worst.radius:g}"
+    return f"at worst {worst.value:.1f} se below 0, at {worst.cell}"
 
 
 def _fades(profile: pd.Series[float], faded: float) -> float:
     """Return the first radius beyond the peak at which the gain is below `faded` [pp]."""
     after = profile.loc[profile.idxmax() :]
-    below = after[after < faded]
-    return float(below.index[0]) if len(below) else float("inf")
+    return float(min(after.index[after < faded], default=np.inf))

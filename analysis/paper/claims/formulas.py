@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from teamsight.analysis.paper.claims.interface import Tables, Verdict, claim, verdict
+from teamsight.analysis.paper.claims.interface import Finding, claim
 
 _D1, _D2 = 0.481, 0.769
 
@@ -15,7 +15,7 @@ _D1, _D2 = 0.481, 0.769
     figure="n = 16, δ = 16, σ = 2, N = 1..30",
     rule="exact",
 )
-def degrees(tables: Tables) -> Verdict:
+def degrees() -> Finding:
     from teamsight.analysis.search_space import inputs, log10_size
 
     paper = {"none": (16, 0), "ring": (32, 0), "pairwise": (16, 2), "shared": (16, 16)}
@@ -28,7 +28,7 @@ def degrees(tables: Tables) -> Verdict:
     ]
     largest = ", ".join(str(inputs(degree, 30)) for degree in paper)
     measured = f"{largest} inputs at N = 30" if not wrong else f"wrong for {wrong[0][0]} at N = {wrong[0][1]}"
-    return verdict(measured, 2.0 if wrong else 0.0)
+    return measured, 2.0 if wrong else 0.0
 
 
 @claim(
@@ -37,10 +37,10 @@ def degrees(tables: Tables) -> Verdict:
     figure="shape",
     rule="exact",
 )
-def repulsion(tables: Tables) -> Verdict:
+def repulsion() -> Finding:
     from teamsight.policies.handmade.forces import repulsion
 
     distance = np.linspace(0.0, 1.5, 3001)
     paper = np.interp(distance, [_D1, _D2], [-1.0, 0.0])
     worst = float(np.abs(repulsion(distance, _D1, _D2) - paper).max())
-    return verdict(f"largest deviation {worst:.1g}", worst / 1e-12)
+    return f"largest deviation {worst:.1g}", worst / 1e-12

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
-
-from teamsight.analysis.stats.paired import cell_maxima, cell_means, grid_of, paired
 
 #: One row a run, by name of the experiment.
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
@@ -41,8 +40,10 @@ class Verdict(NamedTuple):
     distance: float
 
 
-#: Takes the tables that a claim reads, and returns the verdict.
-Judge: TypeAlias = Callable[[Tables], Verdict]
+#: What was measured, in words, and its distance from each part of a rule, in tolerances.
+Finding: TypeAlias = tuple[str, *tuple[float, ...]]
+#: Takes the table of each experiment that a claim reads, and returns what it finds there.
+Decide: TypeAlias = Callable[..., Finding]
 
 
 @dataclass(frozen=True)
@@ -58,26 +59,33 @@ class Claim:
     figure : str
         The number that the paper gives, or its word where it gives none.
     rule : str
-        The statistic and the tolerance by which `judge` decides.
-    judge : callable
-        Takes the tables of the experiments in `needs` and returns the verdict.
+        The statistic and the tolerance by which `decide` decides.
     needs : tuple of str
-        Names of the experiments that `judge` reads.
+        Names of the experiments that `decide` reads.
+    decide : callable
+        Takes the tables of these experiments in this order. Returns what was measured, in words, and for each part of
+        the rule the distance in tolerances; up to 1 the part holds.
     """
 
     where: str
     statement: str
     figure: str
     rule: str
-    judge: Judge
-    needs: tuple[str, ...] = ()
+    needs: tuple[str, ...]
+    decide: Decide
+
+    def judge(self, tables: Tables) -> Verdict:
+        """Return the verdict on tables by name of the experiment. All parts of the rule must hold."""
+        measured, *distances = self.decide(*(tables[name] for name in self.needs))
+        worst = max(distances)
+        return Verdict(worst <= 1.0, measured, min(worst, _LARGE))
 
 
 def claim(
     *, where: str, statement: str, figure: str, rule: str, needs: tuple[str, ...] = ()
-) -> Callable[[Judge], Claim]:
-    """Return a decorator that turns a function into the `Claim` that it judges; see there for the parameters."""
-    return lambda judge: Claim(where, statement, figure, rule, judge, needs)
+) -> Callable[[Decide], Claim]:
+    """Return a decorator that turns the function which decides on a claim into the `Claim`."""
+    return partial(Claim, where, statement, figure, rule, needs)
 
 
 def within(value: float, target: float, tolerance: float) -> float:
@@ -100,25 +108,21 @@ def above(value: float, limit: float) -> float:
     return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
 
 
-def verdict(measured: str, *distances: float) -> Verdict:
-    """Return the verdict of a rule with one or more parts, all of which must hold."""
-    worst = max(distances)
-    return Verdict(worst <= 1.0, measured, min(worst, _LARGE))
+def pooled(se: pd.DataFrame) -> pd.DataFrame:
+    """Return the standard error of each cell, pooled with those of the cells around it.
 
-
-def percent(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean observed fraction of each cell [%]: rows are team sizes, columns radii."""
-    return grid_of(cell_means(table, "observed_fraction")) * 100.0
-
-
-def maxima(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the largest number of neighbours over the replicates of each cell: rows are team sizes, columns radii."""
-    return grid_of(cell_maxima(table, "max_neighbours"))
-
-
-def gain(table: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
-    """Return the paired gain of each cell in percentage points: rows are team sizes, columns radii."""
-    return grid_of(cell_means(paired(table, base), "difference")) * 100.0
+    The standard error of five runs is uncertain: in some of 270 cells it is far too small. Pooled over 3 × 3 cells it
+    has 36 degrees of freedom. With a single run the spread is unknown, and the standard error infinite.
+    """
+    variance = se.to_numpy() ** 2
+    padded = np.pad(variance, 1, constant_values=np.nan)
+    rows, columns = variance.shape
+    near = [padded[down : down + rows, right : right + columns] for down in range(3) for right in range(3)]
+    known = np.isfinite(near)
+    total = np.where(known, near, 0.0).sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(known.any(axis=0), total / known.sum(axis=0), np.inf)
+    return pd.DataFrame(np.sqrt(mean), index=se.index, columns=se.columns)
 
 
 class Peak(NamedTuple):
@@ -127,6 +131,11 @@ class Peak(NamedTuple):
     value: float
     robots: int
     radius: float
+
+    @property
+    def cell(self) -> str:
+        """The cell in words."""
+        return f"N = {self.robots}, R = {self.radius:g}"
 
 
 def peak(grid: pd.DataFrame) -> Peak:
@@ -141,19 +150,15 @@ def average(grid: pd.DataFrame) -> float:
     return float(grid.to_numpy(dtype=float).mean())
 
 
-def part(grid: pd.DataFrame, robots: tuple[int, int], radius: tuple[float, float]) -> pd.DataFrame:
-    """Return the cells within the limits, both ends included.
+def part(grid: pd.DataFrame, robots: tuple[int, int] = (1, 30), radius: tuple[float, float] = (1, 9)) -> pd.DataFrame:
+    """Return the cells within the limits, by default those of the paper's grid, both ends included.
 
     Raises
     ------
     ValueError
         If the grid has no such cell: the rule cannot be applied.
     """
-    rows, columns = np.asarray(grid.index, dtype=float), np.asarray(grid.columns, dtype=float)
-    found = grid.iloc[
-        np.flatnonzero((rows >= robots[0]) & (rows <= robots[1])),
-        np.flatnonzero((columns >= radius[0]) & (columns <= radius[1])),
-    ]
+    found = grid.loc[grid.index.to_series().between(*robots), grid.columns.to_series().between(*radius)]
     if found.empty:
         raise ValueError(f"no cell with {robots[0]}..{robots[1]} robots and radius {radius[0]:g}..{radius[1]:g}")
     return found

@@ -40,9 +40,9 @@ class Ledger:
         """Return how many claims hold under `setting`."""
         return sum(found.holds for found in self.verdicts[setting].values())
 
-    def records(self) -> list[dict[str, Any]]:
-        """Return one record for each claim, fit for JSON."""
-        return [
+    def to_json(self) -> dict[str, Any]:
+        """Return the whole ledger, fit for JSON."""
+        records = [
             {
                 "claim": name,
                 "where": claim.where,
@@ -56,11 +56,8 @@ class Ledger:
             }
             for name, claim in self.claims().items()
         ]
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the whole ledger, fit for JSON."""
         holding = {setting: self.holding(setting) for setting in self.settings}
-        return {"conditions": dict(self.conditions), "holding": holding, "claims": self.records()}
+        return {"conditions": dict(self.conditions), "holding": holding, "claims": records}
 
     def to_markdown(self) -> str:
         """Return the ledger as a page of Markdown."""

@@ -5,21 +5,16 @@ from __future__ import annotations
 import pandas as pd
 
 from teamsight.analysis.paper.claims.interface import (
-    Tables,
-    Verdict,
+    Finding,
     at_least,
     at_most,
     average,
     claim,
-    maxima,
     part,
     peak,
-    verdict,
     within,
 )
-from teamsight.analysis.stats.paired import cell_means, grid_of, paired
-
-_TEAM = (1, 30)
+from teamsight.analysis.stats.paired import cell_means, grid_of, maxima, paired
 
 
 @claim(
@@ -29,9 +24,9 @@ _TEAM = (1, 30)
     rule="maximum over all N ≤ 30, R ≥ 2 is 16 ± 2",
     needs=("random-walk",),
 )
-def neighbours_random(tables: Tables) -> Verdict:
-    largest = int(part(maxima(tables["random-walk"]), _TEAM, (2, 9)).to_numpy().max())
-    return verdict(f"{largest}", within(largest, 16, 2))
+def neighbours_random(walk: pd.DataFrame) -> Finding:
+    largest = int(part(maxima(walk), radius=(2, 9)).to_numpy().max())
+    return f"{largest}", within(largest, 16, 2)
 
 
 @claim(
@@ -41,13 +36,12 @@ def neighbours_random(tables: Tables) -> Verdict:
     rule="at R = 1 the maximum is below N − 1 for some N",
     needs=("random-walk",),
 )
-def neighbours_small_arena(tables: Tables) -> Verdict:
-    at_one = part(maxima(tables["random-walk"]), (2, 30), (1, 1)).iloc[:, 0]
+def neighbours_small_arena(walk: pd.DataFrame) -> Finding:
+    at_one = part(maxima(walk), (2, 30), radius=(1, 1)).iloc[:, 0]
     short = at_one[at_one < at_one.index - 1]
     found = ", ".join(f"{most} at N = {robots}" for robots, most in short.items()) or "N − 1 for every N"
-    return verdict(
-        found if len(short) <= 3 else f"< N − 1 for {len(short)} of {len(at_one)} N", at_least(len(short), 1)
-    )
+    measured = found if len(short) <= 3 else f"< N − 1 for {len(short)} of {len(at_one)} N"
+    return measured, at_least(len(short), 1)
 
 
 @claim(
@@ -57,12 +51,12 @@ def neighbours_small_arena(tables: Tables) -> Verdict:
     rule="maximum in 2..9 in all cells with N = 5..30, R = 3..9, and in 6..8 at N = 30, R = 3",
     needs=("a-cmommt",),
 )
-def neighbours_acmommt(tables: Tables) -> Verdict:
-    grid = maxima(tables["a-cmommt"])
+def neighbours_acmommt(acmommt: pd.DataFrame) -> Finding:
+    grid = maxima(acmommt)
     cells = part(grid, (5, 30), (3, 9)).to_numpy()
     crowded = average(part(grid, (30, 30), (3, 3)))
     low, high = float(cells.min()), float(cells.max())
-    return verdict(
+    return (
         f"{low:.0f}..{high:.0f}; {crowded:.0f} at N = 30, R = 3",
         within(low, 5.5, 3.5),
         within(high, 5.5, 3.5),
@@ -77,9 +71,9 @@ def neighbours_acmommt(tables: Tables) -> Verdict:
     rule="the two highest values differ by ≤ 2",
     needs=("random-walk", "a-cmommt"),
 )
-def neighbours_same_peak(tables: Tables) -> Verdict:
-    peaks = [int(maxima(tables[name]).to_numpy().max()) for name in ("random-walk", "a-cmommt")]
-    return verdict(f"{peaks[0]} and {peaks[1]}", within(peaks[0], peaks[1], 2))
+def neighbours_same_peak(walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
+    one, other = (int(maxima(table).to_numpy().max()) for table in (walk, acmommt))
+    return f"{one} and {other}", within(one, other, 2)
 
 
 @claim(
@@ -89,12 +83,12 @@ def neighbours_same_peak(tables: Tables) -> Verdict:
     rule="maxima with 5, 15 and 30 targets differ by ≤ 2, at N = 30 and R = 3, 5",
     needs=("targets-5", "targets-15", "targets-30"),
 )
-def neighbours_targets(tables: Tables) -> Verdict:
-    grids = [maxima(tables[f"targets-{targets}"]) for targets in (5, 15, 30)]
+def neighbours_targets(*by_targets: pd.DataFrame) -> Finding:
+    grids = [maxima(table) for table in by_targets]
     found = {radius: [int(grid[radius].iloc[0]) for grid in grids] for radius in grids[0].columns}
     spread = max(max(values) - min(values) for values in found.values())
     measured = "; ".join(f"{', '.join(map(str, values))} at R = {radius:g}" for radius, values in found.items())
-    return verdict(measured, at_most(spread, 2))
+    return measured, at_most(spread, 2)
 
 
 @claim(
@@ -104,13 +98,8 @@ def neighbours_targets(tables: Tables) -> Verdict:
     rule="mean of the runs' maxima differs by ≥ 3 from that with random targets, in some cell with R ≥ 2",
     needs=("a-cmommt", "evasive"),
 )
-def neighbours_evasive(tables: Tables) -> Verdict:
-    cells = cell_means(paired(tables["evasive"], _roomy(tables["a-cmommt"]), "max_neighbours"), "difference")
-    change = grid_of(cells)
+def neighbours_evasive(random: pd.DataFrame, evasive: pd.DataFrame) -> Finding:
+    change = grid_of(cell_means(paired(evasive, random[random["radius"] >= 2], "max_neighbours"), "difference"))
     up, down = peak(change), peak(-change)
     most, sign = (up, 1) if up.value >= down.value else (down, -1)
-    return verdict(f"{sign * most.value:+.1f} at N = {most.robots}, R = {most.radius:g}", at_least(most.value, 3))
-
-
-def _roomy(table: pd.DataFrame) -> pd.DataFrame:
-    return table[table["radius"] >= 2]
+    return f"{sign * most.value:+.1f} at {most.cell}", at_least(most.value, 3)

@@ -9,21 +9,17 @@ import pandas as pd
 
 from teamsight.analysis.paper.claims.interface import (
     CHANCE,
-    Tables,
-    Verdict,
+    Finding,
     above,
     at_least,
     at_most,
     average,
     claim,
     part,
-    percent,
-    verdict,
+    pooled,
     within,
 )
-from teamsight.analysis.stats.paired import cell_means, grid_of
-
-_ALL_RADII = (1, 9)
+from teamsight.analysis.stats.paired import cell_means, grid_of, percent
 
 
 @claim(
@@ -33,10 +29,10 @@ _ALL_RADII = (1, 9)
     rule="mean over N ≥ 5 falls by ≥ 20 pp from R = 1 to R = 2",
     needs=("centroid",),
 )
-def collective_drop(tables: Tables) -> Verdict:
-    grid = part(percent(tables["centroid"]), (5, 30), (1, 2)).mean()
+def collective_drop(centroid: pd.DataFrame) -> Finding:
+    grid = part(percent(centroid), (5, 30), (1, 2)).mean()
     drop = float(grid[1.0] - grid[2.0])
-    return verdict(f"{drop:.1f} pp ({grid[1.0]:.0f} → {grid[2.0]:.0f} %)", at_least(drop, 20))
+    return f"{drop:.1f} pp ({grid[1.0]:.0f} → {grid[2.0]:.0f} %)", at_least(drop, 20)
 
 
 @claim(
@@ -46,12 +42,12 @@ def collective_drop(tables: Tables) -> Verdict:
     rule="mean over N ≥ 10, R = 8, 9 is more than 2 standard errors above that over N ≥ 10, R = 2, 3",
     needs=("centroid",),
 )
-def collective_large(tables: Tables) -> Verdict:
-    cells = cell_means(tables["centroid"], "observed_fraction")
+def collective_large(centroid: pd.DataFrame) -> Finding:
+    cells = cell_means(centroid, "observed_fraction")
     mean, se = grid_of(cells) * 100, grid_of(cells, "se") * 100
     large, small = (average(part(mean, (10, 30), radii)) for radii in ((8, 9), (2, 3)))
     spread = math.hypot(*(_se_of_mean(part(se, (10, 30), radii)) for radii in ((8, 9), (2, 3))))
-    return verdict(f"{large - small:+.1f} pp, se {spread:.1f}", above(large - small, 2 * spread))
+    return f"{large - small:+.1f} pp, se {spread:.1f}", above(large - small, 2 * spread)
 
 
 @claim(
@@ -61,10 +57,10 @@ def collective_large(tables: Tables) -> Verdict:
     rule="maximum minus minimum over N = 10..30, averaged over R = 3..9, ≤ 15 pp",
     needs=("centroid",),
 )
-def collective_flat(tables: Tables) -> Verdict:
-    cells = part(percent(tables["centroid"]), (10, 30), (3, 9))
+def collective_flat(centroid: pd.DataFrame) -> Finding:
+    cells = part(percent(centroid), (10, 30), (3, 9))
     spread = float(np.ptp(cells.to_numpy(dtype=float), axis=0).mean())
-    return verdict(f"{spread:.1f} pp", at_most(spread, 15))
+    return f"{spread:.1f} pp", at_most(spread, 15)
 
 
 @claim(
@@ -74,12 +70,10 @@ def collective_flat(tables: Tables) -> Verdict:
     rule="A-CMOMMT and centroid differ by ≤ 10 pp at R = 1 for every N ≥ 5",
     needs=("a-cmommt", "centroid"),
 )
-def small_arena_policy(tables: Tables) -> Verdict:
-    cooperative, collective = (part(percent(tables[name]), (5, 30), (1, 1)) for name in ("a-cmommt", "centroid"))
-    difference = (cooperative - collective).iloc[:, 0].abs()
-    return verdict(
-        f"up to {difference.max():.1f} pp, {difference.mean():.1f} pp on average", at_most(float(difference.max()), 10)
-    )
+def small_arena_policy(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
+    difference = part(percent(acmommt) - percent(centroid), (5, 30), (1, 1)).iloc[:, 0].abs()
+    most = float(difference.max())
+    return f"up to {most:.1f} pp, {difference.mean():.1f} pp on average", at_most(most, 10)
 
 
 @claim(
@@ -89,13 +83,11 @@ def small_arena_policy(tables: Tables) -> Verdict:
     rule="no pair of adjacent cells differs in the wrong direction by more than 4.5 pooled standard errors",
     needs=("a-cmommt",),
 )
-def acmommt_monotonic(tables: Tables) -> Verdict:
-    cells = cell_means(tables["a-cmommt"], "observed_fraction")
+def acmommt_monotonic(acmommt: pd.DataFrame) -> Finding:
+    cells = cell_means(acmommt, "observed_fraction")
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
-    worst = max(_against(mean, se, axis=0, sign=1.0), _against(mean, se, axis=1, sign=-1.0))
-    return verdict(
-        f"worst pair {worst:.1f} se against it" if worst > 0 else "no pair against it", at_most(worst, CHANCE)
-    )
+    worst = max(_largest_fall(mean, se), _largest_fall(-mean.T, se.T))
+    return f"worst pair {worst:.1f} se against it" if worst > 0 else "no pair against it", at_most(worst, CHANCE)
 
 
 @claim(
@@ -105,9 +97,9 @@ def acmommt_monotonic(tables: Tables) -> Verdict:
     rule="≥ 99 % at R ≤ 2 for N ≥ 10",
     needs=("a-cmommt",),
 )
-def acmommt_full(tables: Tables) -> Verdict:
-    least = float(part(percent(tables["a-cmommt"]), (10, 30), (1, 2)).to_numpy().min())
-    return verdict(f"≥ {least:.1f} %", at_least(least, 99))
+def acmommt_full(acmommt: pd.DataFrame) -> Finding:
+    least = float(part(percent(acmommt), (10, 30), (1, 2)).to_numpy().min())
+    return f"≥ {least:.1f} %", at_least(least, 99)
 
 
 @claim(
@@ -117,11 +109,10 @@ def acmommt_full(tables: Tables) -> Verdict:
     rule="increase from N = 10 to 30 below half of that from N = 1 to 10, averaged over R",
     needs=("a-cmommt",),
 )
-def acmommt_saturates(tables: Tables) -> Verdict:
-    grid = part(percent(tables["a-cmommt"]), (1, 30), _ALL_RADII)
-    few, ten, many = (average(part(grid, (robots, robots), _ALL_RADII)) for robots in (1, 10, 30))
+def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
+    few, ten, many = (average(part(percent(acmommt), (robots, robots))) for robots in (1, 10, 30))
     first, later = ten - few, many - ten
-    return verdict(f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", above(first / 2, later))
+    return f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", above(first / 2, later)
 
 
 @claim(
@@ -131,9 +122,9 @@ def acmommt_saturates(tables: Tables) -> Verdict:
     rule="50 ± 8 %, with ten times the runs",
     needs=("a-cmommt-r10",),
 )
-def acmommt_r10(tables: Tables) -> Verdict:
-    share = _share(tables["a-cmommt-r10"])
-    return verdict(f"{share:.1f} %, {0.15 * share:.1f} of 15", within(share, 50, 8))
+def acmommt_r10(acmommt: pd.DataFrame) -> Finding:
+    share = _share(acmommt)
+    return f"{share:.1f} %, {0.15 * share:.1f} of 15", within(share, 50, 8)
 
 
 @claim(
@@ -143,37 +134,16 @@ def acmommt_r10(tables: Tables) -> Verdict:
     rule="30 ± 3 %, and mobile robots above it, with ten times the runs",
     needs=("stationary-r10", "a-cmommt-r10"),
 )
-def stationary_r10(tables: Tables) -> Verdict:
-    still, mobile = _share(tables["stationary-r10"]), _share(tables["a-cmommt-r10"])
-    return verdict(f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), above(mobile, still))
+def stationary_r10(stationary: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
+    still, mobile = _share(stationary), _share(acmommt)
+    return f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), above(mobile, still)
 
 
-def pooled(se: pd.DataFrame) -> pd.DataFrame:
-    """Return the standard error of each cell, pooled with those of the cells around it.
-
-    The standard error of five runs is uncertain: in some of 270 cells it is far too small. Pooled over 3 × 3 cells it
-    has 36 degrees of freedom. With a single run the spread is unknown, and the standard error infinite.
-    """
-    variance = se.to_numpy() ** 2
-    padded = np.pad(variance, 1, constant_values=np.nan)
-    rows, columns = variance.shape
-    near = [padded[down : down + rows, right : right + columns] for down in range(3) for right in range(3)]
-    known = np.isfinite(near)
-    total = np.where(known, near, 0.0).sum(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(known.any(axis=0), total / known.sum(axis=0), np.inf)
-    return pd.DataFrame(np.sqrt(mean), index=se.index, columns=se.columns)
-
-
-def _against(mean: pd.DataFrame, se: pd.DataFrame, axis: int, sign: float) -> float:
-    """Return how far the worst pair of neighbouring cells along `axis` moves against `sign` [standard errors]."""
-    step = -sign * np.diff(mean.to_numpy(), axis=axis)
-    variance = se.to_numpy() ** 2
-    ahead, behind = (np.delete(variance, end, axis=axis) for end in (0, -1))
-    spread = np.sqrt(ahead + behind)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        steps = np.where(step > 0, step / spread, 0.0)
-    return float(steps.max())
+def _largest_fall(mean: pd.DataFrame, se: pd.DataFrame) -> float:
+    """Return the largest fall from a row to the next [standard errors], 0 if there is none."""
+    fall, variance = -mean.diff(), se**2
+    spread = np.sqrt(variance + variance.shift())
+    return float(fall.div(spread).where(fall > 0, 0.0).to_numpy().max())
 
 
 def _se_of_mean(se: pd.DataFrame) -> float:

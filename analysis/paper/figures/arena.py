@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,28 +26,16 @@ def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]
 
     seed = model_seed(conditions.root, 0, _ROBOTS, _TARGETS, _RADIUS)
     walk = Experiment("arena", {"policy": "random-walk", "awareness": "none"}, ())
-    model = CMOMMT(robots=_ROBOTS, targets=_TARGETS, radius=_RADIUS, **walk.parameters(conditions.setting), rng=seed)
-    try:
+    settings = walk.parameters(conditions.setting)
+    with closing(CMOMMT(robots=_ROBOTS, targets=_TARGETS, radius=_RADIUS, **settings, rng=seed)) as model:
         # The paper's picture has three robots that all sense each other: run until there are three.
         while model.tick < conditions.steps and not _has_triangle(model.neighbours.start, model.neighbours.identity):
             model.run(1)
         start, index = model.neighbours.start, model.neighbours.identity
+        x, y = model.robots.position.T
+        columns = {"robot": np.asarray(model.robots.identity), "x": x, "y": y, "neighbours": np.diff(start)}
         links = pd.DataFrame({"robot": np.repeat(np.arange(_ROBOTS), np.diff(start)), "senses": index})
-        robots = pd.DataFrame(
-            {
-                "robot": np.asarray(model.robots.identity),
-                "x": model.robots.position[:, 0],
-                "y": model.robots.position[:, 1],
-                "neighbours": np.diff(start),
-                "step": model.tick,
-                "robots": _ROBOTS,
-                "radius": _RADIUS,
-                "replicate": 0,
-                "seed": seed,
-            }
-        )
-    finally:
-        model.close()
+        robots = pd.DataFrame(columns).assign(step=model.tick, robots=_ROBOTS, radius=_RADIUS, replicate=0, seed=seed)
     return {"": robots, "links": links[links["robot"] < links["senses"]].reset_index(drop=True)}
 
 

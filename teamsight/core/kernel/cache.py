@@ -7,6 +7,7 @@ missing.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import pickle
 import re
@@ -23,7 +24,7 @@ from teamsight.core.kernel.cache_folder import cache_folder, read, write
 from teamsight.core.kernel.digest import digest
 
 _FORMAT = b"teamsight kernel 1\n"
-_CHECKSUM = hashlib.sha256().digest_size
+_HEAD = len(_FORMAT) + hashlib.sha256().digest_size
 # Settings of numba, beside its description of the processor, that change the machine code.
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 _PYTHON = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
@@ -38,63 +39,45 @@ class KernelCache:
     ----------
     function : callable
         The function that is compiled.
-    compiler : str
-        The compiler flags.
     missing : callable
         Called with the function's name before it is compiled.
     """
 
-    def __init__(self, function: Callable[..., Any], compiler: str, missing: Callable[[str], None]) -> None:
+    def __init__(self, function: Callable[..., Any], missing: Callable[[str], None]) -> None:
         self._name = function.__qualname__
-        self._digest = digest(function, compiler)
+        self._digest = digest(function)
         self._missing = missing
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Return numba's compile result from the cache; None if it has to be compiled."""
         target.refresh()
-        key = self._key(signature, target.codegen())
-        file = self._file(key)
-        payload = _verified(read(file), key) if file else None
-        if payload is not None:
-            try:
+        key, file = self._place(signature, target.codegen())
+        data = read(file) if file else None
+        if data is not None and data == _sealed(key, payload := data[_HEAD:]):
+            # One that is intact but unreadable is compiled and replaced.
+            with contextlib.suppress(Exception):
                 return CompileResult._rebuild(target, *pickle.loads(payload))
-            except Exception:  # intact but unreadable: compile and replace it
-                pass
         self._missing(self._name)
         return None
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compile result, if there is a cache folder."""
-        key = self._key(signature, result.codegen)
-        file = self._file(key)
-        if file is None:
-            return
-        try:
-            payload = dumps(result._reduce())
-        except Exception:  # it cannot be pickled: each process compiles it
-            return
-        write(file, _FORMAT + _checksum(key, payload) + payload)
+        key, file = self._place(signature, result.codegen)
+        if file is not None:
+            # One that cannot be pickled is compiled by each process.
+            with contextlib.suppress(Exception):
+                write(file, _sealed(key, dumps(result._reduce())))
 
-    def _key(self, signature: Any, codegen: Any) -> bytes:
+    def _place(self, signature: Any, codegen: Any) -> tuple[bytes, Path | None]:
+        """Return the key of a compile result, and its file, if there is a cache folder."""
         settings = [getattr(config, name, None) for name in _SETTINGS]
         parts = self._digest, signature, codegen.magic_tuple(), settings, _PYTHON
-        return repr(parts).encode()
-
-    def _file(self, key: bytes) -> Path | None:
-        folder = cache_folder()
+        key, folder = repr(parts).encode(), cache_folder()
         name = re.sub(r"[^A-Za-z0-9._-]", "", self._name)[:_LONGEST_NAME]
-        return folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
+        return key, folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
 
 
-def _verified(data: bytes | None, key: bytes) -> bytes | None:
-    """Return the payload of a file; None if it is damaged or has another key."""
-    head = len(_FORMAT) + _CHECKSUM
-    if data is None or len(data) < head or not data.startswith(_FORMAT):
-        return None
-    payload = data[head:]
-    return payload if data[len(_FORMAT) : head] == _checksum(key, payload) else None
-
-
-def _checksum(key: bytes, payload: bytes) -> bytes:
+def _sealed(key: bytes, payload: bytes) -> bytes:
+    """Return the content of a file."""
     # The digest of the key has a fixed length, so that key and payload cannot be confused.
-    return hashlib.sha256(hashlib.sha256(key).digest() + payload).digest()
+    return _FORMAT + hashlib.sha256(hashlib.sha256(key).digest() + payload).digest() + payload

@@ -6,7 +6,6 @@ numba's own cache does not notice an edit in another file, and would run the old
 from __future__ import annotations
 
 import hashlib
-import sys
 import types as python_types
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -15,22 +14,15 @@ import llvmlite
 import numba
 import numpy as np
 
-# Modules that change with their version only.
-_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
+from teamsight.core.kernel.decorators import FLAGS
+from teamsight.core.kernel.uses import enclosed, globals_of, is_library
 
 
-def digest(function: Callable[..., Any], compiler: str = "") -> str:
-    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses.
-
-    Parameters
-    ----------
-    function : callable
-        The function.
-    compiler : str
-        The compiler flags.
-    """
+def digest(function: Callable[..., Any]) -> str:
+    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses."""
     hasher = hashlib.blake2b(digest_size=16)
-    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {compiler}".encode())
+    flags = sorted(FLAGS.items())
+    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {flags}".encode())
     for part in _parts(function, set()):
         hasher.update(part)
     return hasher.hexdigest()
@@ -48,30 +40,17 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     if id(value) in met:
         return
     met.add(id(value))
-    if (value.__module__ or "").partition(".")[0] in _OTHERS:
+    if is_library(value.__module__):
         yield f"{value.__module__}.{value.__qualname__}".encode()
         return
-    cells = [cell.cell_contents for cell in value.__closure__ or ()]
     yield value.__qualname__.encode()
     yield repr((value.__defaults__, value.__kwdefaults__)).encode()
     yield from _code_parts(value.__code__)
-    for cell in cells:
-        yield from _parts(cell, met)
-    for name, used in _used(value):
+    for used in enclosed(value):
+        yield from _parts(used, met)
+    for name, used in globals_of(value):
         yield name.encode()
         yield from _parts(used, met)
-
-
-def _used(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield the globals that a function uses, and the attributes of modules, as in ``forces.attract``."""
-    names = list(_names(function.__code__))
-    for name in names:
-        if name not in function.__globals__:
-            continue
-        value = function.__globals__[name]
-        yield name, value
-        if isinstance(value, python_types.ModuleType) and value.__name__.partition(".")[0] not in _OTHERS:
-            yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
 
 
 def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:
@@ -82,10 +61,3 @@ def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:
         else:
             yield repr(constant).encode()
     yield repr(code.co_names).encode()
-
-
-def _names(code: python_types.CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, python_types.CodeType):
-            yield from _names(constant)

@@ -35,7 +35,11 @@ class Entry:
     @property
     def address(self) -> int:
         """The address of the machine code."""
-        return int(self._machine_code().address)
+        if self._compiled is None:
+            # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
+            with deferred():
+                self._compiled = self._compile()
+        return int(self._compiled.address)
 
     def __call__(self, record: Packed[Any] | int) -> int:
         """Run on a record, or on the record at an address, without the interpreter's lock."""
@@ -43,20 +47,13 @@ class Entry:
             self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
         return int(self._callable(record if isinstance(record, int) else record.address))
 
-    def _machine_code(self) -> Any:
-        if self._compiled is None:
-            # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
-            with deferred():
-                self._compiled = self._compile()
-        return self._compiled
-
     def _compile(self) -> Any:
         signature = numba.types.int64(numba.types.int64)
         # numba.cfunc would compile at once and use numba's own cache.
         compiled: Any = CFunc(
             self.function, (signature.args, signature.return_type), locals={}, options=dict(FLAGS, nopython=True)
         )
-        compiled._cache = KernelCache(self.function, str(sorted(FLAGS.items())), lambda name: announce(name))
+        compiled._cache = KernelCache(self.function, lambda name: announce(name))
         try:
             compiled.compile()
         except COMPILE_ERRORS as error:

@@ -12,13 +12,15 @@ import dis
 import os
 import re
 import types as python_types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
+
+from teamsight.core.kernel.uses import enclosed, globals_of
 
 #: The errors that numba raises for a kernel that it cannot compile.
 COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameError, NotImplementedError)
@@ -30,6 +32,32 @@ _ARGUMENTS = {
     "situate_kernel": "scene, parameters, situation",
     "confine": "x, y, step_x, step_y, heading_x, heading_y, size",
 }
+
+# What numba says, and what is wrong; {0} is the first group of the pattern.
+_FACTS = {
+    r"Variable '(\w+)' is not defined": "variable '{0}' is used before it has a value",
+    r"No definition for lowering (\w+)\(.*\)\.(\w+) =":
+        "{0}.{1} cannot be replaced; write its elements, such as {1}[i] = x",
+    r"Use of unsupported NumPy function '([\w.]+)'":
+        "numba cannot compile {0}; write it with arithmetic, math or a loop",
+    r"NRT required|Only accept returning of array passed":
+        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, as "
+        "in action.heading[i, 0] = x, and keep tables in the policy's arrays (docs/policies.md)",
+    r"No conversion from (.*?) to int64 for '\$\w*return_value":
+        "the kernel returns {0}; it must return a whole number at its end",
+    r"wrong tuple length .*?expected (\d+), got (\d+)": "{1} values are given where {0} are expected",
+    r"failed to unpack none": "nothing is returned where several values are expected",
+    r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'":
+        "'{1}' has different types ({0}) in different branches; give it one type",
+    r"cannot index array\(\w+, 1d, \w\) with (\d+) indices": "an array of 1 dimension is given {0} indices",
+    r"cannot index array\(\w+, (\d)d, \w\) with (\d+) indices": "an array of {0} dimensions is given {1} indices",
+    r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
+    r">>> getitem\((int\d+|uint\d+|float\d+|bool), ": "a number ({0}) is given an index",
+    r">>> setitem\((array\(\w+, \dd, \w\)), .*?, (.*?)\) There are":
+        "{1} cannot be written to elements of an {0}; write one number",
+    r"(ufunc '\w+': .*?\(.*?\))": "{0}",
+    r">>> (.*?) There are \d+ candidate": "numba cannot compile {0}: there is no such operation for these types",
+}  # fmt: skip
 
 _LONGEST = 250
 _NUMBA = str(Path(numba.__file__).parent)
@@ -56,23 +84,25 @@ def explained(entry: Callable[..., Any], error: BaseException) -> str:
 
 def _what(entry: Callable[..., Any], text: str) -> tuple[str, str | None]:
     """Return what is wrong, and the place if the text does not contain it."""
-    for rule in (_undefined, _arguments, _attribute, _foreign, _allocation, _unification, _index):
-        found = rule(entry, text)
-        if found:
+    for rule in (_undefined, _arguments, _attribute, _foreign, _returned):
+        if found := rule(entry, text):
             return found
-    return _anything_else(text), None
+    for pattern, what in _FACTS.items():
+        if met := re.search(pattern, text):
+            return what.format(*map(_simple, met.groups())), None
+    bare = re.sub(r"Failed in nopython mode pipeline \(step: [\w ]+\) ?", "", text)
+    bare = re.split(r' During: | File "| Raised from', bare)[0]
+    return f"its kernel cannot be compiled: {_simple(bare)}", None
 
 
 def _undefined(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
     if met := re.search(r"name '(\w+)' is not defined", text):
         name = met[1]
-        for function in kernels_of(entry):
+        for function in _kernels_of(entry):
             if line := _line_of_global(function, name):
                 known = [*function.__code__.co_varnames, *function.__globals__, *dir(builtins)]
                 return f"name '{name}' is not defined{_near(name, known)}", shown(function.__code__.co_filename, line)
         return f"name '{name}' is not defined", None
-    if met := re.search(r"Variable '(\w+)' is not defined", text):
-        return f"variable '{met[1]}' is used before it has a value", None
     return None
 
 
@@ -87,7 +117,7 @@ def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
     if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
         what = f"the kernel {_call(bound)} is called as {bound.__name__}({arguments}); give it these parameters"
         return what, _start(bound)
-    callee = next((function for function in kernels_of(entry) if function.__qualname__ == name), None)
+    callee = next((function for function in _kernels_of(entry) if function.__qualname__ == name), None)
     return f"{_call(callee) if callee else name} is called with other arguments than it takes: {met[1]}", None
 
 
@@ -111,10 +141,6 @@ def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
     if met := re.search(r"module '([\w.]+)' has no attribute '(\w+)'", text):
         known = dir(np) if met[1] == "numpy" else dir(__import__(met[1], fromlist=["_"]))
         return f"module '{met[1]}' has no attribute '{met[2]}'{_near(met[2], known)}", None
-    if met := re.search(r"No definition for lowering (\w+)\(.*\)\.(\w+) =", text):
-        return f"{met[1]}.{met[2]} cannot be replaced; write its elements, such as {met[2]}[i] = x", None
-    if met := re.search(r"Use of unsupported NumPy function '([\w.]+)'", text):
-        return f"numba cannot compile {met[1]}; write it with arithmetic, math or a loop", None
     return None
 
 
@@ -134,56 +160,16 @@ def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | N
     return f"'{name}' is of the type {kind}; kernels can use numbers, tuples of numbers, NumPy arrays and kernels", None
 
 
-def _allocation(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    if "NRT required" not in text and "Only accept returning of array passed" not in text:
+def _returned(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
+    met = re.search(r"Can't unify return type from the following types: (.*?) Return of:", text)
+    if not met:
         return None
-    return (
-        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, as "
-        "in action.heading[i, 0] = x, and keep tables in the policy's arrays (docs/policies.md)"
-    ), None
-
-
-def _unification(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    if met := re.search(r"Can't unify return type from the following types: (.*?) Return of:", text):
-        kinds = ", ".join(sorted(_simple(met[1]).split(", ")))
-        # numba lists them in any order: name the first line.
-        places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
-        file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
-        what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
-        return what, shown(file, int(line)) if file else None
-    if met := re.search(r"No conversion from (.*?) to int64 for '\$\w*return_value", text):
-        return f"the kernel returns {_simple(met[1])}; it must return a whole number at its end", None
-    if met := re.search(r"wrong tuple length .*?expected (\d+), got (\d+)", text):
-        return f"{met[2]} values are given where {met[1]} are expected", None
-    if "failed to unpack none" in text:
-        return "nothing is returned where several values are expected", None
-    if met := re.search(r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'", text):
-        kinds = _simple(met[1])
-        return f"'{met[2]}' has different types ({kinds}) in different branches; give it one type", None
-    return None
-
-
-def _index(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    if met := re.search(r"cannot index array\(\w+, (\d)d, \w\) with (\d+) indices", text):
-        return f"an array of {met[1]} dimension{'s' * (met[1] != '1')} is given {met[2]} indices", None
-    if met := re.search(r"Unsupported array index type (\S+) in", text):
-        return f"an index has the type {_simple(met[1])}; it must be a whole number, such as int(x)", None
-    if met := re.search(r">>> getitem\((int\d+|uint\d+|float\d+|bool), ", text):
-        return f"a number ({met[1]}) is given an index", None
-    if met := re.search(r">>> setitem\(array\((\w+), (\d)d, \w\), .*?, (.*?)\) There are", text):
-        kind = f"array({met[1]}, {met[2]}d)"
-        return f"{_simple(met[3])} cannot be written to elements of an {kind}; write one number", None
-    return None
-
-
-def _anything_else(text: str) -> str:
-    if met := re.search(r"(ufunc '\w+': .*?\(.*?\))", text):
-        return met[1]
-    if met := re.search(r">>> (.*?) There are \d+ candidate", text):
-        return f"numba cannot compile {_simple(met[1])}: there is no such operation for these types"
-    bare = re.sub(r"Failed in nopython mode pipeline \(step: [\w ]+\) ?", "", text)
-    bare = re.split(r' During: | File "| Raised from', bare)[0]
-    return f"its kernel cannot be compiled: {_simple(bare)}"
+    kinds = ", ".join(sorted(_simple(met[1]).split(", ")))
+    # numba lists them in any order: name the first line.
+    places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
+    file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
+    what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
+    return what, shown(file, int(line)) if file else None
 
 
 def _simple(kinds: str) -> str:
@@ -204,30 +190,14 @@ def _near(name: str, known: list[str]) -> str:
     return f"; did you mean '{near[0]}'?" if near else ""
 
 
-def kernels_of(entry: Callable[..., Any]) -> Iterator[python_types.FunctionType]:
-    """Yield the Python functions of all kernels that an entry calls, the outermost first."""
-    met: set[int] = set()
-    waiting: list[Any] = [entry]
-    while waiting:
-        function = getattr(waiting.pop(0), "py_func", None) if met else waiting.pop(0)
-        if not isinstance(function, python_types.FunctionType) or id(function) in met:
-            continue
-        if met:
-            yield function
-        met.add(id(function))
-        names = set(_names(function.__code__))
-        used = [value for name, value in function.__globals__.items() if name in names]
-        parts = [getattr(value, name) for value in used if isinstance(value, python_types.ModuleType)
-                 for name in names if hasattr(value, name)]  # fmt: skip
-        cells = [cell.cell_contents for cell in function.__closure__ or ()]
-        waiting += [value for value in (*used, *parts, *cells) if hasattr(value, "py_func")]
-
-
-def _names(code: python_types.CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, python_types.CodeType):
-            yield from _names(constant)
+def _kernels_of(entry: Callable[..., Any]) -> list[python_types.FunctionType]:
+    """Return the Python functions of all kernels that an entry calls, the outermost first."""
+    found: list[Any] = [entry]
+    for function in found:  # grows
+        used = [value for _, value in globals_of(function)] + enclosed(function)
+        called = dict.fromkeys(value.py_func for value in used if hasattr(value, "py_func"))
+        found += [one for one in called if one not in found]
+    return found[1:]
 
 
 def _line_of_global(function: python_types.FunctionType, name: str) -> int | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,19 +12,12 @@ _WIDTH = 4096
 _FILLING = 0xA5
 
 
-class _Fenced(NamedTuple):
-    name: str
-    block: npt.NDArray[np.uint8]
-    first: int
-    last: int
-    original: npt.NDArray[Any] | None
-
-
 class Fences:
     """A set of arrays, each between two stretches of bytes that must not change."""
 
     def __init__(self) -> None:
-        self._fenced: list[_Fenced] = []
+        # Bytes that must not change, each with its name and its first content.
+        self._fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
 
     def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
         """Return a copy of an array, or of each array of a NamedTuple, between fences; other values as they are.
@@ -49,21 +42,10 @@ class Fences:
         last = first + array.nbytes
         copy = block[first:last].view(array.dtype).reshape(array.shape)
         copy[...] = array
-        self._fenced.append(_Fenced(name, block, first, last, array.copy() if read_only else None))
+        for part in [block] if read_only else [block[:first], block[last:]]:
+            self._fixed.append((name, part, part.tobytes()))
         return copy
 
-    def check(self, kernel: str) -> None:
-        """Raise an error if `kernel`, named with its class, wrote where it must not.
-
-        Raises
-        ------
-        ValueError
-            Naming the first such array.
-        """
-        for name, block, first, last, original in self._fenced:
-            is_changed = original is not None and original.tobytes() != block[first:last].tobytes()
-            if is_changed or (block[:first] != _FILLING).any() or (block[last:] != _FILLING).any():
-                raise ValueError(
-                    f"{kernel} writes next to {name}, or into it although it is read-only; index arrays within their "
-                    "shape"
-                )
+    def broken(self) -> str:
+        """Return the name of the first array with a forbidden write; "" if there is none."""
+        return next((name for name, part, before in self._fixed if part.tobytes() != before), "")

@@ -42,26 +42,14 @@ _WORD = ir.IntType(64)
 
 
 class Access(NamedTuple):
-    """A forbidden access.
+    """A forbidden access."""
 
-    Attributes
-    ----------
-    array : int
-        The array's number, as given to `numbered`; 0 for one that the kernel made itself.
-    dimensions, axis : int
-        The number of axes of the array or view, and the axis of the wrong index; −1 for a write to a read-only array.
-    at, size : int
-        The index and the number of elements along that axis.
-    place : str
-        The file and the line.
-    """
-
-    array: int
-    dimensions: int
-    axis: int
-    at: int
-    size: int
-    place: str
+    array: int  # its number, as given to `numbered`; 0 for one that the kernel made itself
+    dimensions: int  # the number of axes of the array or view
+    axis: int  # that of the wrong index; −1 for a write to a read-only array
+    at: int  # the index
+    size: int  # the number of elements along the axis
+    place: str  # the file and the line
 
 
 class Guarded(numba.types.Array):  # type: ignore[misc]
@@ -73,13 +61,7 @@ class Guarded(numba.types.Array):  # type: ignore[misc]
 
     def copy(self, dtype: Any = None, ndim: Any = None, layout: Any = None, readonly: Any = None) -> Guarded:
         """Return the type of a view."""
-        return Guarded(
-            self.dtype if dtype is None else dtype,
-            self.ndim if ndim is None else ndim,
-            self.layout if layout is None else layout,
-            not self.mutable if readonly is None else readonly,
-            self.aligned,
-        )
+        return guarded_type(super().copy(dtype, ndim, layout, readonly))
 
     def unify(self, typing_context: Any, other: Any) -> Any:
         """Return the common type of two arrays."""
@@ -232,26 +214,22 @@ def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 lower_builtin(operator.setitem, Guarded, numba.types.Any, numba.types.Any)(_write)
 
 
-def _typing(generated: Any) -> Callable[..., Any]:
-    """Return the function that types the calls of one of our own intrinsics."""
-    return generated._defn  # type: ignore[no-any-return]
-
-
+# `_defn` is the function that types the calls of an intrinsic.
 @intrinsic  # type: ignore[untyped-decorator]
 def _guarded_array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
-    signature, generate = _typing(array_at)(typing_context, address, shape, dtype)
+    signature, generate = array_at._defn(typing_context, address, shape, dtype)
     return guarded_type(signature.return_type)(*signature.args), generate
 
 
 @intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def _guarded_scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
-    found = _typing(scratch)(typing_context, count, dtype)
+    found = scratch._defn(typing_context, count, dtype)
     return found and (guarded_type(found[0].return_type)(*found[0].args), found[1])
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    signature, generate_plain = _typing(below_64)(typing_context, values, first, limit)
+    signature, generate_plain = below_64._defn(typing_context, values, first, limit)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = arrayobj.make_array(values)(context, builder, arguments[0])

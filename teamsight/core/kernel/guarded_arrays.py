@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from teamsight.core.kernel import Entry, Packed
+from teamsight.core.kernel.fences import Fences
 from teamsight.core.kernel.guard import Access, watched
 
 
@@ -24,12 +25,10 @@ class Named(NamedTuple):
     axes: tuple[Axis, ...]
 
 
-OWN = Named("an array of its own", ())
-
-
 def run_guarded(
-    owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named]
-) -> int:
+    owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named],
+    fences: Fences | None = None,
+) -> int:  # fmt: skip
     """Run the entry of a guarded kernel on a record; return its status.
 
     Parameters
@@ -44,6 +43,8 @@ def run_guarded(
         The record.
     arrays : sequence of Named
         The arrays by number; see `GuardedRecord`.
+    fences : Fences, optional
+        The fences around these arrays.
 
     Raises
     ------
@@ -61,11 +62,16 @@ def run_guarded(
             f"{owner}: {kernel} raises {type(error).__name__}({str(error)[:80]!r}); exceptions of kernels are lost in "
             "a world: check indices and values where they are used"
         )
+    if fences and (broken := fences.broken()):
+        raise ValueError(
+            f"{owner}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
+            "their shape"
+        )
     return status
 
 
 def _account(access: Access, arrays: Sequence[Named]) -> str:
-    named = arrays[access.array] if access.array else OWN
+    named = arrays[access.array]
     if access.axis < 0:
         return f"writes into {named.name}, which is read-only; copy its numbers and change the copy"
     # Views have lost axes from the left.

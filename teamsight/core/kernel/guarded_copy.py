@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 import types as python_types
-from collections.abc import Callable, Iterator
-from typing import Any, cast
+from typing import Any
 
 import numba
 from numba.core.dispatcher import Dispatcher
@@ -14,20 +12,16 @@ from numba.core.dispatcher import Dispatcher
 from teamsight.core.kernel.guard import REPLACED, VERSION
 from teamsight.core.kernel.guarded_record import guarded_at
 from teamsight.core.kernel.layout import Node
-
-# Modules whose functions access a kernel's arrays through numba's own code only.
-_OTHERS = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy"} - {"__main__"}
+from teamsight.core.kernel.uses import enclosed, is_library, names_in
 
 # Calls in place of code inlined everywhere compile faster.
 _DROPPED = {"boundscheck", "cache", "forceinline", "nopython"}
 _OPTIONS = {"boundscheck": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def guarded(kernel: Any) -> Callable[..., Any]:
+def guarded(kernel: Any) -> Any:
     """Return a copy, for guarded arrays, of a kernel and all that it calls; anything else is returned unchanged."""
-    if not isinstance(kernel, Dispatcher):
-        return cast(Callable[..., Any], kernel)
-    return cast(Callable[..., Any], _copy(kernel, {}))
+    return _copy(kernel, {}) if isinstance(kernel, Dispatcher) else kernel
 
 
 def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
@@ -41,20 +35,20 @@ def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
         kept = {name: value for name, value in kernel.targetoptions.items() if name not in _DROPPED}
         copies[id(kernel)] = numba.njit(**kept, **_OPTIONS)(copy)
         # Last, since a kernel may call itself.
-        used = set(_names(function.__code__))
+        used = set(names_in(function.__code__))
         for name, value in function.__globals__.items():
             if name in used or name.startswith("__"):
                 names[name] = _replaced(value, used, copies)
-        for cell, original in zip(cells, function.__closure__ or (), strict=True):
-            cell.cell_contents = _replaced(original.cell_contents, used, copies)
+        for cell, value in zip(cells, enclosed(function), strict=True):
+            cell.cell_contents = _replaced(value, used, copies)
     return copies[id(kernel)]
 
 
 def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
     """Return what a copy uses in place of a value that the original uses."""
     if isinstance(value, Dispatcher):
-        return value if _root(value.py_func.__module__) in _OTHERS else _copy(value, copies)
-    if isinstance(value, python_types.ModuleType) and _root(value.__name__) not in _OTHERS:
+        return value if is_library(value.py_func.__module__) else _copy(value, copies)
+    if isinstance(value, python_types.ModuleType) and not is_library(value.__name__):
         module = python_types.ModuleType(value.__name__)
         parts = ((name, getattr(value, name)) for name in used if hasattr(value, name))
         vars(module).update({name: _replaced(part, used, copies) for name, part in parts})
@@ -62,17 +56,6 @@ def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
     if isinstance(node := getattr(value, "node", None), Node):
         return guarded_at(node)
     return next((new for old, new in REPLACED.items() if value is old), value)
-
-
-def _root(module: str | None) -> str:
-    return (module or "").partition(".")[0]
-
-
-def _names(code: python_types.CodeType) -> Iterator[str]:
-    yield from code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, python_types.CodeType):
-            yield from _names(constant)
 
 
 def _lines(code: python_types.CodeType) -> str:

@@ -12,12 +12,9 @@ from teamsight.core.kernel.guard import LIMIT, READ_ONLY, VERSION, guarded_type,
 from teamsight.core.kernel.guarded_arrays import Axis, Named
 from teamsight.core.kernel.layout import Leaf, Node
 from teamsight.core.kernel.record import Record
-from teamsight.core.kernel.unpacking import Plain, load_word, unpacking
+from teamsight.core.kernel.unpacking import load_word, unpacking
 
 _WORD = ir.IntType(64)
-
-# The number, access and limit of arrays of a record that the kernel reads itself.
-_OWN = 0, True, -1
 
 
 class GuardedRecord:
@@ -51,14 +48,14 @@ class GuardedRecord:
         limits: Mapping[str, str] | None = None,
     ) -> None:
         leaves = [leaf for leaf in record.node.leaves() if leaf.lengths is not None]
-        self.arrays = [Named("", ())] + [_named(leaf, axes) for leaf in leaves]
+        self.arrays = [Named("an array of its own", ())] + [_named(leaf, axes) for leaf in leaves]
         slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
         limiting = {path: slots[name] for path, name in (limits or {}).items()}
         numbers = {
-            leaf.path: (number, leaf.path.startswith(writable), limiting.get(leaf.path, -1))
+            leaf.path: (number + (0 if leaf.path.startswith(writable) else READ_ONLY), limiting.get(leaf.path, -1))
             for number, leaf in enumerate(leaves, 1)
         }
-        self.at = unpacking(record.node, _Guards(numbers))
+        self.at = unpacking(record.node, Guards(numbers))
 
 
 def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
@@ -71,29 +68,34 @@ def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
 
 def guarded_at(node: Node) -> Any:
     """Return the kernel that reads a record in guarded copies of kernels."""
-    return unpacking(node, _Guards({}))
+    return unpacking(node, Guards({}))
 
 
-class _Guards(Plain):
+class Guards:
     """Makes the arrays of a record guarded.
 
     Parameters
     ----------
     numbers : dict of str to tuple
-        For each array's path: its number, whether it may be written, and the word that limits its last axis, or −1.
+        For each array's path: its number, with `READ_ONLY` if it is, and the word that limits its last axis, or −1. An
+        array that is missing here has the number 0.
     """
 
-    def __init__(self, numbers: dict[str, tuple[int, bool, int]]) -> None:
+    def __init__(self, numbers: dict[str, tuple[int, int]]) -> None:
         self._numbers = numbers
-        # The checks are part of the machine code.
-        self.code = f"{VERSION} {digest(_Guards.value)} {numbers}"
+
+    def __repr__(self) -> str:
+        # Part of the digest of kernels, since the checks are part of the machine code.
+        return f"{VERSION} {digest(Guards.value)} {self._numbers}"
 
     def kind(self, array: Any) -> Any:
+        """Return numba's type of a guarded array, from that of the plain one."""
         return guarded_type(array)
 
     def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
-        number, is_writable, limit = self._numbers.get(leaf.path, _OWN)
-        flags: Any = _WORD(number + (0 if is_writable else READ_ONLY))
+        """Write code that makes a guarded array of this type from a plain one."""
+        number, limit = self._numbers.get(leaf.path, (0, -1))
+        flags: Any = _WORD(number)
         if limit >= 0:
             flags = builder.add(flags, builder.mul(load_word(builder, words, limit), _WORD(LIMIT)))
         return numbered(context, builder, kind, array, flags)

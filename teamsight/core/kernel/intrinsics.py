@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, cast
+from typing import Any
 
 import numba
 from llvmlite import ir
@@ -14,37 +13,22 @@ from numba.np.arrayobj import make_array, populate_array
 _CACHE_LINE = 64
 
 
-def _generated(typing: Callable[..., Any]) -> Callable[..., Any]:
-    """Make an intrinsic of a function that types a call and writes its machine code."""
-    return cast(Callable[..., Any], intrinsic(typing))
-
-
-def _literal(typing: Callable[..., Any]) -> Callable[..., Any]:
-    """As `_generated`, for calls whose constants are part of their types."""
-    return cast(Callable[..., Any], intrinsic(prefer_literal=True)(typing))
-
-
-def array_value(context: Any, builder: Any, array: Any, address: Any, lengths: list[Any]) -> Any:
-    """Write code that makes an array of numba's type `array`, in C order, at an address."""
+def array_value(context: Any, builder: Any, array: Any, data: Any, lengths: list[Any]) -> Any:
+    """Write code that makes an array of numba's type `array`, in C order, at an address or a pointer."""
     element = context.get_data_type(array.dtype)
     itemsize = cgutils.intp_t(context.get_abi_sizeof(element))
+    if not isinstance(data.type, ir.PointerType):
+        data = builder.inttoptr(data, element.as_pointer())
     strides, step = [], itemsize
     for length in reversed(lengths):
         strides.append(step)
         step = builder.mul(step, length)
     result = make_array(array)(context, builder)
-    populate_array(
-        result,
-        data=builder.inttoptr(address, element.as_pointer()),
-        shape=lengths,
-        strides=strides[::-1],
-        itemsize=itemsize,
-        meminfo=None,
-    )
+    populate_array(result, data=data, shape=lengths, strides=strides[::-1], itemsize=itemsize, meminfo=None)
     return result._getvalue()
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     """Return the array of this shape and dtype, in C order, at an address.
 
@@ -63,7 +47,7 @@ def array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
     return array(address, shape, dtype), generate
 
 
-@_literal
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
 def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
     """Return an uninitialised array of `count` numbers on the stack, valid until the present entry returns.
 
@@ -74,36 +58,38 @@ def scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
     array = numba.types.Array(dtype.dtype, 1, "C")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        element = context.get_data_type(array.dtype)
-        length, itemsize = cgutils.intp_t(count.literal_value), cgutils.intp_t(context.get_abi_sizeof(element))
+        length = cgutils.intp_t(count.literal_value)
         with builder.goto_entry_block():
-            room = builder.alloca(element, length)
+            room = builder.alloca(context.get_data_type(array.dtype), length)
             room.align = _CACHE_LINE
-        result = make_array(array)(context, builder)
-        populate_array(result, data=room, shape=[length], strides=[itemsize], itemsize=itemsize, meminfo=None)
-        return result._getvalue()
+        return array_value(context, builder, array, room, [length])
 
     return array(count, dtype), generate
 
 
-@_generated
+def _in_all(builder: Any, lanes: Any, value: Any) -> Any:
+    """Write code that makes a vector of this type whose lanes all have one value."""
+    undefined, first = ir.Constant(lanes, ir.Undefined), ir.Constant(ir.IntType(32), 0)
+    one = builder.insert_element(undefined, value, first)
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes.count), [0] * lanes.count)
+    return builder.shuffle_vector(one, undefined, zeros)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.FloatType(), 64)
-        one = builder.insert_element(ir.Constant(lanes, ir.Undefined), arguments[2], ir.Constant(ir.IntType(32), 0))
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), 64), [0] * 64)
-        limits = builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
         place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
-        bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
+        bits = builder.fcmp_ordered("<", builder.load(place, align=4), _in_all(builder, lanes, arguments[2]))
         return builder.bitcast(bits, ir.IntType(64))
 
     return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def ones(typing_context: Any, word: Any) -> Any:
     """Return the number of bits of a word that are set."""
 
@@ -113,34 +99,29 @@ def ones(typing_context: Any, word: Any) -> Any:
     return numba.types.int64(numba.types.uint64), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if point ``first + i`` is within the square distance, for 8 points."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.DoubleType(), 8)
 
-        def splat(value: Any) -> Any:
-            one = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-            zeros = ir.Constant(ir.VectorType(ir.IntType(32), 8), [0] * 8)
-            return builder.shuffle_vector(one, ir.Constant(lanes, ir.Undefined), zeros)
-
         def eight(kind: Any, value: Any) -> Any:
             data = make_array(kind)(context, builder, value).data
             place = builder.gep(data, [arguments[2]])
             return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
 
-        way_x = builder.fsub(eight(signature.args[0], arguments[0]), splat(arguments[3]))
-        way_y = builder.fsub(eight(signature.args[1], arguments[1]), splat(arguments[4]))
+        way_x = builder.fsub(eight(signature.args[0], arguments[0]), _in_all(builder, lanes, arguments[3]))
+        way_y = builder.fsub(eight(signature.args[1], arguments[1]), _in_all(builder, lanes, arguments[4]))
         square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
-        bits = builder.fcmp_ordered("<=", square, splat(arguments[5]))
+        bits = builder.fcmp_ordered("<=", square, _in_all(builder, lanes, arguments[5]))
         return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
 
     f8 = numba.types.float64
     return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
 
 
-@_generated
+@intrinsic  # type: ignore[untyped-decorator]
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 

@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel.layout import Layout, Leaf, Node
-from teamsight.core.kernel.unpacking import Plain, unpacking
+from teamsight.core.kernel.unpacking import unpacking
 
 T = TypeVar("T")
 
@@ -91,16 +91,10 @@ class Record(Generic[T]):
         self.size = builder.size
         self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing(self.node, self.size)
         # No T: in kernels, entries and other records are addresses.
-        self.at: Callable[[Any], Any] = unpacking(self.node, Plain())
+        self.at: Callable[[Any], Any] = unpacking(self.node)
 
     def pack(self, value: T) -> Packed[T]:
-        """Return a record of these arrays and numbers.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If an array has another type or shape than declared.
-        """
+        """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
         return Packed(self, value)
 
 
@@ -110,10 +104,10 @@ def _packing(node: Node, size: int) -> Callable[[Any], tuple[list[int], tuple[An
     The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """
     lines, known = ["def words(value):"], set[int]()
-    leaves, places = node.leaves(), _places(node, "value")
+    leaves = node.leaves()
     names: dict[str, Any] = {"leaves": leaves, "number": _number, "addresses": _addresses, "misfit": _misfit}
-    for at, (leaf, place) in enumerate(zip(leaves, places, strict=True)):
-        lines.append(f"a{at} = {place}")
+    for at, leaf in enumerate(leaves):
+        lines.append(f"a{at} = value.{leaf.path}")
         if leaf.lengths is None:
             lines.append(f"w{leaf.slot} = number(leaves[{at}], a{at})")
             continue
@@ -133,14 +127,6 @@ def _packing(node: Node, size: int) -> Callable[[Any], tuple[list[int], tuple[An
     lines.append(f"return [{', '.join(f'w{slot}' for slot in range(size))}], ({', '.join(kept)},)")
     exec("\n    ".join(lines), names)
     return cast(Callable[[Any], tuple[list[int], tuple[Any, ...]]], names["words"])
-
-
-def _places(node: Node, name: str) -> list[str]:
-    """Return a Python expression for each array and number of a NamedTuple."""
-    found: list[str] = []
-    for at, part in enumerate(node.parts):
-        found += _places(part, f"{name}[{at}]") if isinstance(part, Node) else [f"{name}[{at}]"]
-    return found
 
 
 def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:

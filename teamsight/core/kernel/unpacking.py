@@ -15,42 +15,25 @@ from teamsight.core.kernel.layout import Leaf, Length, Node
 _WORD = ir.IntType(64)
 
 
-class Plain:
-    """The arrays of a record as worlds read them; checks read those of `guarded_record`."""
-
-    code = ""
-
-    def __repr__(self) -> str:
-        # Part of the digest of kernels; the default contains an address.
-        return f"{type(self).__name__}({self.code})"
-
-    def kind(self, array: Any) -> Any:
-        """Return numba's type of an array, from the plain one."""
-        return array
-
-    def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
-        """Write code that makes an array of this kind from a plain one."""
-        return array
-
-
-def unpacking(node: Node, arrays: Any) -> Any:
+def unpacking(node: Node, guards: Any = None) -> Any:
     """Return the kernel that reads a record.
 
     Parameters
     ----------
     node : Node
         The layout.
-    arrays : Plain
-        The kind of its arrays.
+    guards : guarded_record.Guards, optional
+        Makes its arrays guarded; in worlds they are plain.
     """
+
     def unpack(typing_context: Any, address: Any) -> Any:
         if not isinstance(address, numba.types.Integer):
             return None
-        kind = _type(node, arrays)
+        kind = _type(node, guards)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             words = builder.inttoptr(arguments[0], _WORD.as_pointer())
-            return _value(context, builder, words, node, kind, arrays)
+            return _value(context, builder, words, node, kind, guards)
 
         return kind(numba.types.int64), generate
 
@@ -60,24 +43,25 @@ def unpacking(node: Node, arrays: Any) -> Any:
     return made
 
 
-def _type(part: Node | Leaf, arrays: Any) -> Any:
+def _type(part: Node | Leaf, guards: Any) -> Any:
     """Return numba's type of a part of a record."""
     if isinstance(part, Node):
-        types = [_type(inner, arrays) for inner in part.parts]
+        types = [_type(inner, guards) for inner in part.parts]
         return numba.types.BaseTuple.from_types(types, part.kind)
     if part.dtype is None:
         return numba.types.int64
     element = numba.from_dtype(part.dtype)
     if part.lengths is None:
         return element
-    return arrays.kind(numba.types.Array(element, len(part.lengths), "C"))
+    array = numba.types.Array(element, len(part.lengths), "C")
+    return guards.kind(array) if guards else array
 
 
-def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, arrays: Any) -> Any:
+def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, guards: Any) -> Any:
     """Write code that reads a part of a record."""
     if isinstance(part, Node):
         values = [
-            _value(context, builder, words, inner, inner_kind, arrays)
+            _value(context, builder, words, inner, inner_kind, guards)
             for inner, inner_kind in zip(part.parts, kind.types, strict=True)
         ]
         return context.make_tuple(builder, kind, values)
@@ -85,8 +69,8 @@ def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any,
     if part.lengths is None:
         return builder.bitcast(word, ir.DoubleType()) if kind == numba.types.float64 else word
     lengths = [_length_value(builder, words, length) for length in part.lengths]
-    value = array_value(context, builder, kind, word, lengths)
-    return arrays.value(context, builder, part, kind, value, words)
+    array = array_value(context, builder, kind, word, lengths)
+    return guards.value(context, builder, part, kind, array, words) if guards else array
 
 
 def load_word(builder: Any, words: Any, slot: int) -> Any:

@@ -12,7 +12,7 @@ import pytest
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.calibration import lazy, lazy_page
 from teamsight.analysis.calibration.lazy import AGAIN, CHOOSE, DEFAULTS, OPEN_CLAIMS, REPORT, SETTINGS, Size, Trial
-from teamsight.analysis.calibration.lazy_constants import CHOSEN, VALUES, Constants
+from teamsight.analysis.calibration.lazy_constants import VALUES, Constants
 from teamsight.analysis.calibration.search import Phase, assess
 from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, SEEDS, memory_for, world_of
 from teamsight.analysis.runs import files
@@ -69,7 +69,7 @@ def test_varying_changes_one_constant_at_a_time(small: pd.DataFrame) -> None:
 def assessed(row: pd.Series, phase: Phase) -> dict[str, object]:
     """Return a row of a table, made again."""
     trial = Trial(Constants(**{name: row[name] for name in VALUES}), int(row["memory"]), row["setting"])
-    (again,) = assess(phase, [trial], lambda one: lazy.candidate_of(one, phase.grid), measure=lazy.measures)
+    (again,) = assess(phase, [trial], lazy.candidate_of, measure=lazy.measures)
     return again
 
 
@@ -129,15 +129,15 @@ def test_the_shipped_page_is_made_of_the_shipped_table(tmp_path: Path) -> None:
 
 def test_the_defaults_are_what_the_search_chose() -> None:
     found = pd.read_parquet(DOCS / "lazy-search.parquet")
-    assert lazy.chosen_constants(found) == CHOSEN
+    assert lazy.chosen_constants(found) == Constants()
     seed = lazy.chosen_memory(found)
     assert shipped().settings["seed"] == seed
-    assert shipped() == CHOSEN.memory(seed)
+    assert shipped() == Constants().memory(seed)
     learner = LazyQ(shipped())
     for setting in SETTINGS:
         given = PRESETS[setting]
         seed = lazy.chosen_memory(found, setting)
         assert SEEDS[tuple(world_of(given).items())] == seed
-        assert memory_for(given) == CHOSEN.memory(seed, given)
-        assert dict(memory_for(given).settings) == dict(CHOSEN.memory(seed, given).settings)
-    assert repr(learner) == repr(CHOSEN.treatments(shipped())[COOPERATIVE]["policy"])
+        assert memory_for(given) == Constants().memory(seed, given)
+        assert dict(memory_for(given).settings) == dict(Constants().memory(seed, given).settings)
+    assert repr(learner) == repr(Constants().treatments(shipped())[COOPERATIVE]["policy"])

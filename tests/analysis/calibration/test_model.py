@@ -9,7 +9,7 @@ import pandas as pd
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.analysis.calibration import model, model_page
 from teamsight.analysis.calibration.model import OPEN_CLAIMS, PARAMETERS
-from teamsight.analysis.calibration.search import assess
+from teamsight.analysis.calibration.search import Simulator, assess
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.experiment import QUICK
 from teamsight.analysis.runs.workers import WorkerPool
@@ -95,7 +95,9 @@ def test_the_search_judges_the_best_again_and_the_defaults() -> None:
     )
     seen: list[tuple[str, float, float]] = []
     with WorkerPool(1) as pool:
-        found = model.search(pool, lambda *done: seen.append(done), values=values, phases=phases, finalists=1)
+        found = model.search(
+            Simulator(pool, lambda *done: seen.append(done)), values=values, phases=phases, finalists=1
+        )
     best = model.ranked(found[found["phase"] == "screen"]).iloc[0]
     final = found[found["phase"] == "final"]
     assert len(final) == 2 * 2
@@ -132,6 +134,6 @@ def test_a_row_of_the_shipped_table_is_what_the_search_makes() -> None:
     # The shipped table leaves out claims that are younger than it.
     claims = {name: claim for name, claim in model.SCREEN.claims.items() if name in shipped}
     screen = model.SCREEN._replace(claims=claims)
-    (row,) = assess(screen, [values], lambda one: model.candidate_of(one, screen))
+    (row,) = assess(screen, [values], model.candidate_of)
     assert len(claims) > 10
     assert row == {name: shipped[name] for name in row}

@@ -13,7 +13,6 @@ import pytest
 
 from teamsight.analysis.delta import choose
 from teamsight.analysis.delta.choose import DeltaReport
-from teamsight.analysis.delta.simulate_degrees import simulate_degrees
 
 sys.path.insert(0, str(Path(__file__).parent))  # the suite is imported by file, so helpers are found by path
 from snapshots import Snapshots
@@ -60,8 +59,8 @@ def test_cost_compares_the_degrees(report: DeltaReport) -> None:
 
 
 def test_every_run_can_be_repeated_from_its_seed() -> None:
-    found = simulate_degrees(Snapshots, runs=3, steps=5, rng=7)
-    again = simulate_degrees(Snapshots, runs=5, steps=5, rng=7)
+    found = choose.choose_delta(Snapshots, runs=3, steps=5, rng=7)
+    again = choose.choose_delta(Snapshots, runs=5, steps=5, rng=7)
     pd.testing.assert_frame_equal(found.maxima, again.maxima.head(3))
     world = Snapshots(int(found.maxima["seed"][2]))
     world.run(5)
@@ -70,14 +69,14 @@ def test_every_run_can_be_repeated_from_its_seed() -> None:
 
 
 def test_without_a_seed_results_differ() -> None:
-    one, other = (simulate_degrees(Snapshots, runs=1, steps=1).maxima["seed"][0] for _ in range(2))
+    one, other = (choose.choose_delta(Snapshots, runs=1, steps=1).maxima["seed"][0] for _ in range(2))
     assert one != other
 
 
 def test_progress_and_closing() -> None:
     Snapshots.opened = Snapshots.closed = 0
     seen: list[tuple[int, int]] = []
-    simulate_degrees(Snapshots, runs=3, steps=2, progress=lambda done, total: seen.append((done, total)))
+    choose.choose_delta(Snapshots, runs=3, steps=2, progress=lambda done, total: seen.append((done, total)))
     assert (seen, seen[0], seen[-1]) == (sorted(seen), (1, 3), (3, 3))
     assert Snapshots.opened == Snapshots.closed == 3
 

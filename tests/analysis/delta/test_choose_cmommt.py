@@ -10,10 +10,8 @@ from scipy.spatial import cKDTree
 from teamsight import CMOMMT
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.analysis import neighbour_graph
-from teamsight.analysis.delta import choose, from_trajectories
-from teamsight.analysis.delta import simulate_degrees as simulate_degrees_module
+from teamsight.analysis.delta import choose, degrees, from_trajectories
 from teamsight.analysis.delta.cost import cost_table
-from teamsight.analysis.delta.simulate_degrees import simulate_degrees
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -36,7 +34,7 @@ def test_maxima_are_those_of_the_models_run_by_hand(report: choose.DeltaReport) 
 
 
 def test_looking_at_bearings_changes_no_run() -> None:
-    few = simulate_degrees(EXPLORER, runs=4, steps=100, rng=8)
+    few = choose.choose_delta(EXPLORER, runs=4, steps=100, rng=8)
     for seed, largest in zip(few.maxima["seed"], few.maxima["max_neighbours"], strict=True):
         model = CMOMMT(**EXPLORER, rng=int(seed))
         model.run(100)
@@ -117,18 +115,22 @@ def test_trajectories_of_a_run_give_its_degrees() -> None:
 
 
 def test_the_report_does_not_depend_on_workers_or_on_the_limit_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
-    alone = simulate_degrees(EXPLORER, runs=12, steps=40, rng=3)
+    alone = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3)
     with WorkerPool(2) as pool:
-        together = simulate_degrees(EXPLORER, runs=12, steps=40, rng=3, pool=pool)
+        together = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3, pool=pool)
     pd.testing.assert_frame_equal(alone.maxima, together.maxima)
-    assert [found.tolist() for found in alone.bearings] == [found.tolist() for found in together.bearings]
+    pd.testing.assert_frame_equal(alone.ring, together.ring)
+    pd.testing.assert_frame_equal(alone.merging, together.merging)
     # Each run has 10 samples of 20 robots: four runs complete 650 samples.
-    monkeypatch.setattr(simulate_degrees_module, "_ENOUGH_SAMPLES", 650)
-    few = simulate_degrees(EXPLORER, runs=12, steps=40, rng=3)
+    monkeypatch.setattr(degrees, "_ENOUGH_SAMPLES", 650)
+    few = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3)
     pd.testing.assert_frame_equal(few.maxima, alone.maxima)
-    assert few.bearings.degree.tolist() == alone.bearings.degree[: 4 * 200].tolist()
+    four = choose.choose_delta(EXPLORER, runs=4, steps=40, rng=3)
+    shown, expected = (found.ring[found.ring["sectors"] == 16].set_index("neighbours") for found in (few, four))
+    pd.testing.assert_frame_equal(shown.loc[expected.index], expected)
+    assert shown["samples"].sum() == expected["samples"].sum()
 
 
 def test_a_factory_that_workers_cannot_find_is_refused() -> None:
     with WorkerPool(2) as pool, pytest.raises(TypeError, match="cannot be sent to worker processes; give a function of a module"):
-        simulate_degrees(lambda seed: CMOMMT(rng=seed), runs=2, steps=1, pool=pool)
+        choose.choose_delta(lambda seed: CMOMMT(rng=seed), runs=2, steps=1, pool=pool)

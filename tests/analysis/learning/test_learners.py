@@ -26,7 +26,8 @@ from teamsight.analysis.learning.evaluation import (
     summary,
 )
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.learning.learners import LEARNERS, REWARDS, Objective, awareness_for, check_objective, learn
+from teamsight.analysis.learning.learners import Objective, awareness_for, check_objective, learn
+from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory

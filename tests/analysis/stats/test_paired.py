@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.stats.paired import cell_maxima, cell_means, grid_of, paired
+from teamsight.analysis.stats.paired import cell_means, grid_of, maxima, paired
 
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
@@ -70,5 +70,7 @@ def test_grid_has_team_sizes_down_and_radii_across() -> None:
 
 
 def test_maxima_are_over_replicates() -> None:
-    grid = grid_of(cell_maxima(runs({(1, 1.0): [0.5, 0.9, 0.2], (2, 1.0): [0.7, 0.1, 0.1]}), "observed_fraction"))
-    assert grid.to_numpy().tolist() == [[0.9], [0.7]]
+    table = runs({(2, 1.0): [7, 1, 1], (1, 1.0): [5, 9, 2], (1, 0.5): [0, 0, 0]})
+    grid = maxima(table.rename(columns={"observed_fraction": "max_neighbours"}))
+    assert (list(grid.index), list(grid.columns)) == ([1, 2], [0.5, 1.0])
+    assert grid.loc[:, 1.0].tolist() == [9, 7]

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Robot
-from teamsight.agents.columns.column import Column
+from teamsight.agents.columns import Column
 
 
 def five() -> tuple[CMOMMT, Column]:

@@ -1,15 +1,21 @@
-"""Columns: user-defined properties, one element for each agent of a group."""
+"""Columns: user-defined properties of the agents of a group, one element for each agent.
+
+They are attributes too: ``robot.battery -= 0.1`` changes an element of a column, ``robots.battery = 1`` all of them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, MutableMapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
 
 Array = npt.NDArray[Any]
 
@@ -131,6 +137,90 @@ class Columns(MutableMapping[str, Column]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._arrays
+
+
+class ColumnAttribute:
+    """An attribute of agents, or of groups, that is a column of some groups.
+
+    In groups without the column it is an ordinary attribute of each agent, and groups do not have it.
+
+    Parameters
+    ----------
+    name : str
+        The name of the column.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __get__(self, holder: Any, owner: type | None = None) -> Any:
+        if holder is None:
+            return self
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            column = group.columns[self._name]
+            if is_group:
+                return column
+            element = column[holder.row]
+            return unwritable(element) if isinstance(element, np.ndarray) else element
+        try:
+            return vars(holder)[self._name]
+        except KeyError:
+            raise AttributeError(f"{holder!r} has no attribute or column {self._name!r}") from None
+
+    def __set__(self, holder: Any, value: Any) -> None:
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            group.columns[self._name][... if is_group else holder.row] = value
+        elif is_group:
+            raise AttributeError(f"{group!r} has no column {self._name!r}; make it with add_column({self._name!r})")
+        else:
+            holder.__dict__[self._name] = value
+
+    def __delete__(self, holder: Any) -> None:
+        group, is_group = _group_of(holder)
+        if self._name in group.columns:
+            raise AttributeError(f"{self._name}: is a column of {group.name!r}; remove it with del group.columns[…]")
+        if is_group or holder.__dict__.pop(self._name, self) is self:
+            raise AttributeError(self._name)
+
+
+def install(group: Group, name: str) -> None:
+    """Make a column an attribute of a group and of its agents."""
+    for kind in {type(agent) for agent in group.agents}:
+        if not isinstance(getattr(kind, name, None), ColumnAttribute):
+            setattr(kind, name, ColumnAttribute(name))
+    if not name.startswith("_") and not hasattr(group, name):
+        setattr(type(group), name, ColumnAttribute(name))
+
+
+def is_free(agent: Any, name: str) -> bool:
+    """Whether an agent has no other attribute of this name, which a column would hide."""
+    known = getattr(type(agent), name, None)
+    return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
+
+
+def _group_of(holder: Any) -> tuple[Group, bool]:
+    """Return the group of an agent, or the given group; and whether a group was given."""
+    group = vars(holder).get("group")
+    return (holder, True) if group is None else (group, False)
+
+
+class Place(np.ndarray[Any, np.dtype[np.float64]]):
+    """A read-only row of an array. ``agent.position += step`` makes a new row, which is then assigned."""
+
+    def __iadd__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) + other
+
+    def __isub__(self, other: Any) -> Any:  # type: ignore[misc]
+        return np.asarray(self) - other
+
+
+def unwritable(row: npt.NDArray[Any]) -> Any:
+    """Return a row of an array as a `Place`."""
+    place = row.view(Place)
+    place.flags.writeable = False
+    return place
 
 
 def _assign(name: str, array: Array, index: Any, value: Any) -> None:

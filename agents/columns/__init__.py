@@ -1,1 +1,0 @@
-"""Columns: user-defined properties, one element for each agent of a group."""
