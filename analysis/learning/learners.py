@@ -23,14 +23,6 @@ Progress = Callable[[float, float], None]
 _COMPARED_A_SECOND = 30_000.0**2 * 32
 
 
-def keep_reward(memory: LazyMemory) -> Floats:
-    """Return −1 for each target that only this robot of its team sensed, and that it no longer senses.
-
-    The paper has no such reward; docs/learning.md shows its effect.
-    """
-    return -np.asarray(memory.fact("alone_lost"), float)
-
-
 class Objective(NamedTuple):
     """What is to be learnt.
 

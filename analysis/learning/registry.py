@@ -19,6 +19,7 @@ LEARNERS: Mapping[str, type[Learner]] = Registry(
         "sheppard": "teamsight.policies.lazy.sheppard_lazy_q:SheppardLazyQ",
         "tabular": "teamsight.policies.eager.tabular:TabularQ",
         "linear": "teamsight.policies.eager.linear:LinearQ",
+        "regression": "teamsight.policies.lazy.lazy_regression:LazyRegression",
     }
 )
 #: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.
@@ -27,6 +28,6 @@ REWARDS: Mapping[str, Reward] = Registry(
         "own": "teamsight.policies.rewards:own_reward",
         "team": "teamsight.policies.rewards:team_reward",
         "alone": "teamsight.policies.rewards:alone_reward",
-        "keep": "teamsight.analysis.learning.learners:keep_reward",
+        "keep": "teamsight.policies.rewards:keep_reward",
     }
 )
