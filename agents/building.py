@@ -6,14 +6,14 @@ import itertools
 import math
 from collections.abc import Callable
 from numbers import Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.group import Group
+from teamsight.agents.group import Group, Host
 from teamsight.agents.resolve import awareness_of, check_needs
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -22,9 +22,6 @@ from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.starts import Founders, starts
-
-if TYPE_CHECKING:
-    from teamsight.agents.host import WorldHost
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
@@ -45,7 +42,7 @@ class Plan(NamedTuple):
     name: str | None
 
 
-def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan, host: WorldHost) -> Group:
+def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan, host: Host) -> Group:
     """Return a new group without agents."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")

@@ -6,16 +6,13 @@ They are attributes too: ``robot.battery -= 0.1`` changes an element of a column
 from __future__ import annotations
 
 from collections.abc import Iterator, MutableMapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from teamsight.core import checks
-
-if TYPE_CHECKING:
-    from teamsight.agents.group import Group
 
 Array = npt.NDArray[Any]
 
@@ -139,6 +136,14 @@ class Columns(MutableMapping[str, Column]):
         return name in self._arrays
 
 
+class Holder(Protocol):
+    """The part of `Group` that its columns use; groups import this file."""
+
+    name: str
+    columns: Columns
+    agents: list[Any]
+
+
 class ColumnAttribute:
     """An attribute of agents, or of groups, that is a column of some groups.
 
@@ -185,7 +190,7 @@ class ColumnAttribute:
             raise AttributeError(self._name)
 
 
-def install(group: Group, name: str) -> None:
+def install(group: Holder, name: str) -> None:
     """Make a column an attribute of a group and of its agents."""
     for kind in {type(agent) for agent in group.agents}:
         if not isinstance(getattr(kind, name, None), ColumnAttribute):
@@ -200,7 +205,7 @@ def is_free(agent: Any, name: str) -> bool:
     return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
 
 
-def _group_of(holder: Any) -> tuple[Group, bool]:
+def _group_of(holder: Any) -> tuple[Holder, bool]:
     """Return the group of an agent, or the given group; and whether a group was given."""
     group = vars(holder).get("group")
     return (holder, True) if group is None else (group, False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import mesa
 import numpy as np
@@ -12,20 +12,31 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.columns import Column, Columns, install, is_free
+from teamsight.agents.engine.relation import Relation
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
 
-if TYPE_CHECKING:
-    from teamsight.agents.engine.neighbours import Relation
-    from teamsight.agents.engine.python_policies import Deliberation
-    from teamsight.agents.host import WorldHost
-
 Floats = npt.NDArray[np.float64]
+
+
+class Host(Protocol):
+    """The operations of a world on its groups and agents; `WorldHost` implements them, and imports this file."""
+
+    def adjust(self, group: Group, **changes: Any) -> None: ...
+    def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
+    def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
+    def turn(self, agent: Any, heading: Floats) -> None: ...
+    def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
+    def find_neighbours(self) -> tuple[int, int]: ...
+    def perceive(self, group: Group) -> None: ...
+    def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
+    def observers_of(self, agent: Any) -> list[Any]: ...
 
 
 def _setting(name: str, get: Callable[[Group], Any], doc: str) -> Any:
@@ -77,7 +88,7 @@ class Group:
         ranges: tuple[Floats, Floats],
         policy: Any,
         awareness: Awareness,
-        host: WorldHost,
+        host: Host,
     ) -> None:
         self.name, self.number, self.team = name, number, team
         self.bodies = bodies
@@ -103,8 +114,6 @@ class Group:
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
-        # During a step: the decision of a Python policy.
-        self.deliberation: Deliberation | None = None
         # After a failed step: whether the kernel had decided; the next step then carries out `action`.
         self.has_decided = False
 
@@ -123,7 +132,7 @@ class Group:
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
-        self.deliberation, self.has_decided = None, False
+        self.has_decided = False
 
     def __len__(self) -> int:
         return len(self.bodies)

@@ -25,7 +25,7 @@ from teamsight.policies.percept_of_one import PerceptOfOne
 
 
 class WorldHost:
-    """Operations of a world on its groups and agents, through which these reach their world.
+    """Operations of a world on its groups and agents; implements `Host`, through which these reach their world.
 
     An operation that fails changes nothing: everything is checked and prepared first.
     """
@@ -158,7 +158,8 @@ class WorldHost:
         """Return (turn [rad], distance [length]) that the policy of an agent's group decides on a percept."""
         row, group = agent.row, agent.group
         # A policy can also be called between steps; its new state is dropped.
-        deliberation = group.deliberation or Deliberation(group, self._data.timeline.tick, self._data.key)
+        under_way = self._engine.deliberations.get(group)
+        deliberation = under_way or Deliberation(group, self._data.timeline.tick, self._data.key)
         return deliberation.policy_decides(row, percept, rng)
 
     def observers_of(self, agent: Body) -> list[Any]:

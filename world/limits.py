@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from teamsight.core import checks
-
-if TYPE_CHECKING:
-    from teamsight.world.arena import Arena
 
 SHORTEST, LONGEST = 1e-9, 1e9
 """The limits of all lengths [length]; for others choose another unit."""
@@ -42,10 +39,18 @@ def length(name: str, value: float) -> float:
     return result
 
 
+class Bounded(Protocol):
+    """The part of `Arena` on which limits depend; arenas import this file."""
+
+    @property
+    def bounds(self) -> Any: ...
+    def check_reach(self, reach: float) -> None: ...
+
+
 class Limits:
     """The limits of ranges and speeds in an arena. Its methods have the parameters and errors of `length`."""
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, arena: Bounded) -> None:
         (left, bottom), (right, top) = arena.bounds
         self._arena = arena
         self._extent = float(max(right - left, top - bottom))

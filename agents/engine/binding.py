@@ -11,7 +11,6 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
-from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -23,6 +22,7 @@ from teamsight.agents.engine.records import (
     RelationArrays,
     WorldArrays,
 )
+from teamsight.agents.engine.relation import Members, Relation
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
 from teamsight.agents.recording.trajectory import Trail
@@ -187,7 +187,7 @@ class Binding:
             group.value.block[:] = -1
 
 
-def _side(group: Group) -> str | int:
+def _side(group: Members) -> str | int:
     """Groups with the same side count together what they observe: all groups on teams have one side."""
     return group.number if group.team is None else "teams"
 

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
-from teamsight.agents.engine.neighbours import Relation, connect
+from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_RELATION, OUTSIDE
+from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
@@ -46,6 +47,8 @@ class Engine:
         The recorded positions.
     transitions : TransitionLogs
         The recorded transitions.
+    deliberations : dict of Group to Deliberation
+        During a step: the decisions of the groups with Python policies.
     """
 
     def __init__(self, data: WorldData) -> None:
@@ -59,6 +62,7 @@ class Engine:
         self.searches = 0
         self.trails: list[Trail] = []
         self.transitions = TransitionLogs()
+        self.deliberations: dict[Group, Deliberation] = {}
         self.stretch: Stretch = data.history.begin([])
 
     def senses(self, observers: Group, observed: Group) -> None:
@@ -134,7 +138,7 @@ class Engine:
             with deferred():
                 for group, action in zip(deciding, actions, strict=True):
                     group.action.heading[:], group.action.distance[:] = action
-                states = [group.deliberation.state() for group in deciding]  # type: ignore[union-attr]
+                states = [self.deliberations[group].state() for group in deciding]
                 tick = data.timeline.tick
                 try:
                     self._call(END_STEP)
@@ -143,17 +147,15 @@ class Engine:
                         for group, state in zip(deciding, states, strict=True):
                             group.policy_state = state
         finally:
-            for group in deciding:
-                group.deliberation = None
+            self.deliberations = {}
         self._decide_again()
 
     def _decide(self, groups: list[Group]) -> list[Action]:
         """Return the actions of the groups with Python policies."""
-        data = self._data
-        for group in groups:
-            group.deliberation = Deliberation(group, data.timeline.tick, data.key, group.noise(data.timeline.tick))
-        with data.timeline.calling(DECIDE):
-            return [group.deliberation.decide() for group in groups]  # type: ignore[union-attr]
+        tick, key = self._data.timeline.tick, self._data.key
+        self.deliberations = {group: Deliberation(group, tick, key, group.noise(tick)) for group in groups}
+        with self._data.timeline.calling(DECIDE):
+            return [deliberation.decide() for deliberation in self.deliberations.values()]
 
     def _decide_again(self) -> None:
         """Let all kernels decide again in the next step, once the actions of a failed step were carried out."""

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
 
+
 def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
     """Return the exception for the status with which the loop ended, at a group and a tick."""
     group = data.groups[where]

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from teamsight.agents.engine.neighbours import Relation
 from teamsight.agents.engine.records import HISTORY_COLUMNS
+from teamsight.agents.engine.relation import Relation
 from teamsight.core.buffer import Buffer
 
 _EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from teamsight.policies.memory.order import Table, sort_transitions
 
-if TYPE_CHECKING:
-    from teamsight.policies.memory.memory import LazyMemory
+
+class Described(Protocol):
+    """The part of `LazyMemory` that decides whether two can be merged; memories import this file."""
+
+    @property
+    def own(self) -> int: ...
+    @property
+    def added(self) -> int: ...
+    @property
+    def facts(self) -> tuple[str, ...]: ...
+    @property
+    def settings(self) -> Mapping[str, Any]: ...
 
 
-def check_layouts(one: LazyMemory, other: LazyMemory) -> None:
+def check_layouts(one: Described, other: Described) -> None:
     """Raise an error if two memories cannot be merged.
 
     Raises
