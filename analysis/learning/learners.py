@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
 from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.core import checks
-from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.action_values import MOST_MATCHES, check_constants, next_matches
 from teamsight.policies.lazy.learner import LazyLearner
 from teamsight.policies.memory import LazyMemory

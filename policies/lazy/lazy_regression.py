@@ -28,7 +28,6 @@ from teamsight.policies.lazy.readings import (
     teammates,
 )
 from teamsight.policies.learner import Learner, is_situation, refuse
-from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, keep_reward, rewards_of
 
 #: Number of distances, equally spaced from 0 to the range, at which slopes are fitted; linear in between.
@@ -39,7 +38,7 @@ _OWN, _LAYOUT, _COMPASS = range(3)
 
 
 @inlined
-def _law(table: Any, kind: int, distance: float) -> float:
+def _law(table: Any, kind: int, distance: float) -> Any:
     """Return the force of a reading, by linear interpolation."""
     at = distance * (POINTS - 1)
     point = min(int(at), POINTS - 2)

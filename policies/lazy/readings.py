@@ -99,7 +99,7 @@ class Reader(NamedTuple):
         Written: the kind of each reading and its transition.
     distance : ndarray, shape (readings,), float64
         Written: the distance after the robot's own move, if the others stood still [ranges].
-    count : ndarray, shape (1,), int64
+    found : ndarray, shape (1,), int64
         Written: the number of readings.
     """
 
@@ -113,7 +113,7 @@ class Reader(NamedTuple):
     kind: Annotated[npt.NDArray[np.int64], "readings"]
     transition: Annotated[npt.NDArray[np.int64], "readings"]
     distance: Annotated[Floats, "readings"]
-    count: Annotated[npt.NDArray[np.int64], 1]
+    found: Annotated[npt.NDArray[np.int64], 1]
 
 
 READER = Record(Reader)
@@ -151,7 +151,7 @@ def _read(address: int) -> int:
                 reader.transition[found] = i
                 reader.distance[found] = math.sqrt(x * x + y * y)
                 found += 1
-    reader.count[0] = found
+    reader.found[0] = found
     return 0
 
 
@@ -192,10 +192,12 @@ def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stri
     """
     table = memory.table[:inputs]
     most = int(np.count_nonzero(table < 1.0))
-    found = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most))
-    count = np.zeros(1, np.int64)
+    room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most))
+    found = np.zeros(1, np.int64)
     action = memory.table[memory.inputs : memory.inputs + 2]
     directions = compass(memory.own, inputs - memory.own, layout)
-    reader = Reader(table, action, directions, memory.own, LAYOUTS[layout], ratio, stride, *found, count)
+    reader = Reader(table, action, directions, memory.own, LAYOUTS[layout], ratio, stride, *room, found)
     _READ(READER.pack(reader))
-    return Readings(*(values[: count[0]] for values in found))
+    kind, transition, distance = room
+    count = int(found[0])
+    return Readings(kind[:count], transition[:count], distance[:count])
