@@ -30,7 +30,7 @@ class _Quantity(NamedTuple):
     statistic: str
     conditions: str
     label: str
-    high: float | None = None  # the largest value of all cells
+    high: float | None = None  # all teammates of the largest team: Figs. 4 and 5 have one scale, even if drawn alone
 
 
 _NEIGHBOURS = _Quantity(
@@ -55,7 +55,7 @@ def _level_figure(name: str, quantity: _Quantity, experiment: str, policy: str) 
             f"{quantity.statistic} over {conditions.line()}; {quantity.conditions}; "
             f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}",
         )
-        high = quantity.high or max(1.0, float(grid.to_numpy().max()))
+        high = quantity.high or max(1, robots.max() - 1)
         draw_row(figure, grid, Look(quantity.label, "{:.0f}".format, 0, high))
         return figure
 
