@@ -38,7 +38,6 @@ def draw_row(
     look: Look,
     *,
     row: int = 0,
-    rows: int = 1,
     open_cells: pd.DataFrame | None = None,
 ) -> None:
     """Draw `grid` twice: as a surface on the left and as a heat map on the right.
@@ -46,13 +45,13 @@ def draw_row(
     Parameters
     ----------
     figure : matplotlib Figure
-        Of `WIDTH` by `rows` × `HEIGHT` + `HEAD` inches.
+        `WIDTH` inches wide and at least `HEAD` + (`row` + 1) × `HEIGHT` high; what is below the row stays free.
     grid : DataFrame
         One row a team size, one column a radius.
     look : Look
         Its label, format and range.
-    row, rows : int
-        Number of this row, from the top, and number of rows.
+    row : int
+        Number of this row, from the top.
     open_cells : DataFrame of bool, optional
         Cells whose number is written in brackets.
     """
@@ -62,8 +61,8 @@ def draw_row(
 
     norm = Normalize(look.low, look.high)
     colours = matplotlib.colormaps[DIVERGING if look.around_zero else SEQUENTIAL]
-    total = rows * HEIGHT + HEAD
-    bottom = (rows - 1 - row) * HEIGHT / total
+    total = figure.get_figheight()
+    bottom = 1 - (HEAD + (row + 1) * HEIGHT) / total
     height = HEIGHT / total
     solid: Any = figure.add_axes((-0.01, bottom + 0.02 * height, 0.54, 0.98 * height), projection="3d")
     _surface(solid, grid, look, norm, colours)
