@@ -146,8 +146,8 @@ class Reader(NamedTuple):
         Room for one situation.
     kind, transition : ndarray, shape (readings,), int64
         Written: the kind of each reading and its transition.
-    distance : ndarray, shape (readings,), float64
-        Written: the distance after the robot's own move, if the others stood still [ranges].
+    distance, moved : ndarray, shape (readings,), float64
+        Written: the distance before and after the robot's own move, if the others stand still [ranges].
     found : ndarray, shape (1,), int64
         Written: the number of readings.
     """
@@ -163,6 +163,7 @@ class Reader(NamedTuple):
     kind: Annotated[npt.NDArray[np.int64], "readings"]
     transition: Annotated[npt.NDArray[np.int64], "readings"]
     distance: Annotated[Floats, "readings"]
+    moved: Annotated[Floats, "readings"]
     found: Annotated[npt.NDArray[np.int64], 1]
 
 
@@ -193,11 +194,12 @@ def _read(address: int) -> int:
                 taken = is_taken(situation, reader.unit, layout, own, at, perceived, (1.0, reader.ratio))
                 kind = TAKEN if taken else FREE
             # Inputs of teammates are in awareness ranges.
-            moved = step / reader.ratio if kind == TEAMMATE else step
+            reach = step / reader.ratio if kind == TEAMMATE else step
             reader.kind[found] = kind
             reader.transition[found] = i
-            way_x, way_y = distance * x - moved * move_x, distance * y - moved * move_y
-            reader.distance[found] = math.sqrt(way_x * way_x + way_y * way_y)
+            reader.distance[found] = distance
+            way_x, way_y = distance * x - reach * move_x, distance * y - reach * move_y
+            reader.moved[found] = math.sqrt(way_x * way_x + way_y * way_y)
             found += 1
     reader.found[0] = found
     return 0
@@ -213,13 +215,14 @@ class Readings(NamedTuple):
     ----------
     kind, transition : ndarray, shape (readings,), int64
         The index in `KINDS`, and the transition.
-    distance : ndarray, shape (readings,), float64
-        The distance after the robot's own move, if all others stood still [ranges].
+    distance, moved : ndarray, shape (readings,), float64
+        The distance before and after the robot's own move, if all others stand still [ranges].
     """
 
     kind: npt.NDArray[np.int64]
     transition: npt.NDArray[np.int64]
     distance: Floats
+    moved: Floats
 
 
 def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stride: float) -> Readings:
@@ -240,12 +243,12 @@ def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stri
     """
     table = memory.table[:inputs]
     most = int(np.count_nonzero(table < 1.0))
-    room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most))
+    room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most), np.zeros(most))
     row, found = np.zeros(inputs, np.float32), np.zeros(1, np.int64)
     action = memory.table[memory.inputs : memory.inputs + 2]
     unit = unit_vectors(memory.own, inputs - memory.own, layout)
     reader = Reader(table, action, unit, memory.own, LAYOUTS.index(layout), ratio, stride, row, *room, found)
     _READ(READER.pack(reader))
-    kind, transition, distance = room
+    kind, transition, distance, moved = room
     count = int(found[0])
-    return Readings(kind[:count], transition[:count], distance[:count])
+    return Readings(kind[:count], transition[:count], distance[:count], moved[:count])
