@@ -22,6 +22,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
         "evolution: test": (-24,),
+        "designed feature": (-51,),
     }
 )
 

@@ -226,6 +226,9 @@ class LazyRegression(Learner):
     def _fitted(self) -> Mapping[str, Floats]:
         stride, ratio = self._scales()
         rewards = rewards_of(self.memory, self.reward)
+        if (most := np.abs(rewards).max()) > MOST:
+            name = name_of(self.reward)
+            raise ValueError(f"reward {name}: is up to {most:g}, must be at most {MOST:g}; give smaller rewards")
         found = readings_of(self.memory, self.inputs, self.layout, ratio, stride)
         point = np.linspace(0.0, 1.0, POINTS)
         forces = {}
@@ -235,11 +238,6 @@ class LazyRegression(Learner):
             given = None if kind == FREE else found.distance[chosen]
             slopes = local_slopes(moved, response, point, self.bandwidth, self.ridge, given=given)
             forces[name] = -significant(slopes, 0.0 if kind == FREE else self.significance)
-        if not np.isfinite(list(forces.values())).all():
-            raise ValueError(
-                f"reward {name_of(self.reward)}: is up to {np.abs(rewards).max():g}, too large to fit slopes; give "
-                "smaller rewards"
-            )
         if not any(map(np.any, forces.values())):
             self._warn(rewards)
         return forces
@@ -247,8 +245,8 @@ class LazyRegression(Learner):
     def _warn(self, rewards: Floats) -> None:
         why = f"{len(rewards)} transitions are too few for a slope; explore longer"
         if (rewards == rewards[0]).all():
-            name = name_of(self.reward)
-            why = f"{name} is {rewards[0]:g} for all {len(rewards)} transitions; explore longer, or give another reward"
+            same = f"{name_of(self.reward)} is {rewards[0] + 0.0:g} for all {len(rewards)} transitions"
+            why = f"{same}; explore longer, or give another reward"
         # The level is that of the line that makes the learner.
         warnings.warn(f"LazyRegression: robots will go straight on, since {why}", stacklevel=5)
 

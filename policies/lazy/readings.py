@@ -40,9 +40,9 @@ def unit_vectors(own: int, added: int, layout: str) -> Floats:
         One of `LAYOUTS`.
     """
     found = np.zeros((own + added, 2))
-    found[:own] = [plain(direction)(sector / own) for sector in range(own)]
-    if layout == "sectors":
-        found[own:] = [plain(direction)(sector / added) for sector in range(added)]
+    for first, sectors in ((0, own), (own, added if layout == "sectors" else 0)):
+        for sector in range(sectors):
+            found[first + sector] = plain(direction)(sector / sectors)
     return found
 
 
