@@ -49,7 +49,7 @@ class Design(NamedTuple):
     Attributes
     ----------
     treatment : mapping or callable
-        Keyword parameters of CMOMMT, or a function that returns them, or the treatment of each replicate, for a setting.
+        Keyword parameters of CMOMMT, or a function that returns for a setting these, or the treatment of a replicate.
     cells : callable
         Takes the grid and returns the cells (robots, radius).
     """

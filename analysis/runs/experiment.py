@@ -73,7 +73,7 @@ class Experiment:
         return self.treatment(replicate) if callable(self.treatment) else Variant(self.treatment, {})
 
     def parameters(self, setting: Mapping[str, Any], replicate: int = 0) -> dict[str, Any]:
-        """Return the treatment of a replicate under `setting`, without the policy options that its policy does not have.
+        """Return the treatment of a replicate under `setting`, without policy options that its policy does not have.
 
         Runs that differ only in such options have equal keys, and are made once.
         """

@@ -162,9 +162,7 @@ def learned_below_designed(
 
 def _between(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
     more, less = (gains_of(cooperative, base).average() for base in (walk, acmommt))
-    measured = (
-        f"random walk {more.mean:+.1f} pp {_ends(more)}, A-CMOMMT {less.mean:+.1f} pp {_ends(less)}"
-    )
+    measured = f"random walk {more.mean:+.1f} pp {_ends(more)}, A-CMOMMT {less.mean:+.1f} pp {_ends(less)}"
     return measured, above(more.low, 0), above(0, less.high)
 
 
@@ -179,10 +177,10 @@ def _judged(
     gains, literal = gains_of(cooperative, collective), gains_of(literal_cooperative, literal_collective)
     measured, *distances = rule(gains)
     beside, *others = rule(literal)
-    verdict = "holds" if max(others) <= 1 else "differs"
+    verdict, chance = "holds" if max(others) <= 1 else "differs", f"{100 * null_rate(rule, gains):.1f} %"
     return (
-        f"{_named(SLOPES, cooperative)}: {measured} (under the null the rule holds in {100 * null_rate(rule, gains):.1f} "
-        f"% of {_DRAWS} draws); {_named(LITERAL, literal_cooperative)}: {verdict}, {beside}",
+        f"{_named(SLOPES, cooperative)}: {measured} (under the null the rule holds in {chance} of {_DRAWS} draws); "
+        f"{_named(LITERAL, literal_cooperative)}: {verdict}, {beside}",
         *distances,
     )
 
@@ -206,7 +204,7 @@ def _explored(table: pd.DataFrame) -> str:
     """Return number and size of the explorations of a table, in words."""
     first = table.iloc[0]
     return (
-        f"{table['exploration'].nunique()} explorations of {first['transitions']} transitions in an arena of R = "
+        f"{table['exploration'].nunique()} explorations of {first['transitions']:g} transitions in an arena of R = "
         f"{first['explored_radius']:g}"
     )
 
