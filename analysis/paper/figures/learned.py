@@ -54,12 +54,12 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
         # Most gains have one sign: cut the axis where no cell reaches.
         heights = (min(0.0, float(np.floor(grid.to_numpy().min() + 0.05))), limit)
         look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
-        draw_row(figure, grid, look, row=row, rows=len(READINGS), open_cells=includes_zero(cells))
+        draw_row(figure, grid, look, row=row, open_cells=includes_zero(cells))
         text = (
             f"{'ab'[row]}) {reading.title}, reward {reading.reward}: {_spread(reading, tables)}; standard error of a "
             f"cell up to {100 * cells['se'].max():.1f} pp"
         )
-        caption(figure, text, row, len(READINGS))
+        caption(figure, text, row)
     return figure
 
 
