@@ -44,8 +44,8 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     head(
         figure,
         f"Fig. 11   {_TITLE}",
-        f"mean over {count} unselected explorations of 600 transitions, each with one run of {conditions.steps} steps a "
-        f"cell, setting {conditions.name}, seed {conditions.root}; in brackets: the 95 % interval includes 0",
+        f"mean over {count} unselected explorations of 600 transitions, each with one run of {conditions.steps} steps "
+        f"a cell, setting {conditions.name}, seed {conditions.root}; in brackets: the 95 % interval includes 0",
     )
     for row, reading in enumerate(READINGS):
         cells = _of(reading, tables["cells"])
