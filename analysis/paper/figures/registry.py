@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from teamsight.analysis.paper.figures import arena, delta, repulsion, search_space, surfaces
+from teamsight.analysis.paper.figures import arena, delta, levels, repulsion, search_space, surfaces
 from teamsight.analysis.paper.figures.interface import Conditions, Drawn, Figure, Tables
 from teamsight.analysis.plot.style import to_png
 
@@ -12,10 +12,10 @@ from teamsight.analysis.plot.style import to_png
 FIGURES: dict[str, Figure] = {
     "2": search_space.FIGURE,
     "3": arena.FIGURE,
-    "4": surfaces.FIGURE_4,
-    "5": surfaces.FIGURE_5,
-    "6": surfaces.FIGURE_6,
-    "7": surfaces.FIGURE_7,
+    "4": levels.FIGURE_4,
+    "5": levels.FIGURE_5,
+    "6": levels.FIGURE_6,
+    "7": levels.FIGURE_7,
     "8": surfaces.FIGURE_8,
     "9": repulsion.FIGURE,
     "10": surfaces.FIGURE_10,

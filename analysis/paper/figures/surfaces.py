@@ -1,4 +1,4 @@
-"""Figs. 4 to 8, 10 and 11: a quantity, or a paired difference, of each team size in each arena."""
+"""Figs. 8, 10 and 11: a paired difference of each team size in each arena."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pandas as pd
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, maxima, paired, percent
+from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -20,46 +20,6 @@ if TYPE_CHECKING:
 # Letters in a line of a caption, which stands above a surface, beside the heat map.
 _CAPTION = 84
 _CHANCE = 0.025
-
-
-class _Quantity(NamedTuple):
-    """A quantity of each cell: how a table of runs gives it, under which conditions, and its axis from 0 to `high`."""
-
-    name: str
-    grid_of_runs: Callable[[pd.DataFrame], pd.DataFrame]
-    statistic: str
-    conditions: str
-    label: str
-    high: float | None = None  # all teammates of the largest team: Figs. 4 and 5 have one scale, even if drawn alone
-
-
-_NEIGHBOURS = _Quantity(
-    "Largest number of neighbours", maxima, "maximum", "awareness range 1", "largest number of neighbours  [robots]"
-)
-_OBSERVED = _Quantity(
-    "Observed targets", percent, "mean", "15 targets, sensing range 1", "observed targets  [%]", high=100
-)
-
-
-def _level_figure(name: str, quantity: _Quantity, experiment: str, policy: str) -> Figure:
-    """Return the figure of a quantity under one policy."""
-    title = f"{quantity.name}: {policy}"
-
-    def draw(tables: Tables, conditions: Conditions) -> Canvas:
-        grid = quantity.grid_of_runs(tables[""])
-        robots, radius = grid.index, grid.columns
-        figure = canvas(WIDTH, HEIGHT + HEAD)
-        head(
-            figure,
-            f"Fig. {name}   {title}",
-            f"{quantity.statistic} over {conditions.line()}; {quantity.conditions}; "
-            f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}",
-        )
-        high = quantity.high or max(1, robots.max() - 1)
-        draw_row(figure, grid, Look(quantity.label, "{:.0f}".format, 0, high))
-        return figure
-
-    return Figure(name, title, (experiment,), lambda tables, conditions: {"": tables[experiment]}, draw)
 
 
 class _Contrast(NamedTuple):
@@ -140,10 +100,6 @@ def _learned_in_words(cells: pd.DataFrame) -> str:
     return f"{text}; see docs/lazy-search.md"
 
 
-FIGURE_4 = _level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
-FIGURE_5 = _level_figure("5", _NEIGHBOURS, "a-cmommt", "A-CMOMMT")
-FIGURE_6 = _level_figure("6", _OBSERVED, "centroid", "centroid of the sensed targets, no awareness")
-FIGURE_7 = _level_figure("7", _OBSERVED, "a-cmommt", "A-CMOMMT, pairwise awareness")
 FIGURE_8 = _difference_figure(
     "8",
     "Gain by awareness: A-CMOMMT − centroid",

@@ -92,6 +92,21 @@ def test_both_surfaces_of_figure_11_have_one_height_and_their_own_colours() -> N
     assert [axes.images[0].norm.vmax for axes in figure.axes if axes.images] == [10, 50]
 
 
+@pytest.mark.parametrize("name", ["6", "7"])
+def test_observed_targets_carry_intervals(name: str) -> None:
+    noise = {1.0: 0.01, 5.0: 0.03}
+    table = runs().assign(observed_fraction=lambda rows: 0.3 + rows["radius"].map(noise) * (rows["replicate"] - 1))
+    tables = FIGURES[name].tabulate({FIGURES[name].needs[0]: table}, CONDITIONS)
+    # Three runs at −1, 0 and 1 times the noise: its standard error is noise / √3, and Student's factor 4.303.
+    half = tables["cells"].groupby("radius")["high"].max() - 0.3
+    assert half.to_dict() == pytest.approx({radius: 4.3027 * one / 3**0.5 for radius, one in noise.items()}, rel=1e-4)
+    figure = FIGURES[name].draw(tables, CONDITIONS)
+    assert [line.get_label() for line in figure.axes[-1].lines] == ["R = 1", "R = 5"]
+    assert "its half-width is 5.0 points in the median cell and at most 7.5" in figure.axes[-1].get_title(loc="left")
+    single = FIGURES[name].tabulate({FIGURES[name].needs[0]: runs(replicates=1)}, CONDITIONS)
+    assert "no confidence intervals" in FIGURES[name].draw(single, CONDITIONS).axes[-1].get_title(loc="left")
+
+
 def test_figures_4_and_5_can_be_compared() -> None:
     tables = {"4": {"random-walk": runs()}, "5": {"a-cmommt": runs().assign(max_neighbours=1)}}
     drawn = [FIGURES[name].draw(FIGURES[name].tabulate(tables[name], CONDITIONS), CONDITIONS) for name in ("4", "5")]
