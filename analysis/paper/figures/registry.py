@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from teamsight.analysis.paper.figures import arena, delta, levels, repulsion, search_space, surfaces
 from teamsight.analysis.paper.figures.interface import Conditions, Drawn, Figure, Tables
-from teamsight.analysis.plot.style import to_png
+from teamsight.analysis.plot.style import to_picture
 
 #: Every figure, in the order of the paper.
 FIGURES: dict[str, Figure] = {
@@ -25,16 +25,18 @@ FIGURES: dict[str, Figure] = {
 
 
 class Job(NamedTuple):
-    """A figure to draw, with the tables of the experiments that it reads."""
+    """A figure to draw, with the tables of the experiments that it reads, and the formats of its picture."""
 
     name: str
     tables: Tables
     conditions: Conditions
+    formats: tuple[str, ...] = ("png",)
 
 
 def make(job: Job) -> Drawn:
-    """Return the tables of a figure and its drawing."""
+    """Return the tables of a figure and its pictures."""
     figure = FIGURES[job.name]
     tables = figure.tabulate(job.tables, job.conditions)
     drawing = figure.draw(tables, job.conditions)
-    return Drawn(job.name, tables, to_png(drawing, f"{figure.title}; {job.conditions.line()}"))
+    description = f"{figure.title}; {job.conditions.line()}"
+    return Drawn(job.name, tables, {kind: to_picture(drawing, description, kind) for kind in job.formats})

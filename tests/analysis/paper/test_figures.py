@@ -48,7 +48,7 @@ def test_all_figures_of_the_paper_are_there() -> None:
 @pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "11", "delta"])
 def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
     drawn = make(Job(name, tables_for(name, replicates), CONDITIONS))
-    picture = imread(io.BytesIO(drawn.png))
+    picture = imread(io.BytesIO(drawn.pictures["png"]))
     assert picture.shape[1] > 800
     assert np.ptp(picture[..., :3]) > 0.5
     if name != "2":
