@@ -149,6 +149,7 @@ POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
 LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
+FORMATS = registry("teamsight.analysis.plot.style", "FORMATS")
 REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")
 
 
