@@ -71,8 +71,8 @@ class Figure:
 
 
 class Drawn(NamedTuple):
-    """The tables of a figure by suffix, and its drawing as PNG."""
+    """The tables of a figure by suffix, and its drawing by format."""
 
     name: str
     tables: dict[str, pd.DataFrame]
-    png: bytes
+    pictures: dict[str, bytes]

@@ -1,9 +1,8 @@
-"""Figs. 4 to 8 and 10: a quantity, or a paired difference, of each team size in each arena."""
+"""Figs. 8 and 10: a paired difference of each team size in each arena."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,53 +11,13 @@ import pandas as pd
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.plot.style import FAINT, canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
-from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, maxima, paired, percent
+from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 # Letters in a line of a caption, which stands above a surface, beside the heat map.
 _CAPTION = 84
-
-
-class _Quantity(NamedTuple):
-    """A quantity of each cell: how a table of runs gives it, under which conditions, and its axis from 0 to `high`."""
-
-    name: str
-    grid_of_runs: Callable[[pd.DataFrame], pd.DataFrame]
-    statistic: str
-    conditions: str
-    label: str
-    high: float | None = None  # all teammates of the largest team: Figs. 4 and 5 have one scale, even if drawn alone
-
-
-_NEIGHBOURS = _Quantity(
-    "Largest number of neighbours", maxima, "maximum", "awareness range 1", "largest number of neighbours  [robots]"
-)
-_OBSERVED = _Quantity(
-    "Observed targets", percent, "mean", "15 targets, sensing range 1", "observed targets  [%]", high=100
-)
-
-
-def _level_figure(name: str, quantity: _Quantity, experiment: str, policy: str) -> Figure:
-    """Return the figure of a quantity under one policy."""
-    title = f"{quantity.name}: {policy}"
-
-    def draw(tables: Tables, conditions: Conditions) -> Canvas:
-        grid = quantity.grid_of_runs(tables[""])
-        robots, radius = grid.index, grid.columns
-        figure = canvas(WIDTH, HEIGHT + HEAD)
-        head(
-            figure,
-            f"Fig. {name}   {title}",
-            f"{quantity.statistic} over {conditions.line()}; {quantity.conditions}; "
-            f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}",
-        )
-        high = quantity.high or max(1, robots.max() - 1)
-        draw_row(figure, grid, Look(quantity.label, "{:.0f}".format, 0, high))
-        return figure
-
-    return Figure(name, title, (experiment,), lambda tables, conditions: {"": tables[experiment]}, draw)
 
 
 class _Contrast(NamedTuple):
@@ -113,10 +72,6 @@ def caption(figure: Canvas, text: str, row: int) -> None:
     figure.text(0.03, 1 - (HEAD + row * HEIGHT + 0.12) / total, lines, size=11, color=FAINT, va="top", linespacing=1.4)
 
 
-FIGURE_4 = _level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
-FIGURE_5 = _level_figure("5", _NEIGHBOURS, "a-cmommt", "A-CMOMMT")
-FIGURE_6 = _level_figure("6", _OBSERVED, "centroid", "centroid of the sensed targets, no awareness")
-FIGURE_7 = _level_figure("7", _OBSERVED, "a-cmommt", "A-CMOMMT, pairwise awareness")
 FIGURE_8 = _difference_figure(
     "8",
     "Gain by awareness: A-CMOMMT − centroid",

@@ -49,7 +49,7 @@ def test_all_figures_of_the_paper_are_there() -> None:
 @pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "11", "delta"])
 def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
     drawn = make(Job(name, tables_for(name, replicates), CONDITIONS))
-    picture = imread(io.BytesIO(drawn.png))
+    picture = imread(io.BytesIO(drawn.pictures["png"]))
     assert picture.shape[1] > 800
     assert np.ptp(picture[..., :3]) > 0.5
     if name != "2":
@@ -120,6 +120,21 @@ def test_each_surface_of_figure_11_is_drawn_on_the_scale_of_its_values_like_its_
         "standard error of a cell up to 1.0 pp",
     ):
         assert part in text
+
+
+@pytest.mark.parametrize("name", ["6", "7"])
+def test_observed_targets_carry_intervals(name: str) -> None:
+    noise = {1.0: 0.01, 5.0: 0.03}
+    table = runs().assign(observed_fraction=lambda rows: 0.3 + rows["radius"].map(noise) * (rows["replicate"] - 1))
+    tables = FIGURES[name].tabulate({FIGURES[name].needs[0]: table}, CONDITIONS)
+    # Three runs at −1, 0 and 1 times the noise: its standard error is noise / √3, and Student's factor 4.303.
+    half = tables["cells"].groupby("radius")["high"].max() - 0.3
+    assert half.to_dict() == pytest.approx({radius: 4.3027 * one / 3**0.5 for radius, one in noise.items()}, rel=1e-4)
+    figure = FIGURES[name].draw(tables, CONDITIONS)
+    assert [line.get_label() for line in figure.axes[-1].lines] == ["R = 1", "R = 5"]
+    assert "its half-width is 5.0 points in the median cell and at most 7.5" in figure.axes[-1].get_title(loc="left")
+    single = FIGURES[name].tabulate({FIGURES[name].needs[0]: runs(replicates=1)}, CONDITIONS)
+    assert "no confidence intervals" in FIGURES[name].draw(single, CONDITIONS).axes[-1].get_title(loc="left")
 
 
 def test_figures_4_and_5_can_be_compared() -> None:
