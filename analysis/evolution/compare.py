@@ -42,7 +42,9 @@ class Gain(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
+        # Rounded first, and 0 added: a number that rounds to 0 is not negative.
+        mean, low, high = (f"{round(value, 2) + 0.0:+.2f}" for value in self)
+        return f"{mean} ({low} to {high})"
 
 
 def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:

@@ -36,7 +36,7 @@ def test_rules_are_screened_first_and_constants_under_the_best_three(tried: list
     assert compare.default_constants() == USUAL == {name: getattr(ACmommt(), name) for name in USUAL}
     assert all(one | USUAL == one for one in rules)
     assert len({tuple(one.items()) for one in rules}) == 24
-    # 5 gains and 4 turn probabilities without the default ones, which the first stage has screened.
+    # 5 gains and 4 turn probabilities without the default ones, which were screened with the rules.
     assert len(constants) == len({tuple(one.items()) for one in constants}) == 3 * 19
     assert {one["idle"] for one in constants} == {"wander"}
     assert len(table) == len(tried)
