@@ -18,11 +18,16 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "reproduce": (2000,),
         "calibration: screen": (-1,),
         "calibration: final": (-2, -3, -4),
+        "figure 11: explore": (-41,),
+        "learning: report": (-42,),
+        "designed feature": (-51,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
-        "evolution: test": (-24,),
-        "designed feature": (-51,),
+        "evolution: first test": (-24,),
+        "evolution: test": (-25,),
+        "evolution: generalise": (-26,),
+        "evolution: train further": (-27,),
     }
 )
 
