@@ -21,6 +21,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "lazy constants: choose": (-11,),
         "lazy constants: choose again": (-12, -13),
         "lazy constants: report": (-31, -32, -33, -34),
+        "closed form: report": (-61,),
+        "lost targets: report": (-62,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
