@@ -107,7 +107,9 @@ def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
 
     for name in plan.figures:
         if summarise := FIGURES[name].summarise:
-            yield f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}"
+            found = folder.glob(f"figure-{name}-*.parquet")
+            tables = {file.stem.removeprefix(f"figure-{name}-"): pd.read_parquet(file) for file in found}
+            yield f"figure {name}: {summarise(tables)}"
 
 
 def _kept(folder: Path) -> str:

@@ -31,6 +31,10 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
         ["learn", "figure", "--samples", "4", "--memories", "1", "--worlds", "1", "--steps", "2", "--robots", "2", "--workers", "1", "--learners", "linear"],
         "--out", ["learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet", "learning-curves.png"],
     ),
+    "diagnose": (
+        ["learn", "diagnose", "memory.safetensors", "--samples", "5", "--k", "2", "--learners", "lazy"], "--out",
+        ["diagnosis.parquet", "diagnosis.md", "diagnosis.png"],
+    ),
 }  # fmt: skip
 #: What makes each command's results those of other settings.
 OTHER = {
@@ -39,6 +43,7 @@ OTHER = {
     "explore": ["--seed", "1"],
     "evaluate": ["--runs", "2"],
     "figure": ["--seed", "1"],
+    "diagnose": ["--seed", "1"],
 }
 
 

@@ -58,7 +58,8 @@ class Figure:
     draw : callable
         Takes the figure's tables and the conditions, and returns the drawing.
     summarise : callable, optional
-        Takes the table "cells" and returns the result in one line, for the terminal.
+        Takes the figure's tables by suffix, except that of all runs, and returns the result in one line, for the
+        terminal.
     """
 
     name: str
@@ -66,7 +67,7 @@ class Figure:
     needs: tuple[str, ...]
     tabulate: Callable[[Tables, Conditions], dict[str, pd.DataFrame]]
     draw: Callable[[Tables, Conditions], Canvas]
-    summarise: Callable[[pd.DataFrame], str] | None = None
+    summarise: Callable[[Tables], str] | None = None
 
 
 class Drawn(NamedTuple):

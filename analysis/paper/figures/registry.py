@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from teamsight.analysis.paper.figures import arena, delta, levels, repulsion, search_space, surfaces
+from teamsight.analysis.paper.figures import arena, delta, learned, levels, repulsion, search_space, surfaces
 from teamsight.analysis.paper.figures.interface import Conditions, Drawn, Figure, Tables
 from teamsight.analysis.plot.style import to_picture
 
@@ -19,7 +19,7 @@ FIGURES: dict[str, Figure] = {
     "8": surfaces.FIGURE_8,
     "9": repulsion.FIGURE,
     "10": surfaces.FIGURE_10,
-    "11": surfaces.FIGURE_11,
+    "11": learned.FIGURE,
     "delta": delta.FIGURE,
 }
 
