@@ -79,7 +79,7 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     """Return the gain over team size and radius as PNG; for the parameters see `page`."""
     cells = _cells_of(table)
     figure = canvas(WIDTH, HEIGHT + HEAD)
-    title = "Gain by evolution: the evolved policy (Θ(1), ring of 16) less the strongest A-CMOMMT (Θ(N))"
+    title = "Gain by evolution: the evolved policy (Θ(1), ring of 16) − the strongest A-CMOMMT (Θ(N))"
     head(
         figure,
         title,

@@ -20,6 +20,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "calibration: final": (-2, -3, -4),
         "figure 11: explore": (-41,),
         "learning: report": (-42,),
+        "closed form: report": (-61,),
+        "lost targets: report": (-62,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
