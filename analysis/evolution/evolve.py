@@ -99,6 +99,7 @@ def evaluate(
     *,
     constants: Path | None = None,
     training: Path | None = None,
+    further: Path | None = None,
     runs: int = 30,
     force: bool = False,
 ) -> None:
@@ -118,6 +119,8 @@ def evaluate(
         A file that `train` wrote; by default the constants that ship with the package.
     training : Path, optional
         The folder of `train`, whose validated generations the page shows.
+    further : Path, optional
+        The folder of an evolution that began with the constants, for the same purpose.
     runs : int
         Runs of each cell.
     force : bool
@@ -133,7 +136,11 @@ def evaluate(
         files.check_replaceable(file, force=force)
     policy = Evolved.load(constants) if constants else Evolved()
     points, trained = _progress(training / TRAINING) if training else ([], {})
-    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made(), "trained": trained}
+    more, continued = _progress(further / TRAINING) if further else ([], {})
+    about = {
+        "version": __version__, "runs": runs, "made": made(constants) if constants else made(),
+        "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
+    }  # fmt: skip
     screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
     options = options_of(screened)[0]
     (found,) = compare.compare(
@@ -153,6 +160,7 @@ def evaluate(
             _gains(ablations).assign(part="ablation"),
             elsewhere.assign(part="generalisation"),
             pd.DataFrame(points).assign(part="training"),
+            pd.DataFrame(more).assign(part="further"),
         ],
         ignore_index=True,
     )
