@@ -141,6 +141,22 @@ def evaluate(
         "version": __version__, "runs": runs, "made": made(constants) if constants else made(),
         "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
     }  # fmt: skip
+    table = pd.concat(
+        [
+            *_compared(policy, runs, pool, watch),
+            pd.DataFrame(points).assign(part="training"),
+            pd.DataFrame(more).assign(part="further"),
+        ],
+        ignore_index=True,
+    )
+    files.write_table(table_file, table, about, force=force)
+    files.write_page(page_file, page(table, about), force=force)
+    images = files.prepare_folder(folder / "images")
+    files.write_bytes(images / "evolved.png", picture(table, about), force=force)
+
+
+def _compared(policy: Evolved, runs: int, pool: WorkerPool | None, watch: Watch) -> list[pd.DataFrame]:
+    """Screen A-CMOMMT, and return all comparisons of the policy with the best of it."""
     screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
     options = options_of(screened)[0]
     (found,) = compare.compare(
@@ -152,22 +168,13 @@ def evaluate(
         root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
     )  # fmt: skip
     elsewhere = generalise(policy, options, pool, runs=runs, progress=_phase(watch, "generalising"))
-    table = pd.concat(
-        [
-            screened.assign(part="screen"),
-            compare.by_cell(found).assign(part="cell"),
-            _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
-            _gains(ablations).assign(part="ablation"),
-            elsewhere.assign(part="generalisation"),
-            pd.DataFrame(points).assign(part="training"),
-            pd.DataFrame(more).assign(part="further"),
-        ],
-        ignore_index=True,
-    )
-    files.write_table(table_file, table, about, force=force)
-    files.write_page(page_file, page(table, about), force=force)
-    images = files.prepare_folder(folder / "images")
-    files.write_bytes(images / "evolved.png", picture(table, about), force=force)
+    return [
+        screened.assign(part="screen"),
+        compare.by_cell(found).assign(part="cell"),
+        _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
+        _gains(ablations).assign(part="ablation"),
+        elsewhere.assign(part="generalisation"),
+    ]
 
 
 def _save(file: Path, evolution: Evolution, generation: Generation, force: bool) -> None:
