@@ -52,6 +52,8 @@ class Experiment:
         Further keyword parameters with their values. All combinations are run; each parameter becomes a column.
     replicates : int
         Factor on the number of replicates.
+    fresh : bool
+        Begin with the replicate after those of an experiment with the factor 1: worlds that no surface contains.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Experiment:
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     replicates: int = 1
+    fresh: bool = False
 
     def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
         """Return the treatment under `setting`, without the policy options that its policy does not have.
@@ -87,13 +90,14 @@ class Experiment:
             Replicates of each cell, and steps of each run.
         """
         common = self.parameters(setting)
+        first = runs if self.fresh else 0
         sweeps = [dict(zip(self.sweep, values, strict=True)) for values in product(*self.sweep.values())]
         for robots, radius in self.cells:
             scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
                 # One mapping for all replicates, by which runs recognise each other.
                 parameters = common | scenario | swept
-                for replicate in range(runs * self.replicates):
+                for replicate in range(first, first + runs * self.replicates):
                     seed = model_seed(root, replicate, robots, self.targets, radius)
                     yield {**scenario, **swept, "replicate": replicate, "seed": seed}, Run(parameters, seed, steps)
 

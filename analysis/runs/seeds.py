@@ -16,8 +16,9 @@ from typing import Any
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
-        "calibration: screen": (-1,),
-        "calibration: final": (-2, -3, -4),
+        "calibration: screen": (-101,),
+        "calibration: final": (-102, -103, -104),
+        "calibration: report": (-105, -106, -107),
         "lazy constants: choose": (-11,),
         "lazy constants: choose again": (-12, -13),
         "lazy constants: report": (-31, -32, -33, -34),
