@@ -137,7 +137,7 @@ def _learned_in_words(cells: pd.DataFrame) -> str:
         )
     else:
         text += "one run per cell gives no confidence intervals"
-    return f"{text}; see docs/lazy-search.md"
+    return f"{text}; see docs/learning.md"
 
 
 FIGURE_4 = _level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
@@ -173,7 +173,7 @@ FIGURE_11 = _difference_figure(
         "lazy-collective",
         "learned",
         "lazy Q-learning from one memory of 600 transitions: with teammates − without; this row has its own "
-        "colour scale; another memory gives another surface (docs/lazy-search.md)",
+        "colour scale; another memory gives another surface (docs/learning.md)",
     ),
     _Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT − centroid"),
     own_colours=True,
