@@ -44,6 +44,7 @@ _FINER = Grid((1, 2, 5, 8, 10, 15, 20, 30), tuple(float(radius) for radius in ra
 SCREEN = Phase("screen", _COARSE, ROOTS["calibration: screen"], _SCREENED, runs=3)
 FINAL = Phase("final", _FINER, ROOTS["calibration: final"], OPEN_CLAIMS, runs=5)
 REPORT = Phase("report", _FINER, ROOTS["calibration: report"], OPEN_CLAIMS, runs=5)
+PHASES = (SCREEN, FINAL, REPORT)
 FINALISTS = 8
 
 
@@ -75,7 +76,7 @@ def search(
     simulator: Simulator = HERE,
     *,
     values: Sequence[Mapping[str, Any]] | None = None,
-    phases: tuple[Phase, Phase, Phase] = (SCREEN, FINAL, REPORT),
+    phases: tuple[Phase, Phase, Phase] = PHASES,
     finalists: int = FINALISTS,
 ) -> pd.DataFrame:
     """Screen all combinations of values, judge the best of them and the defaults, and report the winner.
