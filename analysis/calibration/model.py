@@ -21,9 +21,9 @@ from teamsight.analysis.runs.experiment import Grid, Request
 from teamsight.analysis.runs.seeds import ROOTS
 
 #: Values that are searched; of equal settings the first wins. Targets are slower than robots, as in the paper.
-ROBOT_SPEEDS = (0.1, 0.0769, 0.15, 0.2, 0.3)
+ROBOT_SPEEDS = (0.1, 0.0769, 0.2)
 TARGET_RATIOS = (0.75, 0.5)
-UNIFORM = (False, True)
+UNIFORM = (False,)
 GAINS = (1.0, 0.5, 2.0)
 OPTIONS: Mapping[str, tuple[Any, ...]] = {
     "idle": ("redraw", "wander", "stay"),
@@ -40,12 +40,12 @@ OPEN_CLAIMS = {name: claim for name, claim in CLAIMS.items() if claim.needs and 
 _LATER = {"neighbours-evasive", "range-gain", "range-neighbours", "delta-sufficient"}
 _SCREENED = {name: claim for name, claim in OPEN_CLAIMS.items() if name not in _LATER}
 _COARSE = Grid((1, 2, 5, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 8.0, 9.0))
-_FINER = Grid((1, 2, 5, 8, 10, 15, 20, 30), tuple(float(radius) for radius in range(1, 10)))
+_FINER = Grid((1, 2, 5, 10, 20, 30), tuple(float(radius) for radius in range(1, 10)))
 SCREEN = Phase("screen", _COARSE, ROOTS["calibration: screen"], _SCREENED, runs=3)
 FINAL = Phase("final", _FINER, ROOTS["calibration: final"], OPEN_CLAIMS, runs=5)
 REPORT = Phase("report", _FINER, ROOTS["calibration: report"], OPEN_CLAIMS, runs=5)
 PHASES = (SCREEN, FINAL, REPORT)
-FINALISTS = 8
+FINALISTS = 5
 
 
 def candidates() -> list[dict[str, Any]]:

@@ -32,8 +32,9 @@ def procedure() -> tuple[str, ...]:
                     f"{_values(model.TARGET_RATIOS)} times that; uniform_target_speed {_values(model.UNIFORM)}; "
                     + "; ".join(f"{name} {_values(values)}" for name, values in model.OPTIONS.items())
                     + ". An earlier search, without a gain and on other root seeds, found that the weights "
-                    "“per-teammate” and “none” hold 1 claim less on average, and that `idle_when` makes no difference: "
-                    "they are left out to make room for the gain. All else has its default.",
+                    "“per-teammate” and “none” hold 1 claim less on average, and that uniform_target_speed, idle_when "
+                    "and the robot speeds 0.15 and 0.3 make little difference: they are left out to make room for the "
+                    "gain, so that the search takes minutes. All else has its default.",
                     f"**Claims.** The {len(model.OPEN_CLAIMS)} claims that simulation of designed policies can check, "
                     "each by its rule in the [ledger](claims.md): "
                     + ", ".join(model.OPEN_CLAIMS)

@@ -18,7 +18,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "reproduce": (2000,),
         "calibration: screen": (-101,),
         "calibration: final": (-102, -103, -104),
-        "calibration: report": (-105, -106, -107),
+        "calibration: report": (-105, -106),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
