@@ -22,8 +22,8 @@ def procedure() -> tuple[str, ...]:
         "`teamsight calibrate --out docs` searches these constants and writes this page; the preset `touzet2000` is "
         "its result.",
         "## Procedure",
-        "The procedure was fixed before the search was run with a gain. That a gain of 0.5 agrees with several figures of "
-        "the paper was known, from a trial with other root seeds.",
+        "The procedure was fixed before the search was run with a gain. That a gain of 0.5 agrees with several figures "
+        "of the paper was known, from a trial with other root seeds.",
         "\n".join(
             f"{place}. {step}"
             for place, step in enumerate(
