@@ -12,6 +12,9 @@ from teamsight.analysis.calibration.model import PARAMETERS
 from teamsight.analysis.plot import markdown
 
 
+_UNKNOWN = "–"
+
+
 def procedure() -> tuple[str, ...]:
     """Return the parts of the page that say how the search is made; they were written before its first run."""
     screen, final, report = model.SCREEN, model.FINAL, model.REPORT
@@ -102,7 +105,7 @@ def _on_the_gain(screened: pd.DataFrame, report: pd.DataFrame) -> tuple[str, ...
     for name in model.judged(report):
         reported, everywhere = ([_share(of[name][of["gain"] == gain]) for gain in gains] for of in (like, screened))
         rows.append([name, *reported, *everywhere])
-        if len(set(reported)) > 1:
+        if len({*reported} - {_UNKNOWN}) > 1:
             hang.append(name)
     return (
         "The gain of the force was chosen by the claims that it decides. That they hold with the gain of the preset "
@@ -184,4 +187,4 @@ def _judged(table: pd.DataFrame) -> int:
 
 
 def _share(holds: pd.Series[bool]) -> str:
-    return f"{100 * holds.eq(True).mean():.0f} %" if holds.notna().any() else "–"
+    return f"{100 * holds.eq(True).mean():.0f} %" if holds.notna().any() else _UNKNOWN
