@@ -11,7 +11,6 @@ from teamsight.analysis.calibration import model
 from teamsight.analysis.calibration.model import PARAMETERS
 from teamsight.analysis.plot import markdown
 
-
 _UNKNOWN = "–"
 
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import pandas as pd
 
-from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, treatments
-from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables
+from teamsight.analysis.paper.lazy_teams import EXPLORATIONS, LITERAL, SLOPES, learned
+from teamsight.analysis.runs.experiment import Experiment, Grid, Request, Variant, make_tables
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import gain
@@ -23,8 +23,6 @@ Cells: TypeAlias = tuple[tuple[int, float], ...]
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 #: Its worlds (robots, radius), from crowded to empty.
 DELTA_CELLS: Cells = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
-#: Experiments whose policy was learned from transitions.
-LEARNED = frozenset({COOPERATIVE, COLLECTIVE})
 
 _ALONE: Parameters = MappingProxyType({"awareness": "none"})
 _A_CMOMMT: Parameters = MappingProxyType({"policy": "a-cmommt", "awareness": "pairwise"})
@@ -72,14 +70,14 @@ class Design(NamedTuple):
     Attributes
     ----------
     treatment : mapping or callable
-        Keyword parameters of CMOMMT, or a function that returns them for a setting.
+        Keyword parameters of CMOMMT, or a function that returns for a setting these, or the treatment of a replicate.
     cells : callable
         Takes the grid and returns the cells (robots, radius); or, of an experiment that `follows` others, their tables.
     follows : tuple of str
         Names of experiments whose results choose the cells.
     """
 
-    treatment: Parameters | Callable[[Parameters], Parameters]
+    treatment: Parameters | Callable[[Parameters], Parameters | Callable[[int], Variant]]
     cells: Callable[..., Cells] = lambda grid: grid.cells
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = MappingProxyType({})
@@ -87,8 +85,8 @@ class Design(NamedTuple):
     fresh: bool = False
     follows: tuple[str, ...] = ()
 
-    def treatment_under(self, setting: Parameters) -> Parameters:
-        """Return the keyword parameters of CMOMMT that make the treatment under a setting."""
+    def treatment_under(self, setting: Parameters) -> Parameters | Callable[[int], Variant]:
+        """Return the treatment under a setting."""
         return self.treatment(setting) if callable(self.treatment) else self.treatment
 
     def experiment(self, name: str, setting: Parameters, *given: Any) -> Experiment:
@@ -133,8 +131,13 @@ EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
         ),
         "delta-none": Design({**_A_CMOMMT, **_ALONE}, lambda grid: DELTA_CELLS, replicates=4),
         "delta-pairwise": Design(_A_CMOMMT, lambda grid: DELTA_CELLS, replicates=4),
-        COOPERATIVE: Design(lambda setting: treatments(setting)[COOPERATIVE]),
-        COLLECTIVE: Design(lambda setting: treatments(setting)[COLLECTIVE]),
+        LITERAL.cooperative: Design(learned(LITERAL, cooperative=True), replicates=EXPLORATIONS),
+        LITERAL.collective: Design(learned(LITERAL, cooperative=False), replicates=EXPLORATIONS),
+        SLOPES.cooperative: Design(learned(SLOPES, cooperative=True), replicates=EXPLORATIONS),
+        SLOPES.collective: Design(learned(SLOPES, cooperative=False), replicates=EXPLORATIONS),
+        # On the same worlds as the learned teams.
+        "a-cmommt-more": Design(_A_CMOMMT, replicates=EXPLORATIONS),
+        "random-walk-more": Design(_WALK, replicates=EXPLORATIONS),
     }
 )
 

@@ -19,6 +19,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "calibration: screen": (-101,),
         "calibration: final": (-102, -103, -104),
         "calibration: report": (-105, -106),
+        "figure 11: explore": (-41,),
+        "learning: report": (-42,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),

@@ -53,7 +53,7 @@ def options(claim: Claim, setting: Mapping[str, Any]) -> str:
     if not claim.needs:
         return ""
     world = {name: setting.get(name, DEFAULTS[name]) for name in _WORLD}
-    teams = dict.fromkeys(_team(EXPERIMENTS[name].treatment_under(setting), setting) for name in claim.needs)
+    teams = dict.fromkeys(_team(name, setting) for name in claim.needs)
     return "; ".join((_listed(world), *teams))
 
 
@@ -72,10 +72,14 @@ def _span(values: Sequence[float]) -> str:
     return ", ".join(f"{value:g}" for value in values)
 
 
-def _team(treatment: Mapping[str, Any], setting: Mapping[str, Any]) -> str:
+def _team(experiment: str, setting: Mapping[str, Any]) -> str:
     from teamsight.agents.resolve import shared_options
     from teamsight.policies.registry import label, policy_of
 
+    treatment = EXPERIMENTS[experiment].treatment_under(setting)
+    if callable(treatment):
+        # Policies that were learned from different explorations have the same options.
+        treatment = treatment(0).treatment
     policy = given = treatment["policy"]
     if isinstance(given, str):
         policy = policy_of(given, shared_options(given, setting.get("policy_options", {})))
