@@ -16,8 +16,6 @@ _UNKNOWN = "–"
 
 def procedure() -> tuple[str, ...]:
     """Return the parts of the page that say how the search is made; they were written before its first run."""
-    screen, final, report = model.SCREEN, model.FINAL, model.REPORT
-    number = len(model.candidates())
     return (
         "The paper leaves open the speeds, what an idle robot does, how robots share a target that several of them "
         "sense, and how the length of a force becomes a speed: a robot moves by min(gain · |F|, 1) times its speed. "
@@ -26,37 +24,43 @@ def procedure() -> tuple[str, ...]:
         "## Procedure",
         "The procedure was fixed before the search was run with a gain. That a gain of 0.5 agrees with several figures "
         "of the paper was known, from a trial with other root seeds.",
-        "\n".join(
-            f"{place}. {step}"
-            for place, step in enumerate(
-                (
-                    f"**Values.** All {number} combinations: robot_speed {_values(model.ROBOT_SPEEDS)}; target_speed "
-                    f"{_values(model.TARGET_RATIOS)} times that; uniform_target_speed {_values(model.UNIFORM)}; "
-                    + "; ".join(f"{name} {_values(values)}" for name, values in model.OPTIONS.items())
-                    + ". An earlier search, without a gain and on other root seeds, found that the weights "
-                    "“per-teammate” and “none” hold 1 claim less on average, and that uniform_target_speed, idle_when "
-                    "and the robot speeds 0.15 and 0.3 make little difference: they are left out to make room for the "
-                    "gain, so that the search takes minutes. All else has its default.",
-                    f"**Claims.** The {len(model.OPEN_CLAIMS)} claims that simulation of designed policies can check, "
-                    "each by its rule in the [ledger](claims.md): "
-                    + ", ".join(model.OPEN_CLAIMS)
-                    + ". Claims about learning do not count, nor those in closed form.",
-                    f"**Screening.** Every combination on N = {_values(screen.grid.robots)} and R = "
-                    f"{_values(screen.grid.radius)}, {screen.runs} runs of {screen.steps} steps a cell, root seed "
-                    f"{_values(screen.roots)}, without {', '.join(_left_out())}, which need a surface each.",
-                    f"**Final.** The best {model.FINALISTS}, and the defaults, on N = {_values(final.grid.robots)} and "
-                    f"R = {_values(final.grid.radius)}, {final.runs} runs of {final.steps} steps a cell, root seeds "
-                    f"{_values(final.roots)}, all claims.",
-                    "**Rank.** The number of claims that hold, the mean over the root seeds; then the mean distance of "
-                    "the claims from the paper's figures, each divided by the tolerance of its rule and cut at 5; then "
-                    "the order of the values above. The first of the final becomes the preset.",
-                    "**Report.** The preset, the preset with each other gain, and the defaults, once more on the grid "
-                    f"of the final, root seeds {_values(report.roots)}. This decides nothing.",
-                    "All root seeds are below 0, which no command accepts: no ledger meets these worlds.",
-                ),
-                start=1,
-            )
-        ),
+        "\n".join(f"{place}. {step}" for place, step in enumerate((_searched(), *_phases()), start=1)),
+        "All root seeds are below 0, which no command accepts: no ledger meets these worlds.",
+    )
+
+
+def _searched() -> str:
+    """Return the values that are searched, as a step of the procedure."""
+    options = "; ".join(f"{name} {_values(values)}" for name, values in model.OPTIONS.items())
+    return (
+        f"**Values.** All {len(model.candidates())} combinations: robot_speed {_values(model.ROBOT_SPEEDS)}; "
+        f"target_speed {_values(model.TARGET_RATIOS)} times that; uniform_target_speed {_values(model.UNIFORM)}; "
+        f"{options}. An earlier search, without a gain and on other root seeds, found that the weights “per-teammate” "
+        "and “none” hold 1 claim less on average, and that uniform_target_speed, idle_when and the robot speeds 0.15 "
+        "and 0.3 make little difference: they are left out to make room for the gain, so that the search takes "
+        "minutes. All else has its default."
+    )
+
+
+def _phases() -> tuple[str, ...]:
+    """Return the claims that count, and the phases of the search, as steps of the procedure."""
+    screen, final, report = model.PHASES
+    left_out = [name for name in model.OPEN_CLAIMS if name not in screen.claims]
+    return (
+        f"**Claims.** The {len(model.OPEN_CLAIMS)} claims that simulation of designed policies can check, each by its "
+        f"rule in the [ledger](claims.md): {', '.join(model.OPEN_CLAIMS)}. Claims about learning do not count, nor "
+        "those in closed form.",
+        f"**Screening.** Every combination on N = {_values(screen.grid.robots)} and R = {_values(screen.grid.radius)}, "
+        f"{screen.runs} runs of {screen.steps} steps a cell, root seed {_values(screen.roots)}, without "
+        f"{', '.join(left_out)}, which need a surface each.",
+        f"**Final.** The best {model.FINALISTS}, and the defaults, on N = {_values(final.grid.robots)} and R = "
+        f"{_values(final.grid.radius)}, {final.runs} runs of {final.steps} steps a cell, root seeds "
+        f"{_values(final.roots)}, all claims.",
+        "**Rank.** The number of claims that hold, the mean over the root seeds; then the mean distance of the claims "
+        "from the paper's figures, each divided by the tolerance of its rule and cut at 5; then the order of the "
+        "values above. The first of the final becomes the preset.",
+        "**Report.** The preset, the preset with each other gain, and the defaults, once more on the grid of the "
+        f"final, root seeds {_values(report.roots)}. This decides nothing.",
     )
 
 
@@ -116,10 +120,6 @@ def _on_the_gain(screened: pd.DataFrame, report: pd.DataFrame) -> tuple[str, ...
             ["claim", *(f"gain {gain:g}" for gain in gains), *(f"screened, gain {gain:g}" for gain in gains)], rows
         ),
     )
-
-
-def _left_out() -> list[str]:
-    return [name for name in model.OPEN_CLAIMS if name not in model.SCREEN.claims]
 
 
 def _values(values: Iterable[Any]) -> str:
