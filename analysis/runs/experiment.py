@@ -76,14 +76,17 @@ class Experiment:
         return self.treatment(replicate) if callable(self.treatment) else Variant(self.treatment, {})
 
     def parameters(self, setting: Mapping[str, Any], replicate: int = 0) -> dict[str, Any]:
-        """Return the treatment of a replicate under `setting`, without policy options that its policy does not have.
+        """Return the treatment of a replicate under `setting`, without what has no effect on it.
 
-        Runs that differ only in such options have equal keys, and are made once.
+        That is policy options which its policy does not have, and values of the setting that are the defaults. Runs
+        that differ only in these have equal keys, and are made once.
         """
+        from teamsight.agents.cmommt import DEFAULTS
         from teamsight.agents.resolve import shared_options
 
         treatment = self.variant(replicate).treatment
-        found = {**setting, **treatment}
+        unusual = {name: value for name, value in setting.items() if value != DEFAULTS.get(name)}
+        found = {**unusual, **treatment}
         options = shared_options(treatment["policy"], found.pop("policy_options", {}))
         return found | ({"policy_options": options} if options else {})
 

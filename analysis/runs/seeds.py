@@ -24,7 +24,10 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
-        "evolution: test": (-24,),
+        "evolution: first test": (-24,),
+        "evolution: test": (-25,),
+        "evolution: generalise": (-26,),
+        "evolution: train further": (-27,),
     }
 )
 

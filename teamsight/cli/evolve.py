@@ -19,6 +19,10 @@ class TrainSettings(Settings):
     generations: int = values.count(400, "Total number of generations.", most=_MOST)
     population: int = values.count(40, "Number of candidates in each generation.", least=2, most=_MOST)
     seed: int = values.seed(1, "Seed of the candidates.")
+    start: Path | None = values.file(
+        "Constants that 'evolve train' wrote, with which to begin.", shown="the forces of A-CMOMMT"
+    )
+    spread: float = values.number(0.07, "Standard deviation of the first generation.", least=1e-6, most=10.0)
     workers: int | None = values.workers()
     force: bool = values.force()
 
@@ -45,13 +49,16 @@ def train(settings: TrainSettings) -> None:
     Examples:
       teamsight evolve train
       teamsight evolve train --generations 20 --population 10 --out small
+      teamsight evolve train --start evolution/constants.json --spread 0.03 --out further
     """
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.evolution.cma import Evolution, check_installed
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
+    from teamsight.policies.evolved import Evolved
 
-    evolution = Evolution(population=settings.population, seed=settings.seed)
+    start = Evolved.load(settings.start).constants if settings.start else ()
+    evolution = Evolution(settings.population, settings.spread, settings.seed, start)
     check_installed()
     folder = prepare_folder(settings.out)
     with (

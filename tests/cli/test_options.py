@@ -70,7 +70,7 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
             "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
-        evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed},
+        evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed, "spread": Evolution.spread},
         evolve.TestSettings: defaults_of(evaluate),
     }  # fmt: skip
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment
+from teamsight.agents.cmommt import DEFAULTS
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Variant
 from teamsight.analysis.runs.run import Run, outcome
 from teamsight.policies import ACmommt
 
@@ -35,6 +36,26 @@ def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
     }  # fmt: skip
     of_an_object = Experiment("x", {"policy": ACmommt()}, ((1, 1.0),)).parameters(setting)
     assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
+
+
+def test_a_setting_of_defaults_makes_no_runs_of_its_own() -> None:
+    experiment = Experiment("x", {"policy": "random-walk"}, ((4, 2.0),))
+    setting = {"robot_speed": DEFAULTS["robot_speed"], "target_speed": 0.05, "uniform_target_speed": False}
+    keys = [run.key for given in (setting, {"target_speed": 0.05}, {}) for _, run in experiment.rows(given, 0, 1, 5)]
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_each_replicate_may_have_a_treatment_of_its_own() -> None:
+    def treat(replicate: int) -> Variant:
+        return Variant({"policy": "random-walk", "robot_speed": 0.1 * (replicate + 2)}, {"speed_number": replicate})
+
+    experiment = Experiment("x", treat, ((4, 2.0), (5, 2.0)), replicates=2)
+    rows = list(experiment.rows({"robot_speed": 0.7}, 0, 2, 5))
+    assert [columns["speed_number"] for columns, _ in rows] == [0, 1, 2, 3] * 2
+    assert [columns["replicate"] for columns, _ in rows] == [0, 1, 2, 3] * 2
+    assert [run.parameters["robot_speed"] for _, run in rows[:4]] == [0.2, 0.1 * 3, 0.4, 0.5]
+    designed = Experiment("y", {"policy": "a-cmommt"}, experiment.cells, replicates=2)
+    assert [run.seed for _, run in rows] == [run.seed for _, run in designed.rows({}, 0, 2, 5)]
 
 
 def test_a_sweep_runs_every_combination_on_the_same_scenario() -> None:
