@@ -16,8 +16,9 @@ from typing import Any
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
-        "calibration: screen": (-1,),
-        "calibration: final": (-2, -3, -4),
+        "calibration: screen": (-101,),
+        "calibration: final": (-102, -103, -104),
+        "calibration: report": (-105, -106),
         "figure 11: explore": (-41,),
         "learning: report": (-42,),
         "closed form: report": (-61,),

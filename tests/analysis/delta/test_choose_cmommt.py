@@ -132,5 +132,8 @@ def test_the_report_does_not_depend_on_workers_or_on_the_limit_of_samples(monkey
 
 
 def test_a_factory_that_workers_cannot_find_is_refused() -> None:
-    with WorkerPool(2) as pool, pytest.raises(TypeError, match="cannot be sent to worker processes; give a function of a module"):
+    with (
+        WorkerPool(2) as pool,
+        pytest.raises(TypeError, match="cannot be sent to worker processes; give a function of a module"),
+    ):
         choose.choose_delta(lambda seed: CMOMMT(rng=seed), runs=2, steps=1, pool=pool)
