@@ -30,6 +30,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: test": (-25,),
         "evolution: generalise": (-26,),
         "evolution: train further": (-27,),
+        "designed feature": (-51,),
     }
 )
 

@@ -67,7 +67,7 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
         },
         learn_evaluate.EvaluateSettings: {
             **{name: value for name, value in defaults_of(Scenario).items() if name != "robots"},
-            "k": Objective().k, "discount": Objective().discount,
+            "reward": Objective().reward, "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
         evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed, "spread": Evolution.spread},
