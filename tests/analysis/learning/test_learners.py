@@ -119,7 +119,9 @@ def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> N
 
 
 def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
-    with pytest.raises(ValueError, match=r"robots=4: awareness 'pairwise' gives 22 inputs in a team of 4.* has 20, from a team of 3"):
+    with pytest.raises(
+        ValueError, match=r"robots=4: awareness 'pairwise' gives 22 inputs in a team of 4.* has 20, from a team of 3"
+    ):
         check_team(memory("pairwise"), 4)
     check_team(memory("pairwise"), 3)
     check_team(memory("ring"), 40)
@@ -135,7 +137,13 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
         (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
         (("lazy",), "own", 129, None, "k=129: must be at most 128"),
         (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, but the memory has only 60"),
-        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, but the memory has only 29"),
+        (
+            ("pessimistic",),
+            "own",
+            None,
+            29,
+            "k=30: pessimistic matches so many transitions, but the memory has only 29",
+        ),
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(
