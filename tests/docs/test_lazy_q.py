@@ -31,4 +31,5 @@ def test_the_measurements_are_what_the_command_makes() -> None:
     made = diagnose_explorations(few)
     made = made[made["quantity"].isin(("matches", "matches by chance", "approach", "rewarded"))]
     first = shipped[(shipped["memory"] == 0) & (shipped["transitions"] == 600)]
-    pd.testing.assert_frame_equal(made.reset_index(drop=True), first.reset_index(drop=True), check_exact=True)
+    # Equal but for rounding in the last bit of a cosine.
+    pd.testing.assert_frame_equal(made.reset_index(drop=True), first.reset_index(drop=True), rtol=0, atol=1e-12)
