@@ -79,8 +79,7 @@ def test_decides_as_the_slow_twin(
     percept = percept_of(seed, situation, ratio)
     for i, turn in enumerate(turns(policy, percept)):
         force = naive.decide(policy.forces, [float(x) for x in percept.situation[i]], own, layout, ratio)
-        scale = abs(policy.learned).max()
-        if abs(force) > 1e-3 * scale:
+        if abs(force) > 1e-3 * abs(policy.learned).max():
             assert turn == pytest.approx(force / abs(force), abs=1e-3)
         elif not force:
             assert turn == pytest.approx(1)
@@ -141,8 +140,7 @@ def test_robots_go_to_targets_whose_distance_costs_reward_and_leave_others() -> 
     situation = np.ones((3, 16))
     situation[0, 2] = 0.6  # to the left, free
     situation[1, [2, 10]] = 0.6  # to the left, with a teammate at its place
-    percept = percept_of(1, situation)
-    left, away, nothing = turns(policy, percept)
+    left, away, nothing = turns(policy, percept_of(1, situation))
     assert left == pytest.approx(1j)
     assert away == pytest.approx(-1j)
     assert nothing == pytest.approx(1)
@@ -150,9 +148,9 @@ def test_robots_go_to_targets_whose_distance_costs_reward_and_leave_others() -> 
 
 def agree(found: Any, expected: Any, policy: LazyRegression, percept: Any) -> bool:
     """Whether rotations agree wherever forces do not nearly cancel."""
-    layout = policy.layout
     for i, (one, other) in enumerate(zip(found, expected, strict=True)):
-        force = naive.decide(policy.forces, [float(x) for x in percept.situation[i]], policy.memory.own, layout, 1.0)
+        seen = [float(x) for x in percept.situation[i]]
+        force = naive.decide(policy.forces, seen, policy.memory.own, policy.layout, 1.0)
         if abs(force) > 1e-2 * abs(policy.learned).max() and abs(one - other) > 1e-3:
             return False
     return True
