@@ -16,6 +16,7 @@ from typing import Any
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
+        "learning curves": (9000,),
         "calibration: screen": (-1,),
         "calibration: final": (-2, -3, -4),
         "lazy constants: choose": (-11,),
