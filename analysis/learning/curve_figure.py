@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 # Inches: a panel with its margins, and the margins on the left, below, above and between panels.
 _WIDTH, _HEIGHT = 3.7, 2.75
 _LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.75, 0.7, 0.35, 0.55
-_LAST_HEIGHT = 4.0
+# The last row: its height, the margin above a panel with two lines of title, and the margin for long labels.
+_LAST_HEIGHT, _LAST_ABOVE, _LABELS = 4.2, 0.6, 0.45
 # The last row has two panels, which need more room than a column of one scenario.
 _LEAST_WIDTH = 10.5
 _SUBTITLE_LETTER = 0.08
@@ -52,11 +53,12 @@ class _Layout(NamedTuple):
         """Return left, bottom, width and height of a panel, as shares of the figure; the last row has two panels."""
         last = row == self.rows
         wide = (self.width - _LEFT) / (2 if last else self.columns)
-        tall = _LAST_HEIGHT if last else _HEIGHT
+        tall, above = (_LAST_HEIGHT, _LAST_ABOVE) if last else (_HEIGHT, _ABOVE)
+        inset = _LABELS if last and column else 0.0
         bottom = _LEGEND + (0 if last else _LAST_HEIGHT + (self.rows - 1 - row) * _HEIGHT) + _BENEATH
         return (
-            (_LEFT + column * wide) / self.width, bottom / self.height,
-            (wide - _BETWEEN) / self.width, (tall - _BENEATH - _ABOVE) / self.height,
+            (_LEFT + column * wide + inset) / self.width, bottom / self.height,
+            (wide - _BETWEEN - inset) / self.width, (tall - _BENEATH - above) / self.height,
         )  # fmt: skip
 
 
@@ -100,8 +102,10 @@ def draw_on_canvas(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves)
             axes.set_ylim(*limits)
             if column == 0:
                 axes.set_ylabel("Θ(1) minus Θ(0)  [pp]")
-    _draw_observed(_panel(figure, layout, layout.rows, 0, "Observed targets, mean of all panels above"), gains, curves)
-    _draw_crossings(_panel(figure, layout, layout.rows, 1, "Where awareness begins to pay"), crossings, curves)
+    title = "Observed targets, mean of the panels above", "solid: with awareness, Θ(1); dotted: without, Θ(0)"
+    _draw_observed(_panel(figure, layout, layout.rows, 0, *title), gains, curves)
+    title = "Where awareness begins to pay", "fewest transitions from which the interval stays above 0"
+    _draw_crossings(_panel(figure, layout, layout.rows, 1, *title), crossings, curves)
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=len(labels), frameon=False, bbox_to_anchor=(0.5, 0.0))
     return figure
@@ -120,11 +124,14 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("s" if number != 1 else "")
 
 
-def _panel(figure: Canvas, layout: _Layout, row: int, column: int, title: str) -> Axes:
+def _panel(figure: Canvas, layout: _Layout, row: int, column: int, title: str, further: str = "") -> Axes:
     axes = figure.add_axes(layout.box(row, column))
     plain(axes)
     axes.tick_params(colors=FAINT)
-    axes.set_title(title, loc="left", size=11, color=INK)
+    axes.set_title(title, loc="left", size=11, color=INK, pad=20 if further else 6)
+    axes.annotate(
+        further, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 6), textcoords="offset points", size=9, color=FAINT
+    )
     return axes
 
 
@@ -159,8 +166,6 @@ def _draw_gain(axes: Axes, points: pd.DataFrame, curves: Curves) -> None:
             axes.fill_between(
                 of["transitions"], 100 * of["low"], 100 * of["high"], color=colour, alpha=0.15, linewidth=0
             )
-    designed = points[points["learner"] == DESIGNED]
-    axes.axhline(100 * designed["gain"].iloc[0], color=INK, linewidth=1.1, linestyle="--", label=f"{DESIGNED}, Θ(N)")
     _samples_axis(axes, curves)
 
 
@@ -172,50 +177,53 @@ def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
         for which, style in (("cooperative", "-"), ("collective", ":")):
             axes.plot(of["transitions"], 100 * of[which], color=colour_of(learner), linestyle=style, linewidth=1.6)
     for name, which, text in (
-        (DESIGNED, "cooperative", f"{DESIGNED}, Θ(N)"), (DESIGNED, "collective", f"{DESIGNED}, Θ(0)"),
-        (RANDOM, "collective", RANDOM),
+        (DESIGNED, "cooperative", f"{DESIGNED}, Θ(N)"), (RANDOM, "collective", RANDOM),
     ):  # fmt: skip
         height = 100 * points.loc[points["learner"] == name, which].iloc[0]
         axes.axhline(height, color=INK, linewidth=0.8, linestyle="--")
         axes.annotate(
             text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points",
             ha="right", va="bottom", size=8, color=FAINT,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
         )  # fmt: skip
-    for style, label in (("-", "with awareness, Θ(1)"), (":", "without, Θ(0)")):
-        axes.plot([], [], color=INK, linestyle=style, label=label)
-    axes.legend(frameon=False, fontsize=8.5, loc="lower right", bbox_to_anchor=(1.02, 0.98), ncols=2)
     axes.set_ylabel("observed targets  [%]")
     _samples_axis(axes, curves)
 
 
 def _draw_crossings(axes: Axes, crossings: pd.DataFrame, curves: Curves) -> None:
     """Draw a point for each learner and scenario; learners that never cross are above the line at the top."""
-    never = 3.0 * max(curves.samples)
-    marks = dict(zip(curves.scenarios, itertools.cycle(_MARKS)))
-    sizes = crossings.drop_duplicates("learner").set_index("learner")["log10_size"]
-    apart = 0.014 * max(sizes.max() - sizes.min(), 4.0)
-    for (robots, radius), mark in marks.items():
+    most = max(curves.samples)
+    never = 3.0 * most
+    places = _places(crossings, curves)
+    for (robots, radius), mark in zip(curves.scenarios, itertools.cycle(_MARKS)):
         of = crossings[(crossings["robots"] == robots) & (crossings["radius"] == radius)]
-        place = (list(marks).index((robots, radius)) - (len(marks) - 1) / 2) * apart
-        look: dict[str, Any] = {"marker": mark, "s": 34, "zorder": 3}
-        axes.scatter(
-            of["log10_size"] + place,
-            of["crossing"].fillna(never),
-            color=[colour_of(one) for one in of["learner"]],
-            **look,
-        )
+        look: dict[str, Any] = {"marker": mark, "s": 30, "zorder": 3}
+        where = [places[learner, robots, radius] for learner in of["learner"]]
+        axes.scatter(where, of["crossing"].fillna(never), color=[colour_of(one) for one in of["learner"]], **look)
         axes.scatter([], [], color=INK, label=f"N = {robots}, R = {radius:g}", **look)
-    for learner, size in sizes.items():
-        axes.annotate(
-            LEARNERS[str(learner)].title or str(learner), (size, 0.0), xycoords=("data", "axes fraction"),
-            xytext=(0, 5), textcoords="offset points", rotation=90, ha="center", va="bottom", size=8, color=FAINT,
-        )  # fmt: skip
-    axes.axhline(1.7 * max(curves.samples), color=FAINT, linewidth=0.8, linestyle=":")
+    axes.axhline(1.7 * most, color=FAINT, linewidth=0.8, linestyle=":")
     axes.set_yscale("log")
-    axes.set_ylim(0.3 * min(curves.samples), 2 * never)
+    axes.set_ylim(0.5 * min(curves.samples), 2 * never)
     numbers = sorted(curves.samples)[::-2][::-1]
-    axes.set_yticks([*numbers, never], [*(f"{number:,}" for number in numbers), "not within\n" + f"{max(numbers):,}"])
+    axes.set_yticks([*numbers, never], [*(f"{number:,}" for number in numbers), f"not within\n{most:,}"])
     axes.minorticks_off()
-    axes.set_xlim(sizes.min() - 8 * apart, sizes.max() + 8 * apart)
-    axes.set_xlabel("values to be learned; whole situations: p^d for p = 2  [log10]")
+    sizes = crossings.groupby("log10_size", sort=True)["learner"].unique()
+    names = [",\n".join(learners) + f"\n{size:.1f}" for size, learners in sizes.items()]
+    axes.set_xticks(list(sizes.index), names, size=8.5)
+    axes.set_xlim(min(places.values()) - 0.3, max(places.values()) + 0.3)
+    axes.set_xlabel("size of the search space  [log10]")
     axes.legend(frameon=False, fontsize=8.5, loc="center right")
+
+
+def _places(crossings: pd.DataFrame, curves: Curves) -> dict[tuple[str, int, float], float]:
+    """Return where to draw each learner and scenario: side by side around the size of the learner's search space."""
+    sizes = crossings.drop_duplicates("learner").set_index("learner")["log10_size"]
+    different = sorted(set(sizes))
+    gap = min((high - low for low, high in itertools.pairwise(different)), default=1.0)
+    found = {}
+    for size in different:
+        points = list(itertools.product(sizes.index[sizes == size], curves.scenarios))
+        apart = min(0.8 * gap / len(points), 0.2)
+        for number, (learner, (robots, radius)) in enumerate(points):
+            found[learner, robots, radius] = size + (number - (len(points) - 1) / 2) * apart
+    return found

@@ -27,7 +27,7 @@ def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
         learner, transitions, robots, radius, log10_size (with awareness), collective, cooperative, gain, low, high,
         count (of memories). The mean over all scenarios has NaN as robots and radius. The gain is paired on
         explorations and worlds; all worlds of a memory are one trial. Points without an observed fraction are left out;
-        the random walk has no gain.
+        policies that do not learn have no gain.
     """
     by = [*_POINT, *_SCENARIO, "memory"]
     kept = table.dropna(subset="observed_fraction")
@@ -86,5 +86,7 @@ def mean_gains(gains: pd.DataFrame) -> pd.DataFrame:
 
 
 def pays_from(crossing: float, largest: int) -> str:
-    """Return a crossing in words, as in "from 600" or "not within 38,400"."""
-    return f"not within {largest:,}" if np.isnan(crossing) else f"from {int(crossing):,}"
+    """Return a crossing in words, as in "pays from 600 transitions"."""
+    if np.isnan(crossing):
+        return f"does not pay within {largest:,} transitions"
+    return f"pays from {int(crossing):,} transitions"

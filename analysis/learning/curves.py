@@ -200,8 +200,8 @@ def make_curves(
     DataFrame
         One row a learner, number of transitions, degree of awareness ("none" or "ring"), memory and world: learner,
         transitions, log10_size (see `search_space`), degree, memory, robots, radius, replicate, seed,
-        observed_fraction, which is NaN where a learner needs more transitions. The random walk and A-CMOMMT ("none" or
-        "pairwise") have 0 transitions.
+        observed_fraction, which is NaN where a learner needs more transitions. The random walk ("none") and
+        A-CMOMMT ("pairwise") have 0 transitions.
 
     Raises
     ------
@@ -248,7 +248,6 @@ def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
     rows = []
     for name, policy, degree in (
         (RANDOM, RandomWalk(), NoAwareness()),
-        (DESIGNED, ACmommt(idle="wander"), NoAwareness()),
         (DESIGNED, ACmommt(idle="wander"), PairwiseAwareness()),
     ):
         rows += _evaluated(job, {"learner": name, "transitions": 0, "log10_size": float("nan")}, policy, degree)

@@ -37,7 +37,7 @@ def _numbers(example: str, most: int, check: Callable[[str, Any], Any], name: st
     try:
         found = {check(name, values.number_in(part)) for part in text.split(",")}
     except TypeError:
-        raise ValueError(f"{name}={checks.shown(text)}: must be numbers, as in {example}") from None
+        raise ValueError(f"{name}={checks.shown(text)}: must be {example}") from None
     if len(found) > most:
         raise ValueError(f"{name}: are {len(found)} numbers, at most {most}; leave some out")
     return tuple(sorted(found))
@@ -52,7 +52,7 @@ class FigureSettings(Settings):
         "learner",
     )  # fmt: skip
     samples: tuple[int, ...] = Option(
-        partial(_numbers, "150,600", _MOST_SAMPLES, checks.count),
+        partial(_numbers, "whole numbers, as in 150,600", _MOST_SAMPLES, checks.count),
         (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
         "Numbers of transitions to learn from, separated by commas.", "NUMBERS",
         "40,75,150,… doubled up to 38400",
@@ -63,12 +63,12 @@ class FigureSettings(Settings):
     k: int | None = values.matches()
     discount: float = values.discount(0.7)
     robots: tuple[int, ...] = Option(
-        partial(_numbers, "5,10", _MOST_SIDE, partial(checks.count, most=limits.MOST_AGENTS)), (5, 10, 20),
-        "Numbers of robots when tested, separated by commas.", "NUMBERS", "5,10,20",
+        partial(_numbers, "whole numbers, as in 5,10", _MOST_SIDE, partial(checks.count, most=limits.MOST_AGENTS)),
+        (5, 10, 20), "Numbers of robots when tested, separated by commas.", "NUMBERS", "5,10,20",
     )  # type: ignore[assignment]  # fmt: skip
     targets: int = values.agents(15, "Number of targets.")
     radius: tuple[float, ...] = Option(
-        partial(_numbers, "3,5", _MOST_SIDE, length), (3.0, 5.0),
+        partial(_numbers, "numbers, as in 3,5", _MOST_SIDE, length), (3.0, 5.0),
         "Radii of the arena when tested, in sensing ranges, separated by commas.", "NUMBERS", "3,5",
     )  # type: ignore[assignment]  # fmt: skip
     steps: int = values.steps(600, "Number of steps of each test.")
@@ -86,7 +86,7 @@ class FigureSettings(Settings):
         explored = -(-max(self.samples) // (_EXPLORERS * _EXPLORED_STEPS))
         limits.check_transitions(_EXPLORERS, _EXPLORED_STEPS, explored, ("ring",), 16)
         scenarios = len(self.robots) * len(self.radius)
-        tests = float(self.memories) * self.worlds * scenarios * (2 * len(self.learners) * len(self.samples) + 3)
+        tests = float(self.memories) * self.worlds * scenarios * (2 * len(self.learners) * len(self.samples) + 2)
         if tests > _MOST_ROWS:
             raise ValueError(
                 f"memories={self.memories}, worlds={self.worlds}, {scenarios} scenarios, {len(self.samples)} samples: "
@@ -97,7 +97,7 @@ class FigureSettings(Settings):
 
 
 def figure(settings: FigureSettings) -> None:
-    """Draw learning curves: from how many transitions does awareness pay?
+    """Draw learning curves: the gain from awareness.
 
     Each learner learns from the same transitions with awareness, Θ(1), and without, Θ(0). Writes learning-curves.png
     and three tables: every test, the gain from awareness, and for each learner and scenario the number of transitions
@@ -172,8 +172,8 @@ def _show(gains: pd.DataFrame, crossing: pd.DataFrame) -> None:
         last = means.loc[(row["learner"], row["largest"])]
         gain = interval(last["gain"], last["low"], last["high"], "+.1f")
         say(
-            f"{row['learner']}, mean of all scenarios: awareness pays {pays_from(row['crossing'], row['largest'])} "
-            f"transitions; Θ(1) minus Θ(0) from {row['largest']:,}: {gain} points"
+            f"{row['learner']}, mean of all scenarios: awareness {pays_from(row['crossing'], row['largest'])}; "
+            f"Θ(1) minus Θ(0) from {row['largest']:,}: {gain} points"
         )
         single = crossing[(crossing["learner"] == row["learner"]) & crossing["robots"].notna()]
         for one in single.to_dict("records"):
