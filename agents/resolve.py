@@ -85,10 +85,17 @@ def checked_options(options: Mapping[str, Any] | None, name: str = "policy") -> 
 
 
 def shared_options(policy: Any, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options that the policy of this name has; none for an object."""
+    """Return the options that the policy of this name has; none for an object.
+
+    Options that name an idle behaviour are for policies that have one: the turn probability of an idle robot is not
+    that of a random walk.
+    """
     if not isinstance(policy, str) or policy not in POLICIES:
         return {}
-    return {name: value for name, value in options.items() if name in options_of(policy)}
+    known = options_of(policy)
+    if "idle" in options and "idle" not in known:
+        return {}
+    return {name: value for name, value in options.items() if name in known}
 
 
 def awareness_of(value: Awareness | str) -> Awareness:

@@ -1,16 +1,11 @@
-"""Run a search by name, and write its table and its page."""
+"""Run the search, and write its table and its page."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import MappingProxyType
-from typing import NamedTuple
-
-import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.calibration import lazy, lazy_page, model, model_page
+from teamsight.analysis.calibration import model, model_page
 from teamsight.analysis.calibration.search import Simulator
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
@@ -19,35 +14,7 @@ from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
 
-class Search(NamedTuple):
-    """A search over open constants.
-
-    Attributes
-    ----------
-    stem : str
-        Name of its two files, without the suffix.
-    search : callable
-        Takes a `Simulator` and returns the table: one row for each trial.
-    page : callable
-        Takes the table and returns the page in Markdown.
-    """
-
-    stem: str
-    search: Callable[[Simulator], pd.DataFrame]
-    page: Callable[[pd.DataFrame], str]
-
-
-#: Every search by name.
-SEARCHES: Mapping[str, Search] = MappingProxyType(
-    {
-        "model": Search("calibration", model.search, model_page.page),
-        "lazy": Search("lazy-search", lazy.search, lazy_page.page),
-    }
-)
-
-
 def calibrate(
-    name: str,
     folder: Path,
     pool: WorkerPool | None = None,
     watch: Watch = lambda phase, done, total: None,
@@ -60,8 +27,6 @@ def calibrate(
 
     Parameters
     ----------
-    name : str
-        A key of `SEARCHES`.
     folder : Path
         An existing folder.
     pool : WorkerPool, optional
@@ -76,19 +41,18 @@ def calibrate(
     ValueError
         If a file in `folder` must not be replaced.
     """
-    checkpoint = checkpoint_in(folder, name)
+    checkpoint = checkpoint_in(folder)
     checkpoint.check()
-    chosen = SEARCHES[name]
-    table_file, page_file = folder / f"{chosen.stem}.parquet", folder / f"{chosen.stem}.md"
+    table_file, page_file = folder / "calibration.parquet", folder / "calibration.md"
     for file in (table_file, page_file):
         files.check_replaceable(file, force=force)
-    table = chosen.search(Simulator(pool, watch, checkpoint))
+    table = model.search(Simulator(pool, watch, checkpoint))
     files.write_table(table_file, table, {"version": __version__}, force=force)
-    files.write_page(page_file, chosen.page(table), force=force)
+    files.write_page(page_file, model_page.page(table), force=force)
     checkpoint.forget()
     return table_file, page_file
 
 
-def checkpoint_in(folder: Path, name: str) -> Checkpoint:
+def checkpoint_in(folder: Path) -> Checkpoint:
     """Return the runs that an interrupted search left in a folder."""
-    return Checkpoint(folder / f"{SEARCHES[name].stem}.checkpoint", OUTCOMES)
+    return Checkpoint(folder / "calibration.checkpoint", OUTCOMES)

@@ -24,7 +24,7 @@ def page(table: pd.DataFrame) -> str:
         "other root seeds. All root seeds are below 0, unlike those of any ledger. Settings are ranked by the number "
         f"of simulated claims that hold ({_judged(screened)} are judged in the screening, {_judged(final)} in "
         "the final), then by the mean distance of the claims from the paper's figures, each divided by the tolerance "
-        "of its rule. Made by `teamsight calibrate model --out docs`.",
+        "of its rule. Made by `teamsight calibrate --out docs`.",
         "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ". Settings "
         "of equal rank are listed in the order of the search.",
         _beside_the_defaults(ranked),

@@ -1,4 +1,4 @@
-"""The common part of the searches: candidates are simulated, judged by the paper's claims, scored and ranked.
+"""Candidates are simulated, judged by the paper's claims, scored and ranked.
 
 All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds with which
 they were chosen. Results are reported on further worlds, because the best of many candidates is partly the luckiest.

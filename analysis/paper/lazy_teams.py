@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -18,16 +17,13 @@ COOPERATIVE, COLLECTIVE = "lazy-cooperative", "lazy-collective"
 #: Parameters of a setting that change the world that is explored.
 WORLD = ("sensing_range", "awareness_range", "robot_speed", "target_speed", "uniform_target_speed", "target_policy")
 
-#: Seeds of explorations in other worlds than the default one, chosen by the search of docs/lazy-search.md.
-SEEDS: Mapping[tuple[tuple[str, Any], ...], int] = MappingProxyType({(("robot_speed", 0.2), ("target_speed", 0.1)): 30})
-
 
 def memory_for(setting: Mapping[str, Any]) -> LazyMemory:
     """Return the 600 transitions explored in the world of a setting, which holds keyword parameters of CMOMMT.
 
     In the default world this is the exploration that ships with the package. In any other world, an exploration of
-    the same size is made there, with the seed in `SEEDS`, or else with the seed of the shipped one. Like the constants
-    of A-CMOMMT, the exploration is part of the policy: it does not depend on the root seed.
+    the same size and seed is made there. Like the constants of A-CMOMMT, the exploration is part of the policy: it does
+    not depend on the root seed.
 
     Notes
     -----
@@ -50,8 +46,7 @@ def _explored(world: tuple[tuple[str, Any], ...]) -> LazyMemory:
 
     if not world:
         return shipped()
-    seed = SEEDS.get(world, shipped().settings["seed"])
-    return explore(Exploration(seed=seed, world=dict(world)))
+    return explore(Exploration(world=dict(world)))
 
 
 def treatments(setting: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.style import DIVERGING, INK, RADIUS_LABEL, ROBOTS_LABEL, SEQUENTIAL
+from teamsight.analysis.plot.heat_map import draw_heat_map
+from teamsight.analysis.plot.style import DIVERGING, RADIUS_LABEL, ROBOTS_LABEL, SEQUENTIAL
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
@@ -38,7 +38,6 @@ def draw_row(
     look: Look,
     *,
     row: int = 0,
-    rows: int = 1,
     open_cells: pd.DataFrame | None = None,
 ) -> None:
     """Draw `grid` twice: as a surface on the left and as a heat map on the right.
@@ -46,13 +45,13 @@ def draw_row(
     Parameters
     ----------
     figure : matplotlib Figure
-        Of `WIDTH` by `rows` × `HEIGHT` + `HEAD` inches.
+        `WIDTH` inches wide and at least `HEAD` + (`row` + 1) × `HEIGHT` high; what is below the row stays free.
     grid : DataFrame
         One row a team size, one column a radius.
     look : Look
         Its label, format and range.
-    row, rows : int
-        Number of this row, from the top, and number of rows.
+    row : int
+        Number of this row, from the top.
     open_cells : DataFrame of bool, optional
         Cells whose number is written in brackets.
     """
@@ -62,24 +61,33 @@ def draw_row(
 
     norm = Normalize(look.low, look.high)
     colours = matplotlib.colormaps[DIVERGING if look.around_zero else SEQUENTIAL]
-    total = rows * HEIGHT + HEAD
-    bottom = (rows - 1 - row) * HEIGHT / total
+    total = figure.get_figheight()
+    bottom = 1 - (HEAD + (row + 1) * HEIGHT) / total
     height = HEIGHT / total
     solid: Any = figure.add_axes((-0.01, bottom + 0.02 * height, 0.54, 0.98 * height), projection="3d")
     _surface(solid, grid, look, norm, colours)
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
-    _heat_map(flat, grid, look, norm, colours, open_cells)
+    draw_heat_map(flat, grid, _texts(grid, look, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
     bar.set_label(look.label, size=10)
     bar.outline.set_visible(False)
 
 
+def _texts(grid: pd.DataFrame, look: Look, open_cells: pd.DataFrame | None) -> list[str]:
+    texts = [look.write(value) for value in grid.to_numpy(float).flat]
+    if open_cells is None:
+        return texts
+    return [f"({text})" if is_open else text for text, is_open in zip(texts, open_cells.to_numpy().flat, strict=True)]
+
+
 def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours: Colormap) -> None:
-    robots, radius = np.meshgrid(grid.index, grid.columns, indexing="ij")
-    height = grid.to_numpy(float)
-    look_of_faces = {"cmap": colours, "norm": norm, "linewidth": 0.35, "edgecolor": "#33333388", "shade": False}
-    axes.plot_surface(robots, radius, height, rstride=1, cstride=1, **look_of_faces)
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    facets, colour = facets_of(grid, norm, colours)
+    axes.add_collection3d(Poly3DCollection(facets, facecolors=colour, edgecolors="#33333366", linewidths=0.3))
+    axes.set_xlim(*_padded(grid.index.to_numpy(float)))
+    axes.set_ylim(*_padded(grid.columns.to_numpy(float)))
     axes.set_zlim(*(look.heights or (look.low, look.high)))
     # The viewpoint is above few robots in a large arena, where every surface of the paper is low and hides nothing.
     axes.view_init(elev=27, azim=128)
@@ -95,29 +103,45 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     axes.tick_params(labelsize=9)
 
 
-def _heat_map(
-    axes: Axes, grid: pd.DataFrame, look: Look, norm: Normalize, colours: Colormap, open_cells: pd.DataFrame | None
-) -> None:
+def facets_of(
+    grid: pd.DataFrame, norm: Normalize, colours: Colormap
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the facets of a surface whose vertices are the cells of a grid, and the colour of each facet.
+
+    Each vertex has the quarters of the facets around it in the colour of its cell. A facet of one colour would have to
+    average its corners, and would show values that no cell has.
+
+    Returns
+    -------
+    facets : ndarray of float64, shape (4 (n − 1)(m − 1), 4, 3)
+        Corners (team size, radius, value) of each facet of a grid of n team sizes and m radii.
+    colour : ndarray of float64, shape (4 (n − 1)(m − 1), 4)
+        Red, green, blue and opacity of each facet, in [0, 1].
+    """
     values = grid.to_numpy(float)
-    axes.imshow(values, cmap=colours, norm=norm, aspect="auto", origin="lower")
-    light = _luminance(colours(norm(values))) > 0.45
-    for (row, column), value in np.ndenumerate(values):
-        text = look.write(value)
-        if open_cells is not None and open_cells.iloc[row, column]:
-            text = f"({text})"
-        axes.text(column, row, text, ha="center", va="center", size=8.5, color=INK if light[row, column] else "white")
-    axes.set_xticks(range(values.shape[1]), [f"{radius:g}" for radius in grid.columns])
-    axes.set_yticks(range(values.shape[0]), [str(robots) for robots in grid.index], size=8.5)
-    axes.set_xlabel(RADIUS_LABEL)
-    axes.set_ylabel(ROBOTS_LABEL)
-    axes.tick_params(length=0)
-    axes.spines[:].set_visible(False)
+    fine = _halved(_halved(values).T).T
+    robots = _halved(grid.index.to_numpy(float))
+    radius = _halved(grid.columns.to_numpy(float))
+    points = np.stack(np.broadcast_arrays(robots[:, np.newaxis], radius, fine), axis=-1)
+    corners = (points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:])
+    facets = np.stack(corners, axis=2).reshape(-1, 4, 3)
+    row, column = ((np.arange(2 * length - 2) + 1) // 2 for length in values.shape)
+    return facets, colours(norm(values[np.ix_(row, column)])).reshape(-1, 4)
 
 
-def _luminance(colour: NDArray[np.float64]) -> NDArray[np.float64]:
-    linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
-    # Perceived lightness: the threshold is a middle grey.
-    return np.asarray(np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1)
+def _halved(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values along the first axis with the mean of each two neighbours between them."""
+    fine = np.empty((2 * len(values) - 1, *values.shape[1:]))
+    fine[::2] = values
+    fine[1::2] = (values[1:] + values[:-1]) / 2
+    return fine
+
+
+def _padded(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the range of values with a small margin, so that the labels at both ends of an edge stay apart."""
+    low, high = float(values.min()), float(values.max())
+    margin = 0.02 * (high - low) or 0.5
+    return low - margin, high + margin
 
 
 def _ticks(values: list[int], step: int) -> NDArray[np.int64]:

@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
-from teamsight.policies.handmade.idle import BEHAVIOURS, idle_step
+from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     IDENTITY,
@@ -28,9 +28,9 @@ WEIGHTS = {"nearest": 0.0, "shared": 1.0, "per-teammate": 2.0, "none": 3.0}
 SCALES = {"sensing": 0.0, "awareness": 1.0}
 OCCASIONS = {"no-force": 0.0, "nothing-sensed": 1.0}
 
-_IDLE, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _RELAYED = range(8)
-_REPULSION = 8
-_ATTRACTION = 11
+_IDLE, _WHEN, _WEIGHTS, _SHARED, _LOSS, _SCALE, _OWN, _RELAYED, _TURN, _GAIN = range(10)
+_REPULSION = 10
+_ATTRACTION = 13
 _PREDICTIVE = _ATTRACTION + 3
 
 
@@ -145,11 +145,11 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
             shrink = 1.0 / length
             action.heading[i, 0] = x * shrink
             action.heading[i, 1] = y * shrink
-            action.distance[i] = min(length, 1.0) * percept.speed[i]
+            action.distance[i] = min(parameters[_GAIN] * length, 1.0) * percept.speed[i]
         elif parameters[_WHEN] == 0.0 or (
             first == last and lost == 0 and percept.teammates.start[i] == percept.teammates.start[i + 1]
         ):
-            idle_step(parameters[_IDLE], i, percept, noise, action)
+            idle_step(parameters[_IDLE], parameters[_TURN], i, percept, noise, action)
         else:
             action.heading[i, 0] = 0.0
             action.heading[i, 1] = 0.0
@@ -160,8 +160,8 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 class ACmommt(CompiledPolicy):
     """Follow targets to which no teammate is nearer, and keep away from teammates.
 
-    A robot moves along the sum F of its forces, by min(\\|F\\|, 1) times its speed. Distances are in units of the
-    sensing range.
+    A robot moves along the sum F of its forces, by min(`gain` · \\|F\\|, 1) times its speed. Distances are in units of
+    the sensing range.
 
     Parameters
     ----------
@@ -186,6 +186,11 @@ class ACmommt(CompiledPolicy):
         that was relayed by a teammate [steps].
     target_tracks : int
         Number of targets that a robot remembers; 0 for none.
+    turn_probability : float
+        Probability per step with which an idle robot that wanders turns, in [0, 1]; other idle behaviours do not use
+        it. Targets turn with 0.05.
+    gain : float
+        Gain of the force: share of the speed for each unit of force; above 0.
 
     Raises
     ------
@@ -196,7 +201,8 @@ class ACmommt(CompiledPolicy):
     -----
     *Source:* §5 and §7, after L. E. Parker, "Cooperative motion control for multi-target observation" (IROS 1997).
     *Departs:* the paper gives no constants; these are the usual ones (400, 800, 2600, 3000; 1250, 2000; each over
-    2600). A remembered target is dropped when it is expected within the sensing range but not sensed. Without teammates
+    2600). It does not say how the length of F becomes a speed: with a gain of 1, one full force moves a robot at full
+    speed. A remembered target is dropped when it is expected within the sensing range but not sensed. Without teammates
     in the percept all weights are 1.
     """
 
@@ -215,11 +221,13 @@ class ACmommt(CompiledPolicy):
     decay: float = 10.0
     relayed_decay: float = 5.0
     target_tracks: int = 16
+    turn_probability: float = TURN_PROBABILITY
+    gain: float = 1.0
 
     kernel = _decide
 
     def __post_init__(self) -> None:
-        checks.choice("idle", self.idle, BEHAVIOURS)
+        check_idle(self.idle, self.turn_probability)
         checks.choice("idle_when", self.idle_when, OCCASIONS)
         checks.choice("weights", self.weights, WEIGHTS)
         checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
@@ -230,6 +238,7 @@ class ACmommt(CompiledPolicy):
         checks.number("decay", self.decay, above=0)
         checks.number("relayed_decay", self.relayed_decay, above=0)
         checks.count("target_tracks", self.target_tracks, least=0)
+        checks.number("gain", self.gain, above=0)
 
     @property
     def draws(self) -> int:  # type: ignore[override]
@@ -240,6 +249,7 @@ class ACmommt(CompiledPolicy):
         return (
             BEHAVIOURS[self.idle].number, OCCASIONS[self.idle_when], WEIGHTS[self.weights], self.shared_weight,
             self.teammate_loss, SCALES[self.repulsion_scale], self.decay, self.relayed_decay,
+            self.turn_probability, self.gain,
             *repulsion_corners(self.dr1, self.dr2),
             *attraction_corners(self.do1, self.do2, self.do3, self.predictive),
         )  # fmt: skip

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.idle import BEHAVIOURS, idle_step
+from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
 
 
 @inlined
@@ -19,7 +18,7 @@ def _to_centroid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         first = targets.start[i]
         last = targets.start[i + 1]
         if first == last:
-            idle_step(arrays.parameters[0], i, percept, noise, action)
+            idle_step(arrays.parameters[0], arrays.parameters[1], i, percept, noise, action)
             continue
         x = 0.0
         y = 0.0
@@ -46,11 +45,13 @@ class Centroid(CompiledPolicy):
     ----------
     idle : {"redraw", "wander", "stay"}
         Behaviour of a robot that senses no target: turn to a new direction each step, wander, or stay.
+    turn_probability : float, default 0.05
+        Probability per step with which a robot that wanders turns; other idle behaviours do not use it.
 
     Raises
     ------
-    ValueError
-        If there is no such idle behaviour.
+    ValueError, TypeError
+        If there is no such idle behaviour, or the probability is not in [0, 1].
 
     Notes
     -----
@@ -59,11 +60,12 @@ class Centroid(CompiledPolicy):
     """
 
     idle: str = "redraw"
+    turn_probability: float = TURN_PROBABILITY
 
     kernel = _to_centroid
 
     def __post_init__(self) -> None:
-        checks.choice("idle", self.idle, BEHAVIOURS)
+        check_idle(self.idle, self.turn_probability)
 
     @property
     def draws(self) -> int:  # type: ignore[override]
@@ -71,4 +73,4 @@ class Centroid(CompiledPolicy):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        return (BEHAVIOURS[self.idle].number,)
+        return BEHAVIOURS[self.idle].number, self.turn_probability

@@ -17,8 +17,8 @@ from teamsight.policies.lazy.learner import K, LazyLearner, find_matches, first_
 from teamsight.policies.learner import refuse
 from teamsight.policies.memory import LazyMemory
 
-#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets. docs/lazy-search.md describes how its
-#: seed was chosen. Made by ``teamsight learn explore --seed 38``.
+#: The exploration that ships with the package: 5 robots, 120 steps, 10 targets. ``teamsight learn explore`` makes it by
+#: default; its seed, 0, was not chosen among others.
 SHIPPED = Path(__file__).parent.parent / "data" / "lazy-600.safetensors"
 
 
@@ -53,7 +53,7 @@ class LazyQ(LazyLearner):
     Notes
     -----
     *Source:* §8.1 and §8.2. *Departs:* the paper does not give k, γ and the number of sweeps, and does not say whether
-    the reward is the robot's or the team's; docs/lazy-search.md describes their effect.
+    the reward is the robot's or the team's.
     """
 
     title = "lazy Q-learning"

@@ -102,12 +102,15 @@ class LazyRegression(Learner):
     slope at a distance, times −1, is the force of a reading at that distance. A robot turns along the sum of all forces
     and makes a full step; without a force it goes straight on.
 
+    For taken targets and teammates the slope is that at a given distance before the move: how near they are also says
+    which targets the robot has, and with it which rewards to expect whatever it does.
+
     Parameters
     ----------
     memory, reward, inputs
         As for `Learner`. The default reward is `keep_reward`. Only immediate rewards count.
-    bandwidth, teammate_bandwidth : float
-        Bandwidth of the regression for targets, and for teammates [ranges].
+    bandwidth : float
+        Bandwidth of the regression [ranges].
     ridge : float
         Draws all slopes towards 0; see `teamsight.policies.lazy.local_slopes`.
     significance : float
@@ -140,8 +143,7 @@ class LazyRegression(Learner):
     """
 
     reward: Reward = keep_reward
-    bandwidth: float = 0.6
-    teammate_bandwidth: float = 1.0
+    bandwidth: float = 1.0
     ridge: float = 0.5
     significance: float = 3.0
     stride: float | None = None
@@ -152,8 +154,7 @@ class LazyRegression(Learner):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("bandwidth", "teammate_bandwidth"):
-            checks.number(name, getattr(self, name), above=0)
+        checks.number("bandwidth", self.bandwidth, above=0)
         for name in ("ridge", "significance"):
             checks.number(name, getattr(self, name), least=0)
         object.__setattr__(self, "forces", self._fitted())
@@ -195,9 +196,9 @@ class LazyRegression(Learner):
         forces = {}
         for kind, name in enumerate(KINDS):
             chosen = found.kind == kind
-            bandwidth = self.teammate_bandwidth if kind == TEAMMATE else self.bandwidth
-            distance, response = found.distance[chosen], rewards[found.transition[chosen]]
-            slopes = local_slopes(distance, response, point, bandwidth, self.ridge)
+            moved, response = found.moved[chosen], rewards[found.transition[chosen]]
+            given = None if kind == FREE else found.distance[chosen]
+            slopes = local_slopes(moved, response, point, self.bandwidth, self.ridge, given=given)
             forces[name] = -significant(slopes, 0.0 if kind == FREE else self.significance)
         if not forces[KINDS[FREE]].any():
             self._warn(rewards)

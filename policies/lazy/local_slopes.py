@@ -11,6 +11,8 @@ from teamsight.policies.interface import Floats
 
 # The largest leverage with which a residual is enlarged; a reading that fits itself would have an infinite error.
 _MOST_LEVERAGE = 0.95
+# Sums of squares up to this are those of equal numbers.
+_NOTHING = 1e-12
 
 
 class Regression(NamedTuple):
@@ -18,20 +20,24 @@ class Regression(NamedTuple):
 
     Attributes
     ----------
-    x, y : ndarray, shape (n,), float64
-        The variable and the response.
+    place, x, y : ndarray, shape (n,), float64
+        Where the observations are, the variable and the response.
+    control : float
+        1 if the part of x that is linear in the place is taken out, so that the slope is that at a given place; else 0.
     point : ndarray, shape (points,), float64
-        Where the slope is wanted.
+        Places at which the slope is wanted.
     bandwidth : float
         An observation at distance u from a point has the weight max(0, 1 − (u / bandwidth)²).
     ridge : float
-        Added to the weighted sum of squares of x, in units of the squared bandwidth; it draws slopes towards 0.
+        Added to the weighted sum of squares of x; it draws slopes towards 0.
     slope, error : ndarray, shape (points,), float64
         Written: the slopes and their standard errors.
     """
 
+    place: Annotated[Floats, "n"]
     x: Annotated[Floats, "n"]
     y: Annotated[Floats, "n"]
+    control: float
     point: Annotated[Floats, "points"]
     bandwidth: float
     ridge: float
@@ -51,38 +57,53 @@ def _regress(address: int) -> int:
         fit.slope[p] = 0.0
         fit.error[p] = 0.0
         weights = 0.0
+        mean_u = 0.0
         mean_x = 0.0
         mean_y = 0.0
         for i in range(n):
-            u = (fit.x[i] - point) / fit.bandwidth
+            u = (fit.place[i] - point) / fit.bandwidth
             weight = max(0.0, 1.0 - u * u)
             weights += weight
-            mean_x += weight * (fit.x[i] - point)
+            mean_u += weight * u
+            mean_x += weight * fit.x[i]
             mean_y += weight * fit.y[i]
         if weights == 0.0:
             continue
-        mean_x = point + mean_x / weights
+        mean_u /= weights
+        mean_x /= weights
         mean_y /= weights
+        square_u, product_x, product_y = 0.0, 0.0, 0.0
+        for i in range(n):
+            u = (fit.place[i] - point) / fit.bandwidth
+            weight = max(0.0, 1.0 - u * u)
+            square_u += weight * (u - mean_u) ** 2
+            product_x += weight * (u - mean_u) * (fit.x[i] - mean_x)
+            product_y += weight * (u - mean_u) * (fit.y[i] - mean_y)
+        known = fit.control > 0.0 and square_u > _NOTHING
+        along_x = product_x / square_u if known else 0.0
+        along_y = product_y / square_u if known else 0.0
         square = 0.0
         product = 0.0
         for i in range(n):
-            u = (fit.x[i] - point) / fit.bandwidth
+            u = (fit.place[i] - point) / fit.bandwidth
             weight = max(0.0, 1.0 - u * u)
-            square += weight * (fit.x[i] - mean_x) ** 2
-            product += weight * (fit.x[i] - mean_x) * (fit.y[i] - mean_y)
-        if square <= 1e-12 * fit.bandwidth * fit.bandwidth:
+            x = fit.x[i] - mean_x - along_x * (u - mean_u)
+            square += weight * x * x
+            product += weight * x * (fit.y[i] - mean_y)
+        if square <= _NOTHING:
             continue
-        spread = square + fit.ridge * fit.bandwidth * fit.bandwidth
-        fit.slope[p] = product / spread
+        fit.slope[p] = product / (square + fit.ridge)
         variance = 0.0
         for i in range(n):
-            u = (fit.x[i] - point) / fit.bandwidth
+            u = (fit.place[i] - point) / fit.bandwidth
             weight = max(0.0, 1.0 - u * u)
-            x = fit.x[i] - mean_x
-            leverage = min(weight / weights + weight * x * x / square, _MOST_LEVERAGE)
-            residual = (fit.y[i] - mean_y - product / square * x) / (1.0 - leverage)
-            variance += (weight * x * residual) ** 2
-        fit.error[p] = variance**0.5 / spread
+            x = fit.x[i] - mean_x - along_x * (u - mean_u)
+            leverage = weight / weights + weight * x * x / square
+            if known:
+                leverage += weight * (u - mean_u) ** 2 / square_u
+            residual = fit.y[i] - mean_y - along_y * (u - mean_u) - product / square * x
+            variance += (weight * x * residual / (1.0 - min(leverage, _MOST_LEVERAGE))) ** 2
+        fit.error[p] = variance**0.5 / (square + fit.ridge)
     return 0
 
 
@@ -96,7 +117,9 @@ class Slopes(NamedTuple):
     error: Floats
 
 
-def local_slopes(x: Floats, y: Floats, point: Floats, bandwidth: float, ridge: float) -> Slopes:
+def local_slopes(
+    x: Floats, y: Floats, point: Floats, bandwidth: float, ridge: float, *, given: Floats | None = None
+) -> Slopes:
     """Return the slope of a locally weighted linear regression at each point.
 
     Parameters
@@ -108,7 +131,10 @@ def local_slopes(x: Floats, y: Floats, point: Floats, bandwidth: float, ridge: f
     bandwidth : float
         An observation at distance u from a point has the weight max(0, 1 − (u / bandwidth)²).
     ridge : float
-        Added to the weighted sum of squares of x, in units of the squared bandwidth; it draws slopes towards 0.
+        Added to the weighted sum of squares of x; it draws slopes towards 0.
+    given : ndarray, shape (n,), float64, optional
+        A second variable, in whose place the points and the weights are then, and whose own linear effect is taken out:
+        the slope is that of x at a given value of it.
 
     Returns
     -------
@@ -121,7 +147,8 @@ def local_slopes(x: Floats, y: Floats, point: Floats, bandwidth: float, ridge: f
     *Source:* C. G. Atkeson, A. W. Moore and S. Schaal, "Locally weighted learning" (1997).
     """
     found = Slopes(np.zeros(len(point)), np.zeros(len(point)))
-    _REGRESS(REGRESSION.pack(Regression(x, y, point, bandwidth, ridge, *found)))
+    place, control = (x, 0.0) if given is None else (given, 1.0)
+    _REGRESS(REGRESSION.pack(Regression(place, x, y, control, point, bandwidth, ridge, *found)))
     return found
 
 

@@ -97,8 +97,8 @@ class Reader(NamedTuple):
         Awareness range and the distance of a full step, over the sensing range.
     kind, transition : ndarray, shape (readings,), int64
         Written: the kind of each reading and its transition.
-    distance : ndarray, shape (readings,), float64
-        Written: the distance after the robot's own move, if the others stood still [ranges].
+    distance, moved : ndarray, shape (readings,), float64
+        Written: the distance before and after the robot's own move, if the others stand still [ranges].
     found : ndarray, shape (1,), int64
         Written: the number of readings.
     """
@@ -113,6 +113,7 @@ class Reader(NamedTuple):
     kind: Annotated[npt.NDArray[np.int64], "readings"]
     transition: Annotated[npt.NDArray[np.int64], "readings"]
     distance: Annotated[Floats, "readings"]
+    moved: Annotated[Floats, "readings"]
     found: Annotated[npt.NDArray[np.int64], 1]
 
 
@@ -140,7 +141,8 @@ def _read(address: int) -> int:
                 taken = is_taken(x, y, distance * distance, situation, reader.compass, own, layout, ratio)
                 reader.kind[found] = TAKEN if taken else FREE
                 reader.transition[found] = i
-                reader.distance[found] = math.sqrt((x - move_x) ** 2 + (y - move_y) ** 2)
+                reader.distance[found] = distance
+                reader.moved[found] = math.sqrt((x - move_x) ** 2 + (y - move_y) ** 2)
                 found += 1
         for number in range(teammates(inputs, own, layout)):
             distance, unit_x, unit_y = place_of(situation, reader.compass, own, layout, number)
@@ -149,7 +151,8 @@ def _read(address: int) -> int:
                 y = distance * unit_y - move_y / ratio
                 reader.kind[found] = TEAMMATE
                 reader.transition[found] = i
-                reader.distance[found] = math.sqrt(x * x + y * y)
+                reader.distance[found] = distance
+                reader.moved[found] = math.sqrt(x * x + y * y)
                 found += 1
     reader.found[0] = found
     return 0
@@ -165,13 +168,14 @@ class Readings(NamedTuple):
     ----------
     kind, transition : ndarray, shape (readings,), int64
         The index in `KINDS`, and the transition.
-    distance : ndarray, shape (readings,), float64
-        The distance after the robot's own move, if all others stood still [ranges].
+    distance, moved : ndarray, shape (readings,), float64
+        The distance before and after the robot's own move, if all others stand still [ranges].
     """
 
     kind: npt.NDArray[np.int64]
     transition: npt.NDArray[np.int64]
     distance: Floats
+    moved: Floats
 
 
 def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stride: float) -> Readings:
@@ -192,12 +196,12 @@ def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stri
     """
     table = memory.table[:inputs]
     most = int(np.count_nonzero(table < 1.0))
-    room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most))
+    room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most), np.zeros(most))
     found = np.zeros(1, np.int64)
     action = memory.table[memory.inputs : memory.inputs + 2]
     directions = compass(memory.own, inputs - memory.own, layout)
     reader = Reader(table, action, directions, memory.own, LAYOUTS[layout], ratio, stride, *room, found)
     _READ(READER.pack(reader))
-    kind, transition, distance = room
+    kind, transition, distance, moved = room
     count = int(found[0])
-    return Readings(kind[:count], transition[:count], distance[:count])
+    return Readings(kind[:count], transition[:count], distance[:count], moved[:count])

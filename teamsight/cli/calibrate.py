@@ -8,13 +8,10 @@ from teamsight.cli import values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 
-_SEARCHES = values.registry("teamsight.analysis.calibration.calibrate", "SEARCHES")
-
 
 class CalibrateSettings(Settings):
     """Settings of ``teamsight calibrate``."""
 
-    search: str = values.argument("SEARCH", _SEARCHES)
     out: Path = values.folder(Path("results"), "Folder for the table and the page.")
     workers: int | None = values.workers()
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
@@ -23,14 +20,13 @@ class CalibrateSettings(Settings):
 def calibrate(settings: CalibrateSettings) -> None:
     """Search the constants that the paper leaves open.
 
-    SEARCH is 'model' (speeds, idle behaviour and weights of A-CMOMMT, for the preset touzet2000) or 'lazy' (constants
-    of lazy learning). Writes a table of all trials and a page about them. Changes no default. After an interruption the
-    same command continues from there.
+    These are speeds, idle behaviour and weights of A-CMOMMT; the preset touzet2000 has the best of them. Writes a table
+    of all trials and a page about them. Changes no default. After an interruption the same command continues from
+    there.
 
     \b
-    Examples:
-      teamsight calibrate model --out calibration
-      teamsight calibrate lazy --out calibration --workers 2
+    Example:
+      teamsight calibrate --out calibration --workers 2
     """
     from teamsight.analysis.calibration.calibrate import calibrate as search
     from teamsight.analysis.calibration.calibrate import checkpoint_in
@@ -38,8 +34,8 @@ def calibrate(settings: CalibrateSettings) -> None:
     from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    kept = checkpoint_in(folder, settings.search)
+    kept = checkpoint_in(folder)
     stopped = when_stopped(lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there")
     with stopped, working(settings.workers) as (watch, pool):
-        written = search(settings.search, folder, pool, watch, force=settings.force)
+        written = search(folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

@@ -90,7 +90,7 @@ _WRONG = (
     [], ["--help"], ["--version"], ["lern"], ["learn"], ["learn", "explor"], ["run", "--robot"], ["run", "run"], ["run", "--steps"],
     ["--nothing"], [""], ["run", "-h", "x"], ["learn", "explore"], ["learn", "evaluate"], ["delta", "x" * 3000], ["reproduce", *"y" * 500],
     ["\udcff"], ["run", "--save"], ["learn", "figure", "--help"], ["run", *["--seed", "1"] * 200],
-    ["calibrate"], ["calibrate", "modl"], ["calibrate", "model", "lazy"], ["calibrate", "lazy", "--workers", "0"], ["evolve"], ["evolve", "trian"],
+    ["calibrate", "modl"], ["calibrate", "--workers", "0"], ["evolve"], ["evolve", "trian"],
     ["evolve", "train", "--generations", "0"], ["evolve", "train", "--population", "1"], ["evolve", "test", "--runs", "1e9"], ["evolve", "test", "--out", ""],
 )  # fmt: skip
 _ARGUMENTS = {

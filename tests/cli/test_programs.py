@@ -22,31 +22,31 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str,
     return int(left.value.code or 0), out, err
 
 
-def test_calibrate_searches_what_it_is_asked_for(
+def test_calibrate_passes_its_options_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Any] = []
 
-    def calibrate(name: str, folder: Path, pool: object, watch: Any, *, force: bool) -> tuple[Path, Path]:
+    def calibrate(folder: Path, pool: object, watch: Any, *, force: bool) -> tuple[Path, Path]:
         watch("searching", 1, 2)
-        asked.extend((name, folder, force))
+        asked.extend((folder, force))
         return folder / "a.parquet", folder / "a.md"
 
     monkeypatch.setattr(calibration, "calibrate", calibrate)
-    status, out, err = call(capsys, "calibrate", "lazy", "--out", str(tmp_path), "--workers", "1", "--force")
+    status, out, err = call(capsys, "calibrate", "--out", str(tmp_path), "--workers", "1", "--force")
     assert (status, out.strip(), err) == (0, f"{tmp_path / 'a.parquet'}, {tmp_path / 'a.md'}", "")
-    assert asked == ["lazy", tmp_path, True]
+    assert asked == [tmp_path, True]
 
 
 def test_calibrate_says_what_it_keeps_when_it_is_interrupted(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def calibrate(name: str, folder: Path, *given: object, force: bool) -> None:
-        calibration.checkpoint_in(folder, name).add({("a run",): Outcome(0.5, 3)})
+    def calibrate(folder: Path, *given: object, force: bool) -> None:
+        calibration.checkpoint_in(folder).add({("a run",): Outcome(0.5, 3)})
         raise KeyboardInterrupt
 
     monkeypatch.setattr(calibration, "calibrate", calibrate)
-    status, out, err = call(capsys, "calibrate", "model", "--out", str(tmp_path), "--workers", "1")
+    status, out, err = call(capsys, "calibrate", "--out", str(tmp_path), "--workers", "1")
     kept = f"1 runs are kept in {tmp_path}; the same command continues from there"
     assert (status, out, err.strip()) == (130, "", f"teamsight: interrupted; {kept}")
 
@@ -90,8 +90,7 @@ def test_an_optional_package_that_is_missing_is_named_with_its_cure(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["calibrate", "modl"], "search='modl': unknown; did you mean 'model'?"),
-        (["calibrate"], "Missing argument 'SEARCH'"),
+        (["calibrate", "model"], "Got unexpected extra argument (model)"),
         (["evolve", "train", "--generations", "0"], "generations=0: must be at least 1"),
         (["evolve", "train", "--population", "1"], "population=1: must be at least 2"),
         (["evolve", "test", "--runs", "100000"], "runs=100000: must be at most 1000"),

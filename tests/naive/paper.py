@@ -107,11 +107,11 @@ def direction(number: float) -> Vector:
     return math.cos(2 * math.pi * number), math.sin(2 * math.pi * number)
 
 
-def search(rule: str, heading: Vector, noise: list[float], speed: float) -> tuple[Vector, float]:
+def search(policy: Any, heading: Vector, noise: list[float], speed: float) -> tuple[Vector, float]:
     """What a robot does that has nothing to follow."""
-    if rule == "stay":
+    if policy.idle == "stay":
         return (0.0, 0.0), 0.0
-    if rule == "redraw" or noise[1] < 0.05:
+    if policy.idle == "redraw" or noise[1] < policy.turn_probability:
         return direction(noise[0]), speed
     return heading, speed
 
@@ -131,7 +131,7 @@ def centroid(policy: Any, one: Any, noise: list[float]) -> tuple[Vector, float]:
     """Go to the centre of the sensed targets."""
     seen = one.targets.offset.tolist()
     if not seen:
-        return search(policy.idle, tuple(one.heading), noise, one.speed)
+        return search(policy, tuple(one.heading), noise, one.speed)
     x, y = (sum(axis) / len(seen) for axis in zip(*seen, strict=True))
     length = math.hypot(x, y)
     return (x / length, y / length), length
@@ -227,7 +227,7 @@ class ACmommtRobot:
         )
 
     def decide(self, one: Any, noise: list[float]) -> tuple[Vector, float]:
-        """Head along the sum of the forces, and go min(|F|, 1) times the speed."""
+        """Head along the sum of the forces, and go min(gain · |F|, 1) times the speed."""
         p, reach = self.policy, one.sensing_range
         self.here += complex(*one.moved)
         self.tick += 1
@@ -246,7 +246,7 @@ class ACmommtRobot:
             exists = math.exp(-(self.tick - track[2]) / (p.relayed_decay if track[4] else p.decay))
             force += exists * self._pull((place.real, place.imag), teammates, reach)
         if abs(force) > 1e-9:
-            return (force.real / abs(force), force.imag / abs(force)), min(abs(force), 1.0) * one.speed
+            return (force.real / abs(force), force.imag / abs(force)), min(p.gain * abs(force), 1.0) * one.speed
         if p.idle_when == "no-force" or not (teammates or lost or len(one.targets.identity)):
-            return search(p.idle, tuple(one.heading), noise, one.speed)
+            return search(p, tuple(one.heading), noise, one.speed)
         return (0.0, 0.0), 0.0

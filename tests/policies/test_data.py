@@ -17,7 +17,7 @@ DATA = Path(policies.__file__).parent / "data"
 def test_the_600_pairs_are_what_their_command_makes_bit_for_bit(tmp_path: Path) -> None:
     again = tmp_path / "lazy-600.safetensors"
     with pytest.raises(SystemExit) as left:
-        main(["learn", "explore", "--seed", "38", "--out", str(again)])
+        main(["learn", "explore", "--out", str(again)])
     assert left.value.code == 0
     assert again.read_bytes() == (DATA / "lazy-600.safetensors").read_bytes()
 
@@ -26,5 +26,5 @@ def test_the_600_pairs_are_the_papers() -> None:
     memory = LazyMemory.load(DATA / "lazy-600.safetensors")
     assert (len(memory), memory.own, memory.added) == (600, 16, 16)
     settings = memory.settings
-    assert (settings["robots"], settings["targets"], settings["steps"], settings["runs"], settings["seed"]) == (5, 10, 120, 1, 38)
+    assert (settings["robots"], settings["targets"], settings["steps"], settings["runs"], settings["seed"]) == (5, 10, 120, 1, 0)
     assert "random_distance=True" in settings["policy"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import paper as naive
 
-from teamsight import CMOMMT
+from teamsight import CMOMMT, Robot, Torus, World
 from teamsight.policies import ACmommt, Centroid, Evasive, Policy, RandomWalk, Stationary
 from teamsight.policies.check import sample_percept
 from teamsight.policies.percept_of_one import percept_of_one
@@ -23,6 +24,7 @@ WALKS = [
 SIMPLE: list[tuple[Any, Callable[..., Any]]] = [
     *((policy, naive.walk) for policy in WALKS),
     *((Centroid(idle=rule), naive.centroid) for rule in ("redraw", "wander", "stay")),
+    *((Centroid("wander", turn), naive.centroid) for turn in (0.0, 0.5, 1.0)),
     (Evasive(), naive.evade), (Evasive(turn_probability=1.0), naive.evade),
     (Stationary(), lambda policy, one, noise: ((0.0, 0.0), 0.0)),
 ]  # fmt: skip
@@ -73,6 +75,7 @@ VARIANTS = [
     (ACmommt(idle_when="nothing-sensed"), "shared"), (ACmommt(repulsion_scale="awareness"), "pairwise"),
     (ACmommt(target_tracks=2), "shared"), (ACmommt(target_tracks=0), "shared"), (ACmommt(predictive=2.5, decay=2.0), "none"),
     (ACmommt(do1=0.0, do2=0.0, dr1=0.5, dr2=0.5), "pairwise"), (ACmommt(do1=0.3, do2=0.9, do3=0.95, decay=30.0), "shared"),
+    (ACmommt(gain=0.3, idle="wander", turn_probability=0.4), "pairwise"), (ACmommt(gain=3.0, weights="none"), "shared"),
 ]  # fmt: skip
 
 
@@ -99,3 +102,50 @@ def test_a_cmommt_at_its_first_sight(seed: int, weights: str) -> None:
         heading, distance = naive.ACmommtRobot(policy).decide(percept_of_one(percept, i), noise[:, i].tolist())
         assert action.distance[i] == pytest.approx(distance, abs=1e-9)
         assert distance < 1e-6 or action.heading[i] == pytest.approx(heading, abs=1e-6)
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1), gain=st.floats(1e-3, 1e3), turn=st.floats(0, 1),
+    when=st.sampled_from(["no-force", "nothing-sensed"]),
+)  # fmt: skip
+def test_gain_and_turn_probability(seed: int, gain: float, turn: float, when: str) -> None:
+    rng = np.random.default_rng(seed)
+    policy = ACmommt(idle="wander", idle_when=when, gain=gain, turn_probability=turn, target_tracks=0)
+    percept, noise = sample_percept(9, rng), rng.random((2, 9))
+    action, _ = policy.decide(percept, policy.start(9), noise)
+    plain, _ = replace(policy, gain=1.0).decide(percept, policy.start(9), noise)
+    # A gain changes how far a robot goes, never where to, and no robot goes faster than it can.
+    assert np.array_equal(action.heading, plain.heading)
+    assert (action.distance <= percept.speed).all()
+    for i in range(9):
+        heading, distance = naive.ACmommtRobot(policy).decide(percept_of_one(percept, i), noise[:, i].tolist())
+        assert action.distance[i] == pytest.approx(distance, abs=1e-9 * max(gain, 1.0))
+        assert distance < 1e-6 or action.heading[i] == pytest.approx(heading, abs=1e-6)
+
+
+@pytest.mark.short
+def test_a_gain_multiplies_the_force_up_to_the_full_speed() -> None:
+    percept = sample_percept(200, np.random.default_rng(1))
+    distances = []
+    for gain in (0.5, 1.0, 1e6):
+        policy = ACmommt(idle="stay", gain=gain, target_tracks=0)
+        action, _ = policy.decide(percept, policy.start(200), np.empty((0, 200)))
+        distances.append(action.distance / percept.speed)
+    half, one, full = distances
+    weak = one < 1
+    assert (weak & (one > 0)).any()
+    assert half[weak] == pytest.approx(0.5 * one[weak])
+    assert np.array_equal(full, (one > 0).astype(float))
+
+
+@pytest.mark.parametrize("make", [ACmommt, Centroid], ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize(("turn", "turned"), [(0.0, 0), (1.0, 50)])
+def test_a_robot_alone_wanders_straight_on_or_turns_each_step(make: Any, turn: float, turned: int) -> None:
+    world = World(Torus(500.0, 500.0), rng=1)
+    robots = world.add(Robot, 1, policy=make(idle="wander", turn_probability=turn), speed=0.1)
+    changes = 0
+    for _ in range(50):
+        before = robots.bodies.heading.copy()
+        world.step()
+        changes += not np.array_equal(before, robots.bodies.heading)
+    assert changes == turned

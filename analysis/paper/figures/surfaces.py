@@ -30,7 +30,7 @@ class _Quantity(NamedTuple):
     statistic: str
     conditions: str
     label: str
-    high: float | None = None  # the largest value of all cells
+    high: float | None = None  # all teammates of the largest team: Figs. 4 and 5 have one scale, even if drawn alone
 
 
 _NEIGHBOURS = _Quantity(
@@ -55,7 +55,7 @@ def _level_figure(name: str, quantity: _Quantity, experiment: str, policy: str) 
             f"{quantity.statistic} over {conditions.line()}; {quantity.conditions}; "
             f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}",
         )
-        high = quantity.high or max(1.0, float(grid.to_numpy().max()))
+        high = quantity.high or max(1, robots.max() - 1)
         draw_row(figure, grid, Look(quantity.label, "{:.0f}".format, 0, high))
         return figure
 
@@ -103,8 +103,8 @@ def _difference_figure(
             of = cells[cells["variant"] == contrast.variant]
             limit = _limit(of if own_colours else cells)
             look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
-            draw_row(figure, grid_of(of) * 100, look, row=row, rows=len(contrasts), open_cells=includes_zero(of))
-            _caption(figure, contrast.caption, row, len(contrasts))
+            draw_row(figure, grid_of(of) * 100, look, row=row, open_cells=includes_zero(of))
+            _caption(figure, contrast.caption, row)
         return figure
 
     needs = tuple(dict.fromkeys(name for contrast in contrasts for name in (contrast.treated, contrast.base)))
@@ -116,10 +116,10 @@ def _limit(cells: pd.DataFrame) -> float:
     return float(10.0 * np.ceil(cells["mean"].abs().max() * 10 + 1e-9))
 
 
-def _caption(figure: Canvas, text: str, row: int, rows: int) -> None:
-    total = rows * HEIGHT + HEAD
+def _caption(figure: Canvas, text: str, row: int) -> None:
+    total = figure.get_figheight()
     lines = textwrap.fill(text, _CAPTION, break_long_words=False, break_on_hyphens=False)
-    figure.text(0.03, ((rows - row) * HEIGHT - 0.12) / total, lines, size=11, color=FAINT, va="top", linespacing=1.4)
+    figure.text(0.03, 1 - (HEAD + row * HEIGHT + 0.12) / total, lines, size=11, color=FAINT, va="top", linespacing=1.4)
 
 
 def _learned_in_words(cells: pd.DataFrame) -> str:
@@ -137,7 +137,7 @@ def _learned_in_words(cells: pd.DataFrame) -> str:
         )
     else:
         text += "one run per cell gives no confidence intervals"
-    return f"{text}; see docs/lazy-search.md"
+    return f"{text}; see docs/learning.md"
 
 
 FIGURE_4 = _level_figure("4", _NEIGHBOURS, "random-walk", "random walk")
@@ -173,7 +173,7 @@ FIGURE_11 = _difference_figure(
         "lazy-collective",
         "learned",
         "lazy Q-learning from one memory of 600 transitions: with teammates − without; this row has its own "
-        "colour scale; another memory gives another surface (docs/lazy-search.md)",
+        "colour scale; another memory gives another surface (docs/learning.md)",
     ),
     _Contrast("a-cmommt", "centroid", "designed", "designed (Fig. 8): A-CMOMMT − centroid"),
     own_colours=True,

@@ -1,4 +1,4 @@
-"""What both searches share: the score of a candidate, and the rows that are made of it."""
+"""The score of a candidate, the rows that are made of it, and the files that a search leaves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.calibration import calibrate, lazy, model
+from teamsight.analysis.calibration import calibrate, model, model_page
 from teamsight.analysis.calibration.search import Candidate, Phase, Simulator, assess, ranking, score
 from teamsight.analysis.paper.claims import CLAIMS, Verdict
 from teamsight.analysis.paper.experiments import chosen
@@ -58,13 +58,14 @@ def test_an_interrupted_search_continues_with_the_runs_that_it_kept(
             raise KeyboardInterrupt
         return made[-1]
 
-    monkeypatch.setattr(calibrate, "SEARCHES", {"tiny": calibrate.Search("tiny", search, lambda table: "a page")})
+    monkeypatch.setattr(model, "search", search)
+    monkeypatch.setattr(model_page, "page", lambda table: "a page")
     with pytest.raises(KeyboardInterrupt):
-        calibrate.calibrate("tiny", tmp_path)
-    kept = calibrate.checkpoint_in(tmp_path, "tiny")
+        calibrate.calibrate(tmp_path)
+    kept = calibrate.checkpoint_in(tmp_path)
     assert kept.count() == 2 * len(PHASE.roots) * len(SMALL.cells)
     monkeypatch.setattr(Run, "make", lambda *given: pytest.fail("made again"))
-    files = calibrate.calibrate("tiny", tmp_path)
+    files = calibrate.calibrate(tmp_path)
     pd.testing.assert_frame_equal(made[0], made[1], check_exact=True)
     assert sorted(tmp_path.iterdir()) == sorted(files)
 
@@ -72,7 +73,7 @@ def test_an_interrupted_search_continues_with_the_runs_that_it_kept(
 def test_a_file_in_the_place_of_the_checkpoint_is_refused_before_the_search(tmp_path: Path) -> None:
     (tmp_path / "calibration.checkpoint").write_text("mine")
     with pytest.raises(ValueError, match=r"calibration\.checkpoint: holds something else; move it away"):
-        calibrate.calibrate("model", tmp_path)
+        calibrate.calibrate(tmp_path)
 
 
 def test_of_equals_the_first_wins() -> None:
@@ -81,10 +82,4 @@ def test_of_equals_the_first_wins() -> None:
 
 
 def test_no_root_seed_of_a_search_is_one_that_a_command_accepts() -> None:
-    roots = [*model.SCREEN.roots, *model.FINAL.roots, *lazy.CHOOSE, *lazy.AGAIN, *lazy.REPORT]
-    assert max(roots) < 0
-
-
-def test_every_search_has_files_of_its_own() -> None:
-    stems = [search.stem for search in calibrate.SEARCHES.values()]
-    assert len(set(stems)) == len(stems)
+    assert max(*model.SCREEN.roots, *model.FINAL.roots) < 0

@@ -12,10 +12,7 @@ from matplotlib.image import imread
 
 from teamsight.analysis.paper.experiments import DELTAS
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, Tables, make
-from teamsight.analysis.plot.style import canvas
-from teamsight.analysis.plot.surface import Look, draw_row
 from teamsight.analysis.runs.experiment import Grid
-from teamsight.analysis.stats.paired import grid_of
 
 CONDITIONS = Conditions("defaults", {}, 1, 3, 20)
 SMALL = Grid((1, 2, 30), (1.0, 5.0))
@@ -95,6 +92,14 @@ def test_both_surfaces_of_figure_11_have_one_height_and_their_own_colours() -> N
     assert [axes.images[0].norm.vmax for axes in figure.axes if axes.images] == [10, 50]
 
 
+def test_figures_4_and_5_can_be_compared() -> None:
+    tables = {"4": {"random-walk": runs()}, "5": {"a-cmommt": runs().assign(max_neighbours=1)}}
+    drawn = [FIGURES[name].draw(FIGURES[name].tabulate(tables[name], CONDITIONS), CONDITIONS) for name in ("4", "5")]
+    for figure in drawn:
+        solid, flat, _ = figure.axes
+        assert solid.get_zlim() == (flat.images[0].norm.vmin, flat.images[0].norm.vmax) == (0, 29)
+
+
 def test_no_text_of_a_figure_leaves_it_or_runs_into_a_heat_map() -> None:
     for name in ("8", "10", "11"):
         figure = FIGURES[name].draw(FIGURES[name].tabulate(tables_for(name), CONDITIONS), CONDITIONS)
@@ -110,12 +115,3 @@ def test_the_delta_figure_has_both_limits_and_every_delta() -> None:
     found = make(Job("delta", tables_for("delta"), CONDITIONS)).tables[""]
     assert set(found["awareness"]) == {"none", "ring", "pairwise"}
     assert set(found.loc[found["awareness"] == "ring", "delta"]) == set(DELTAS)
-
-
-def test_the_heat_map_writes_every_cell_and_brackets_the_open_ones() -> None:
-    grid = grid_of(pd.DataFrame({"robots": [1, 1, 2, 2], "radius": [1.0, 2.0] * 2, "mean": [10.0, -20.0, 0.4, 90.0]}))
-    figure = canvas(13.6, 8.6)
-    draw_row(figure, grid, Look("gain", "{:.0f}".format, -90, 90, True), open_cells=grid.abs() < 15)
-    flat = next(axes for axes in figure.axes if axes.get_xlabel().startswith("arena radius") and axes.name != "3d")
-    written = {(text.get_position()): text.get_text() for text in flat.texts}
-    assert written == {(0, 0): "(10)", (1, 0): "-20", (0, 1): "(0)", (1, 1): "90"}

@@ -26,6 +26,13 @@ def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
     assert given_to["a-cmommt"]["policy_options"] == {"idle": "stay", "weights": "none"}
     assert given_to["centroid"]["policy_options"] == {"idle": "stay"}
     assert given_to["random-walk"] == {"policy": "random-walk", "robot_speed": 0.2}
+    wandering = {"policy_options": {"idle": "wander", "turn_probability": 0.01, "gain": 2.0}}
+    walk = Experiment("x", {"policy": "random-walk"}, ((1, 1.0),)).parameters(wandering)
+    # The turn probability of an idle robot is not that of a random walk.
+    assert walk == {"policy": "random-walk"}
+    assert Experiment("x", {"policy": "a-cmommt"}, ((1, 1.0),)).parameters(wandering) == {
+        "policy": "a-cmommt", **wandering,
+    }  # fmt: skip
     of_an_object = Experiment("x", {"policy": ACmommt()}, ((1, 1.0),)).parameters(setting)
     assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
 

@@ -1,0 +1,85 @@
+"""A quantity over team size and arena radius as a map of coloured cells, each with its number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from teamsight.analysis.plot.style import INK, RADIUS_LABEL, ROBOTS_LABEL
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.path import Path
+
+# Size of the numbers [points].
+_SIZE = 8.5
+
+
+def draw_heat_map(axes: Axes, grid: pd.DataFrame, texts: Sequence[str], norm: Normalize, colours: Colormap) -> None:
+    """Draw a map of a grid.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw.
+    grid : DataFrame
+        One row a team size, one column a radius.
+    texts : sequence of str
+        What is written into each cell, row by row.
+    norm, colours : matplotlib Normalize, Colormap
+        The colour of each value.
+    """
+    values = grid.to_numpy(float)
+    axes.imshow(values, cmap=colours, norm=norm, aspect="auto", origin="lower")
+    light = _luminance(colours(norm(values))) > 0.45
+    column, row = (place.ravel() for place in np.meshgrid(*(np.arange(length) for length in values.shape[::-1])))
+    write_numbers(axes, column, row, texts, [INK if one else "white" for one in light.flat])
+    axes.set_xticks(range(values.shape[1]), [f"{radius:g}" for radius in grid.columns])
+    axes.set_yticks(range(values.shape[0]), [str(robots) for robots in grid.index], size=_SIZE)
+    axes.set_xlabel(RADIUS_LABEL)
+    axes.set_ylabel(ROBOTS_LABEL)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+
+
+def write_numbers(
+    axes: Axes, x: NDArray[np.int64], y: NDArray[np.int64], texts: Sequence[str], colours: Sequence[str]
+) -> None:
+    """Write many short texts, centred on the points (x, y), as one artist.
+
+    A Text for each of 270 cells takes most of the time of a figure.
+    """
+    from matplotlib.collections import PathCollection
+    from matplotlib.transforms import Affine2D
+
+    places = np.column_stack([x, y])
+    numbers = PathCollection(
+        [outline(text) for text in texts],
+        facecolors=colours, linewidths=0, offsets=places, offset_transform=axes.transData,
+    )  # fmt: skip
+    numbers.set_transform(Affine2D().scale(1 / 72) + axes.figure.dpi_scale_trans)
+    axes.add_collection(numbers, autolim=False)
+
+
+@cache
+def outline(text: str) -> Path:
+    """Return the outline of a number [points], with its middle at the origin."""
+    from matplotlib.path import Path
+    from matplotlib.textpath import TextPath
+
+    path = TextPath((0, 0), text, size=_SIZE)
+    # The middle of a digit's height: brackets, which reach lower, do not move the number that they enclose.
+    middle = path.vertices[:, 0].max() / 2, TextPath((0, 0), "0", size=_SIZE).vertices[:, 1].max() / 2
+    return Path(path.vertices - middle, path.codes)
+
+
+def _luminance(colour: NDArray[np.float64]) -> NDArray[np.float64]:
+    linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
+    # Perceived lightness: the threshold is a middle grey.
+    return np.asarray(np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1)
