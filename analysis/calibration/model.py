@@ -15,7 +15,8 @@ import pandas as pd
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.calibration.search import HERE, Candidate, Phase, Simulator, assess, ranking
 from teamsight.analysis.paper.claims import CLAIMS, Claim, needed
-from teamsight.analysis.paper.experiments import LEARNED, chosen
+from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.paper.lazy_teams import LEARNED
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Request
 from teamsight.analysis.runs.seeds import ROOTS
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
-from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE, treatments
-from teamsight.analysis.runs.experiment import Experiment, Grid
+from teamsight.analysis.paper.lazy_teams import EXPLORATIONS, LITERAL, SLOPES, learned
+from teamsight.analysis.runs.experiment import Experiment, Grid, Variant
 
 #: Keyword parameters of CMOMMT.
 Parameters: TypeAlias = Mapping[str, Any]
@@ -17,12 +17,11 @@ Cells: TypeAlias = tuple[tuple[int, float], ...]
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 #: Its worlds (robots, radius), from crowded to empty.
 DELTA_CELLS: Cells = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
-#: Experiments whose policy was learned from transitions.
-LEARNED = frozenset({COOPERATIVE, COLLECTIVE})
 
 _ALONE: Parameters = MappingProxyType({"awareness": "none"})
 _A_CMOMMT: Parameters = MappingProxyType({"policy": "a-cmommt", "awareness": "pairwise"})
 _HALF: Parameters = MappingProxyType({"awareness_range": 0.5})
+_RANDOM: Parameters = MappingProxyType({"policy": "random-walk", **_ALONE})
 # Few targets pass few stationary robots in a run: with five runs the mean would be uncertain by 5 points.
 _MORE = 10
 
@@ -50,12 +49,12 @@ class Design(NamedTuple):
     Attributes
     ----------
     treatment : mapping or callable
-        Keyword parameters of CMOMMT, or a function that returns them for a setting.
+        Keyword parameters of CMOMMT, or a function that returns for a setting these, or the treatment of a replicate.
     cells : callable
         Takes the grid and returns the cells (robots, radius).
     """
 
-    treatment: Parameters | Callable[[Parameters], Parameters]
+    treatment: Parameters | Callable[[Parameters], Parameters | Callable[[int], Variant]]
     cells: Callable[[Grid], Cells] = lambda grid: grid.cells
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = MappingProxyType({})
@@ -70,7 +69,7 @@ class Design(NamedTuple):
 #: Every experiment by name.
 EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
     {
-        "random-walk": Design({"policy": "random-walk", **_ALONE}),
+        "random-walk": Design(_RANDOM),
         "centroid": Design({"policy": "centroid", **_ALONE}),
         "a-cmommt": Design(_A_CMOMMT),
         "half-range": Design({**_A_CMOMMT, **_HALF}),
@@ -89,8 +88,13 @@ EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
         ),
         "delta-none": Design({**_A_CMOMMT, **_ALONE}, lambda grid: DELTA_CELLS, replicates=4),
         "delta-pairwise": Design(_A_CMOMMT, lambda grid: DELTA_CELLS, replicates=4),
-        COOPERATIVE: Design(lambda setting: treatments(setting)[COOPERATIVE]),
-        COLLECTIVE: Design(lambda setting: treatments(setting)[COLLECTIVE]),
+        LITERAL.cooperative: Design(learned(LITERAL, cooperative=True), replicates=EXPLORATIONS),
+        LITERAL.collective: Design(learned(LITERAL, cooperative=False), replicates=EXPLORATIONS),
+        SLOPES.cooperative: Design(learned(SLOPES, cooperative=True), replicates=EXPLORATIONS),
+        SLOPES.collective: Design(learned(SLOPES, cooperative=False), replicates=EXPLORATIONS),
+        # On the same worlds as the learned teams.
+        "a-cmommt-more": Design(_A_CMOMMT, replicates=EXPLORATIONS),
+        "random-walk-more": Design(_RANDOM, replicates=EXPLORATIONS),
     }
 )
 

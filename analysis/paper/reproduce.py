@@ -45,6 +45,8 @@ class Plan:
         Replicates of each cell, and steps of each run.
     root : int
         Root seed.
+    formats : tuple of str
+        Formats of the pictures: names in `teamsight.analysis.plot.style.FORMATS`.
     """
 
     settings: Mapping[str, Mapping[str, Any]]
@@ -54,6 +56,7 @@ class Plan:
     runs: int = 5
     steps: int = 600
     root: int = root("reproduce")
+    formats: tuple[str, ...] = ("png",)
 
     def conditions(self) -> dict[str, Any]:
         """Return the conditions that all results have in common, fit for JSON."""
@@ -88,7 +91,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     ValueError
         If there is such a file.
     """
-    names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", "png")]
+    names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", *plan.formats)]
     outputs = [folder / f"figure-{name}" for name in names]
     outputs += [file for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
     if plan.ledger:
@@ -113,7 +116,7 @@ def reproduce(
     plan : Plan
         What to reproduce.
     folder : Path
-        An existing folder; it receives ``figure-<name>.parquet`` and ``.png``, ``ledger.md``, ``ledger.json`` and
+        An existing folder; it receives ``figure-<name>.parquet`` and pictures, ``ledger.md``, ``ledger.json`` and
         ``ledger.parquet``.
     pool : WorkerPool
         Processes that do the work. Results do not depend on it.
@@ -176,7 +179,8 @@ def _draw(
     name, setting = next(iter(plan.settings.items()))
     conditions = Conditions(name, setting, plan.root, plan.runs, plan.steps)
     jobs = [
-        Job(figure, {need: tables[name][need] for need in FIGURES[figure].needs}, conditions) for figure in plan.figures
+        Job(figure, {need: tables[name][need] for need in FIGURES[figure].needs}, conditions, plan.formats)
+        for figure in plan.figures
     ]
     drawn = count(1)
     for found in pool.map(
@@ -186,7 +190,8 @@ def _draw(
         for suffix, table in found.tables.items():
             stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
             files.write_table(folder / f"{stem}.parquet", table, about, force=force)
-        files.write_bytes(folder / f"figure-{found.name}.png", found.png, force=force)
+        for kind, picture in found.pictures.items():
+            files.write_bytes(folder / f"figure-{found.name}.{kind}", picture, force=force)
 
 
 def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:

@@ -20,6 +20,12 @@ _COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 DEGREE = dict(zip(AWARENESS, itertools.cycle(_COLOURS)))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
+#: Formats of pictures, with their metadata: the mark of this program, the description, and no time.
+FORMATS: dict[str, dict[str, str | None]] = {
+    "png": {"Software": "teamsight", "Description": "{}"},
+    "svg": {"Creator": "teamsight", "Description": "{}", "Date": None},
+    "pdf": {"Creator": "teamsight", "Subject": "{}", "CreationDate": None},
+}
 
 RADIUS_LABEL = "arena radius R  [sensing ranges]"
 ROBOTS_LABEL = "robots N"
@@ -48,8 +54,30 @@ def plain(axes: Axes) -> None:
 
 def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
     """Return the figure as PNG with a description in its metadata."""
+    return to_picture(figure, description, "png", dpi)
+
+
+def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> bytes:
+    """Return the figure in one of `FORMATS`; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+        The figure.
+    description : str
+        Written into the metadata, beside the name of this program.
+    kind : str
+        A name in `FORMATS`.
+    dpi : int
+        Resolution of PNG, and of images within the others.
+    """
+    import matplotlib
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": "teamsight", "Description": description})
+    metadata = {name: value.format(description) if value else None for name, value in FORMATS[kind].items()}
+    # The identifiers in SVG are random without a salt.
+    with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
     return buffer.getvalue()
 
 

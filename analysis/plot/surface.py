@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Size of a row of surface and heat map, and height of the head [inches].
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
+# Edges of the facets against the facets: darker, and opaque.
+_EDGES = 0.82, 0.82, 0.82, 1.0
 
 
 class Look(NamedTuple):
@@ -85,7 +87,7 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     facets, colour = facets_of(grid, norm, colours)
-    axes.add_collection3d(Poly3DCollection(facets, facecolors=colour, edgecolors="#33333366", linewidths=0.3))
+    axes.add_collection3d(Poly3DCollection(facets, facecolors=colour, edgecolors=colour * _EDGES, linewidths=0.4))
     axes.set_xlim(*_padded(grid.index.to_numpy(float)))
     axes.set_ylim(*_padded(grid.columns.to_numpy(float)))
     axes.set_zlim(*(look.heights or (look.low, look.high)))

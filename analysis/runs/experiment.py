@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, NamedTuple
@@ -34,6 +34,13 @@ PAPER = Grid(tuple(range(1, 31)), tuple(float(radius) for radius in range(1, 10)
 QUICK = Grid((1, 2, 5, 8, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0))
 
 
+class Variant(NamedTuple):
+    """The treatment of one replicate of every cell, and the columns of the table that describe it."""
+
+    treatment: Mapping[str, Any]
+    columns: Mapping[str, Any]
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A treatment over cells (robots, radius); each replicate of a cell is one run.
@@ -42,8 +49,8 @@ class Experiment:
     ----------
     name : str
         Name of the resulting table.
-    treatment : mapping
-        Keyword parameters of CMOMMT.
+    treatment : mapping or callable
+        Keyword parameters of CMOMMT; or a function that takes the number of a replicate and returns its `Variant`.
     cells : tuple of (int, float)
         Team size and arena radius of each cell.
     targets : int
@@ -55,21 +62,26 @@ class Experiment:
     """
 
     name: str
-    treatment: Mapping[str, Any]
+    treatment: Mapping[str, Any] | Callable[[int], Variant]
     cells: tuple[tuple[int, float], ...]
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     replicates: int = 1
 
-    def parameters(self, setting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the treatment under `setting`, without the policy options that its policy does not have.
+    def variant(self, replicate: int) -> Variant:
+        """Return the treatment of a replicate, with the columns that describe it."""
+        return self.treatment(replicate) if callable(self.treatment) else Variant(self.treatment, {})
+
+    def parameters(self, setting: Mapping[str, Any], replicate: int = 0) -> dict[str, Any]:
+        """Return the treatment of a replicate under `setting`, without policy options that its policy does not have.
 
         Runs that differ only in such options have equal keys, and are made once.
         """
         from teamsight.agents.resolve import shared_options
 
-        found = {**setting, **self.treatment}
-        options = shared_options(self.treatment["policy"], found.pop("policy_options", {}))
+        treatment = self.variant(replicate).treatment
+        found = {**setting, **treatment}
+        options = shared_options(treatment["policy"], found.pop("policy_options", {}))
         return found | ({"policy_options": options} if options else {})
 
     def rows(
@@ -86,16 +98,21 @@ class Experiment:
         runs, steps : int
             Replicates of each cell, and steps of each run.
         """
-        common = self.parameters(setting)
+        count = runs * self.replicates
+        # One mapping for all replicates of one treatment, by which runs recognise each other.
+        distinct = range(count if callable(self.treatment) else 1)
+        common = [self.parameters(setting, replicate) for replicate in distinct]
+        columns = [self.variant(replicate).columns for replicate in distinct]
         sweeps = [dict(zip(self.sweep, values, strict=True)) for values in product(*self.sweep.values())]
         for robots, radius in self.cells:
             scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
-                # One mapping for all replicates, by which runs recognise each other.
-                parameters = common | scenario | swept
-                for replicate in range(runs * self.replicates):
+                parameters = [each | scenario | swept for each in common]
+                for replicate in range(count):
+                    variant = replicate % len(distinct)
                     seed = model_seed(root, replicate, robots, self.targets, radius)
-                    yield {**scenario, **swept, "replicate": replicate, "seed": seed}, Run(parameters, seed, steps)
+                    named = {**scenario, **swept, **columns[variant], "replicate": replicate, "seed": seed}
+                    yield named, Run(parameters[variant], seed, steps)
 
 
 class Request(NamedTuple):
@@ -133,8 +150,8 @@ def make_tables(
     Returns
     -------
     list of dict of str to DataFrame
-        One row a run, in the order of the cells: robots, targets, radius, the parameters that are swept, replicate,
-        seed, observed_fraction, max_neighbours.
+        One row a run, in the order of the cells: robots, targets, radius, the parameters that are swept, the columns
+        of the variant, replicate, seed, observed_fraction, max_neighbours.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Result files: written completely or not at all, and replaced by one rule.
 
 Without force only files are replaced that this program wrote. They are recognised by a mark: the metadata of a Parquet
-schema, the Software text of a picture, the first line of a page, a key in JSON. Only regular files are replaced.
+schema, the metadata of a picture, the first line of a page, a key in JSON. Only regular files are replaced.
 """
 
 from __future__ import annotations
@@ -28,8 +28,12 @@ __all__ = [
 _SOFTWARE = "teamsight"
 _MARK = b"software"
 _PAGE = f"<!-- written by {_SOFTWARE}"
-_PNG = b"\x89PNG\r\n\x1a\n"
-_PNG_TEXT = b"tEXtSoftware\0" + _SOFTWARE.encode()
+# How pictures begin, and the mark in their metadata: PNG, SVG and PDF.
+_PICTURES = (
+    (b"\x89PNG\r\n\x1a\n", b"tEXtSoftware\0" + _SOFTWARE.encode()),
+    (b"<?xml", b"<dc:title>" + _SOFTWARE.encode() + b"</dc:title>"),
+    (b"%PDF-", b"/Creator (" + _SOFTWARE.encode() + b")"),
+)
 # Larger pages, pictures and JSON files are not of this program.
 _MOST_READ = 50_000_000
 
@@ -153,7 +157,8 @@ def _settings_in(path: Path) -> dict[Any, Any] | None:
         if head.startswith(b"PAR1"):
             return _settings_in_table(file)
         content = file.read(_MOST_READ)
-        if head.startswith(_PAGE.encode()) or (head.startswith(_PNG) and _PNG_TEXT in content):
+        is_picture = any(head.startswith(start) and mark in content for start, mark in _PICTURES)
+        if is_picture or head.startswith(_PAGE.encode()):
             return {}
         value = json.loads(content)
         if isinstance(value, dict) and value.get("software") == _SOFTWARE:

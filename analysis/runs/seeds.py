@@ -19,6 +19,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "learning curves": (9000,),
         "calibration: screen": (-1,),
         "calibration: final": (-2, -3, -4),
+        "figure 11: explore": (-41,),
+        "learning: report": (-42,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,22 @@ def half_width(se: NDArray[np.float64], count: NDArray[np.int64], level: float =
     with np.errstate(invalid="ignore"):
         wide = stdtrit(np.maximum(count - 1, 1), 0.5 + level / 2) * se
     return np.where(count > 1, wide, np.inf)
+
+
+class Interval(NamedTuple):
+    """A mean and the ends of its confidence interval."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def interval_of(values: NDArray[np.float64], level: float = 0.95) -> Interval:
+    """Return the mean of values of shape (n,) with Student's interval, which is infinite for a single value."""
+    mean, count = float(values.mean()), np.array(len(values))
+    se = np.array(values.std(ddof=1) / np.sqrt(count) if count > 1 else np.nan)
+    wide = float(half_width(se, count, level))
+    return Interval(mean, mean - wide, mean + wide)
 
 
 def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level: float = 0.95) -> pd.DataFrame:

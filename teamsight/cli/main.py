@@ -8,7 +8,17 @@ from typing import NoReturn
 import click
 
 from teamsight import __version__
-from teamsight.cli import calibrate, delta, evolve, learn_evaluate, learn_explore, learn_figure, reproduce, run
+from teamsight.cli import (
+    calibrate,
+    delta,
+    evolve,
+    learn_diagnose,
+    learn_evaluate,
+    learn_explore,
+    learn_figure,
+    reproduce,
+    run,
+)
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
 
@@ -42,6 +52,7 @@ def learn() -> None:
       teamsight learn explore --out memory.safetensors    600 transitions, as in the paper
       teamsight learn evaluate memory.safetensors         how much robots observe that learned from them
       teamsight learn figure --out curves                 from how many transitions awareness pays
+      teamsight learn diagnose --out diagnosis            what a learner makes of a single target, and why
     """
 
 
@@ -66,6 +77,7 @@ add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
 add_command(learn, learn_evaluate.evaluate, learn_evaluate.EvaluateSettings)
 add_command(learn, learn_figure.figure, learn_figure.FigureSettings)
+add_command(learn, learn_diagnose.diagnose, learn_diagnose.DiagnoseSettings)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -38,6 +38,9 @@ class ReproduceSettings(Settings):
         values.PRESETS,
         more=("defaults",),
     )
+    format: tuple[str, ...] = values.choices(
+        ("png",), "Formats of the pictures, with commas between them: {names}.", values.FORMATS, "format"
+    )
     quick: bool = values.flag("Use a coarse grid of team sizes and radii.")
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
 
@@ -46,7 +49,7 @@ def reproduce(settings: ReproduceSettings) -> None:
     """Draw the paper's figures and check its claims.
 
     FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
-    by default all are made. Each figure is written as a PNG file and a Parquet table with the seed of every run. The
+    by default all are made. Each figure is written as a picture and a Parquet table with the seed of every run. The
     ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
     an interruption the same command continues from there.
 
@@ -93,6 +96,7 @@ def plan_of(settings: ReproduceSettings) -> Plan:
         runs=settings.runs,
         steps=settings.steps,
         root=settings.seed,
+        formats=settings.format,
     )
 
 
@@ -103,7 +107,9 @@ def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
 
     for name in plan.figures:
         if summarise := FIGURES[name].summarise:
-            yield f"figure {name}: {summarise(pd.read_parquet(folder / f'figure-{name}-cells.parquet'))}"
+            found = folder.glob(f"figure-{name}-*.parquet")
+            tables = {file.stem.removeprefix(f"figure-{name}-"): pd.read_parquet(file) for file in found}
+            yield f"figure {name}: {summarise(tables)}"
 
 
 def _kept(folder: Path) -> str:

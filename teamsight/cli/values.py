@@ -50,6 +50,21 @@ def number(default: float | None, help: str, *, least: float, most: float, shown
     return Option(_numeric(partial(checks.number, least=least, most=most)), default, help, "NUMBER", shown)
 
 
+def counts(default: tuple[int, ...], help: str, *, most: int, shown: str = "") -> Any:
+    """Declare up to `most` different whole numbers above 0, with commas between them; they are put in order."""
+
+    def check(name: str, text: str) -> tuple[int, ...]:
+        try:
+            found = {checks.count(name, number_in(part)) for part in text.split(",")}
+        except TypeError:
+            raise ValueError(f"{name}={checks.shown(text)}: must be whole numbers, as in 150,600") from None
+        if len(found) > most:
+            raise ValueError(f"{name}: are {len(found)} numbers, at most {most}; leave some out")
+        return tuple(sorted(found))
+
+    return Option(check, default, help, "NUMBERS", shown or ",".join(map(str, default)))
+
+
 def length(default: float, help: str) -> Any:
     """Declare a length or a speed, in the unit of the model."""
     return Option(_numeric(world_limits.length), default, help, "NUMBER")
@@ -149,6 +164,7 @@ POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
 LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
+FORMATS = registry("teamsight.analysis.plot.style", "FORMATS")
 REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")
 
 

@@ -52,10 +52,12 @@ BASE = {
     ("learn", "evaluate"): ["--steps", "2", "--runs", "1", "--targets", "2", "--learner", "linear"],
     ("learn", "figure"): ["--samples", "4,6", "--memories", "1", "--worlds", "1", "--steps", "2", "--robots", "2",
                           "--workers", "1", "--learners", "linear"],
+    ("learn", "diagnose"): ["--samples", "4,6", "--k", "3", "--memories", "1", "--workers", "1", "--learners", "lazy"],
 }  # fmt: skip
 FLAGS = {
     ("run",): ["--force"], ("delta",): ["--force", "--sort"], ("reproduce",): ["--quick", "--force"],
     ("learn", "explore"): ["--append", "--force"], ("learn", "evaluate"): ["--force"], ("learn", "figure"): ["--quick", "--force"],
+    ("learn", "diagnose"): ["--force"],
 }  # fmt: skip
 OPTIONS = {
     ("run",): {
@@ -84,6 +86,10 @@ OPTIONS = {
         "--out": PATH, "--learners": SEVERAL, "--samples": (("4", "4,5", "6, 4"), ("10000000000000", "1e9"), ("0", "-1,4", ","), ODD),
         "--memories": COUNT, "--worlds": COUNT, "--reward": REWARD, "--k": COUNT, "--discount": SHARE, "--robots": COUNT,
         "--targets": COUNT, "--radius": LENGTH, "--steps": STEPS, "--seed": SEED, "--workers": WORKERS,
+    },
+    ("learn", "diagnose"): {
+        "--out": PATH, "--learners": SEVERAL, "--samples": (("4", "4,5", "6, 4"), ("10000000000000", "1e9"), ("0", "-1,4", ","), ODD),
+        "--memories": COUNT, "--reward": REWARD, "--k": COUNT, "--discount": SHARE, "--seed": SEED, "--workers": WORKERS,
     },
 }  # fmt: skip
 _WRONG = (

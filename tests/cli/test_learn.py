@@ -32,7 +32,7 @@ def small(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     return file
 
 
-@pytest.mark.parametrize("command", ["explore", "evaluate", "figure"])
+@pytest.mark.parametrize("command", ["explore", "evaluate", "figure", "diagnose"])
 def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[str], command: str) -> None:
     status, out, _ = call(capsys, command, "--help")
     assert status == 0
@@ -417,6 +417,12 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 5,10"]),
         (["figure", "--radius", "3,wide"], ["radius='3,wide': must be numbers, as in 3,5"]),
         (["figure", "--radius", "1,2,3,4,5,6,7"], ["radius: are 7 numbers, at most 6"]),
+        (["diagnose", "x", "--memories", "2"], ["memories=2: with MEMORY nothing is explored; leave one of them out"]),
+        (["diagnose", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
+        (["diagnose", "--samples", "5"], ["samples=5: fewer than the 10 transitions that eq. 1 matches"]),
+        (["diagnose", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
+        (["diagnose", "--learners", "sheppard"], ["learner=sheppard: moves at random now and then, and learns meanwhile; leave it out"]),
+        (["diagnose", "--samples", "10000000000"], ["robots=5, steps=120, runs=16666667: makes 1.0e+10 transitions"]),
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],
 )  # fmt: skip
@@ -441,3 +447,54 @@ def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
     status, _, err = call(capsys, "evaluate", str(pairwise), "--robots", "4", "--runs", "2", "--steps", "2")
     assert (status, err.count("\n")) == (2, 1)
     assert "robots=4: awareness 'pairwise' gives 22 inputs in a team of 4, but the memory has 20" in err
+
+
+def test_diagnose_explores_or_takes_samples_of_a_memory(
+    capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
+) -> None:
+    options = ["--k", "3", "--learners", "lazy", "--workers", "1"]
+    for given, samples, count in (
+        (["--memories", "2", "--samples", "20,30"], [20, 30], 2),
+        ([str(small)], [60], 1),
+        ([str(small), "--samples", "40"], [40], 1),
+    ):
+        folder = tmp_path / f"{len(given)}-{count}"
+        status, out, err = call(capsys, "diagnose", *given, *options, "--out", str(folder))
+        assert (status, err) == (0, "")
+        assert f"diagnosis in {folder} after" in out
+        assert {path.name for path in folder.iterdir()} == {"diagnosis.md", "diagnosis.parquet", "diagnosis.png"}
+        table = pd.read_parquet(folder / "diagnosis.parquet")
+        assert table["transitions"].unique().tolist() == table.attrs["diagnosis"]["samples"] == samples
+        assert table["memory"].nunique() == count
+        assert f"| matches | 32 | {samples[0]} |" in (folder / "diagnosis.md").read_text()
+    status, _, err = call(capsys, "diagnose", str(small), "--samples", "20,61")
+    assert status == 2
+    assert err.startswith("teamsight: samples=61: the memory has only 60 transitions; give smaller samples")
+
+
+def test_ctrl_c_reports_what_is_kept_of_a_diagnosis(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from teamsight.analysis.learning import diagnosis
+
+    kept = tmp_path / "diagnosis.checkpoint"
+    options = ["--samples", "20", "--k", "3", "--memories", "2", "--learners", "lazy", "--workers", "1"]
+    command = ["diagnose", "--out", str(tmp_path), *options]
+    rows, made = diagnosis._rows, []
+
+    def interrupted(*given: object) -> object:
+        if made:
+            raise KeyboardInterrupt
+        made.append(given)
+        return rows(*given)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(diagnosis, "_rows", interrupted)
+        status, _, err = call(capsys, *command)
+        message = f"1 of 2 explorations are kept in {kept}; the same command continues from there"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
+        status, _, err = call(capsys, *command, "--seed", "1")
+        message = "nothing was kept, since no exploration was finished"
+        assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
+    assert call(capsys, *command)[0] == 0
+    assert not kept.exists()

@@ -22,14 +22,18 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
         [*(f"delta_{name}.parquet" for name in ("exceedance", "maxima", "ring", "merging", "cost")), "delta_exceedance.png", "delta.md"],
     ),
     "reproduce": (
-        ["reproduce", "2", "8", "ledger", "--steps", "2", "--runs", "1", "--workers", "1", "--quick", "--preset", "defaults"], "--out",
-        ["figure-2.parquet", "figure-2.png", "figure-8.parquet", "figure-8-cells.parquet", "figure-8.png", "ledger.parquet", "ledger.md", "ledger.json"],
+        ["reproduce", "2", "8", "ledger", "--steps", "2", "--runs", "1", "--workers", "1", "--quick", "--preset", "defaults", "--format", "png, svg,pdf"], "--out",
+        [*(f"figure-{name}" for name in ("2.parquet", "2.png", "2.svg", "2.pdf", "8.parquet", "8-cells.parquet", "8.png", "8.svg", "8.pdf")), "ledger.parquet", "ledger.md", "ledger.json"],
     ),
     "explore": (["learn", "explore", *SMALL], "--out", ["x.safetensors"]),
     "evaluate": (["learn", "evaluate", "memory.safetensors", "--steps", "2", "--runs", "1", "--learner", "linear"], "--save", ["x.parquet"]),
     "figure": (
         ["learn", "figure", "--samples", "4", "--memories", "1", "--worlds", "1", "--steps", "2", "--robots", "2", "--workers", "1", "--learners", "linear"],
         "--out", ["learning-curves.parquet", "learning-curves-gains.parquet", "learning-curves-crossings.parquet", "learning-curves.png"],
+    ),
+    "diagnose": (
+        ["learn", "diagnose", "memory.safetensors", "--samples", "5", "--k", "2", "--learners", "lazy"], "--out",
+        ["diagnosis.parquet", "diagnosis.md", "diagnosis.png"],
     ),
 }  # fmt: skip
 #: What makes each command's results those of other settings.
@@ -39,6 +43,7 @@ OTHER = {
     "explore": ["--seed", "1"],
     "evaluate": ["--runs", "2"],
     "figure": ["--seed", "1"],
+    "diagnose": ["--seed", "1"],
 }
 
 
@@ -102,7 +107,7 @@ def test_what_teamsight_did_not_write_stays_and_is_named_before_the_work(
     table = pd.DataFrame({"thesis": [1]})
     table.attrs.update(version="0.1.0", curves={})
     table.to_parquet(path.with_name("mine"))
-    mine = [b"my notes", b"", b"{}", b"PAR1", b"\x89PNG\r\n\x1a\n", b"[" * 100_000, path.with_name("mine").read_bytes()]
+    mine = [b"my notes", b"", b"{}", b"PAR1", b"\x89PNG\r\n\x1a\n", b"<?xml <svg/>", b"%PDF-1.4", b"[" * 100_000, path.with_name("mine").read_bytes()]
     with monkeypatch.context() as patch:
         patch.setattr(World, "run", lambda *given: pytest.fail("worked in vain"))
         for content in mine:

@@ -1,4 +1,4 @@
-"""Claims about the gain from awareness: designed (sections 6, 7, Figs. 8, 10) and learned (section 8, Fig. 11)."""
+"""Claims about the gain from awareness of designed teams (sections 6, 7, Figs. 8, 10)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from teamsight.analysis.paper.claims.interface import (
     pooled,
     within,
 )
-from teamsight.analysis.paper.lazy_teams import COLLECTIVE, COOPERATIVE
 from teamsight.analysis.stats.paired import cell_means, gain, grid_of, maxima, paired
 
 
@@ -130,73 +129,6 @@ def range_neighbours(whole: pd.DataFrame, half: pd.DataFrame) -> Finding:
 def delta_sufficient(ring: pd.DataFrame, pairwise: pd.DataFrame) -> Finding:
     difference = average(gain(ring, pairwise))
     return f"{difference:+.2f} pp", within(difference, 0, 1)
-
-
-@claim(
-    where="§8.2",
-    statement="the lazy memory: 120 steps × 5 robots among 10 targets, random rotation and distance",
-    figure="600 transitions",
-    rule="exact",
-)
-def memory_size() -> Finding:
-    from teamsight.policies.lazy.lazy_q import shipped
-
-    memory = shipped()
-    team, steps, targets = (memory.settings[name] for name in ("robots", "steps", "targets"))
-    exact = (len(memory), team, steps, targets) == (600, 5, 120, 10)
-    measured = f"{len(memory)} transitions: {steps} steps × {team} robots among {targets} targets"
-    return measured, 0.0 if exact else 2.0
-
-
-@claim(
-    where="§8.2, Fig. 11",
-    statement="lazy learning: cooperative (32 inputs) minus collective (16)",
-    figure="up to 25 pp",
-    rule="largest gain 25 ± 8 pp",
-    needs=(COOPERATIVE, COLLECTIVE),
-)
-def learned_gain(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
-    most = peak(gain(cooperative, collective))
-    return f"{most.value:.1f} pp at {most.cell}", within(most.value, 25, 8)
-
-
-@claim(
-    where="§8.2, Fig. 11",
-    statement="the gain is largest for R = 2..6 and grows with N",
-    figure="shape",
-    rule="as awareness-where and awareness-robots, with a sixth of the largest gain in place of 10 pp",
-    needs=(COOPERATIVE, COLLECTIVE),
-)
-def learned_shape(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
-    grid = gain(cooperative, collective)
-    place, *near = where(grid)
-    # The gain of A-CMOMMT counts as faded below 10 of its 60 pp.
-    team, *many = growth(grid, faded=peak(grid).value * (1 / 6))
-    return f"{place}; {team}", *(near + many)
-
-
-@claim(
-    where="§8.2, Fig. 11",
-    statement="in very large arenas with few robots awareness slightly hurts",
-    figure="slightly negative",
-    rule="mean over N ≤ 8, R ≥ 7 below 0",
-    needs=(COOPERATIVE, COLLECTIVE),
-)
-def learned_hurts(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
-    loss = average(part(gain(cooperative, collective), (1, 8), (7, 9)))
-    return f"{loss:+.2f} pp", above(0, loss)
-
-
-@claim(
-    where="§8.2; §10 says “compared well”",
-    statement="learning does not reach A-CMOMMT",
-    figure="below",
-    rule="cooperative minus A-CMOMMT: mean over the grid below 0",
-    needs=(COOPERATIVE, "a-cmommt"),
-)
-def learned_below_designed(cooperative: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
-    difference = average(gain(cooperative, acmommt))
-    return f"{difference:+.1f} pp", above(0, difference)
 
 
 def _worst(cells: pd.DataFrame) -> Peak:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from teamsight.analysis.paper.claims import awareness, formulas, neighbours, performance
+from teamsight.analysis.paper.claims import awareness, formulas, learned, neighbours, performance
 from teamsight.analysis.paper.claims.interface import Claim, Tables, Verdict
 
 #: Every claim, in the order of the paper.
@@ -34,11 +34,11 @@ CLAIMS: Mapping[str, Claim] = MappingProxyType(
         "range-gain": awareness.range_gain,
         "range-neighbours": awareness.range_neighbours,
         "delta-sufficient": awareness.delta_sufficient,
-        "memory-size": awareness.memory_size,
-        "learned-gain": awareness.learned_gain,
-        "learned-shape": awareness.learned_shape,
-        "learned-hurts": awareness.learned_hurts,
-        "learned-below-designed": awareness.learned_below_designed,
+        "memory-size": learned.memory_size,
+        "learned-gain": learned.learned_gain,
+        "learned-shape": learned.learned_shape,
+        "learned-hurts": learned.learned_hurts,
+        "learned-below-designed": learned.learned_below_designed,
     }
 )
 

@@ -58,7 +58,8 @@ class Figure:
     draw : callable
         Takes the figure's tables and the conditions, and returns the drawing.
     summarise : callable, optional
-        Takes the table "cells" and returns the result in one line, for the terminal.
+        Takes the figure's tables by suffix, except that of all runs, and returns the result in one line, for the
+        terminal.
     """
 
     name: str
@@ -66,12 +67,12 @@ class Figure:
     needs: tuple[str, ...]
     tabulate: Callable[[Tables, Conditions], dict[str, pd.DataFrame]]
     draw: Callable[[Tables, Conditions], Canvas]
-    summarise: Callable[[pd.DataFrame], str] | None = None
+    summarise: Callable[[Tables], str] | None = None
 
 
 class Drawn(NamedTuple):
-    """The tables of a figure by suffix, and its drawing as PNG."""
+    """The tables of a figure by suffix, and its drawing by format."""
 
     name: str
     tables: dict[str, pd.DataFrame]
-    png: bytes
+    pictures: dict[str, bytes]

@@ -92,7 +92,9 @@ def gains_of(low: list[float]) -> pd.DataFrame:
     [
         ([1, 1, 1], 40),
         ([-1, 1, 1], 75),
-        ([1, -1, 1], 150),
+        ([1, -1, 1, 1], 150),
+        ([1, -1, 1], np.nan),
+        ([1], np.nan),
         ([1, 1, -1], np.nan),
         ([1, 1, 0], np.nan),
         ([-1, -1, -1], np.nan),
@@ -104,7 +106,7 @@ def test_it_pays_from_where_the_interval_stays_above_zero(low: list[float], cros
     assert found == pytest.approx(crossing, nan_ok=True)
 
 
-def test_pure_noise_crosses_in_one_of_forty_cases() -> None:
+def test_pure_noise_hardly_ever_crosses() -> None:
     rng, cases, memories = np.random.default_rng(11), 4_000, 24
     # The samples of a memory are nested: their noise is correlated.
     common = rng.normal(size=(cases, memories, 1))
@@ -116,10 +118,10 @@ def test_pure_noise_crosses_in_one_of_forty_cases() -> None:
         low=low.ravel(), robots=np.arange(cases).repeat(len(SAMPLES))
     )
     rate = crossings(table)["crossing"].notna().mean()
-    # The standard error of the rate is 0.0025.
-    assert rate == pytest.approx(0.025, abs=0.01)
+    # Without correlation it were 0.025², with full correlation 0.025; the standard error of 0.003 is 0.001.
+    assert rate < 0.01
 
 
 def test_crossings_in_words() -> None:
     assert pays_from(2400.0, 38400) == "pays from 2,400 transitions"
-    assert pays_from(np.nan, 38400) == "does not pay within 38,400 transitions"
+    assert pays_from(np.nan, 38400) == "is not shown to pay within 38,400 transitions"

@@ -21,6 +21,7 @@ SMALL = Grid((1, 2, 30), (1.0, 5.0))
 def runs(gain: float = 0.0, delta: tuple[int, ...] = (), replicates: int = 3) -> pd.DataFrame:
     rows = [
         {"robots": n, "targets": 15, "radius": r, **({"delta": d} if d else {}), "replicate": k, "seed": 100 * n + k}
+        | {"exploration": 1000 + k}
         | {"observed_fraction": 0.3 + gain * (n == 30) + 0.01 * k, "max_neighbours": n - 1 - (k == 0 and n > 1)}
         for n, r in SMALL.cells
         for d in (delta or (0,))
@@ -30,7 +31,7 @@ def runs(gain: float = 0.0, delta: tuple[int, ...] = (), replicates: int = 3) ->
 
 
 def tables_for(name: str, replicates: int = 3) -> Tables:
-    gains = {"a-cmommt": 0.4, "delta-pairwise": 0.4, "lazy-cooperative": 0.4}
+    gains = {"a-cmommt": 0.4, "delta-pairwise": 0.4, "slopes-cooperative": 0.4}
     return {
         need: runs(gains.get(need, 0.0), DELTAS if need == "delta-ring" else (), replicates)
         for need in FIGURES[name].needs
@@ -48,7 +49,7 @@ def test_all_figures_of_the_paper_are_there() -> None:
 @pytest.mark.parametrize("name", ["2", "4", "6", "8", "10", "11", "delta"])
 def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
     drawn = make(Job(name, tables_for(name, replicates), CONDITIONS))
-    picture = imread(io.BytesIO(drawn.png))
+    picture = imread(io.BytesIO(drawn.pictures["png"]))
     assert picture.shape[1] > 800
     assert np.ptp(picture[..., :3]) > 0.5
     if name != "2":
@@ -56,7 +57,7 @@ def test_a_figure_is_a_table_and_a_picture(name: str, replicates: int) -> None:
         assert len(drawn.tables[""]) >= len(SMALL.cells) * replicates
 
 
-@pytest.mark.parametrize(("name", "contrasts"), [("8", 1), ("10", 2), ("11", 2)])
+@pytest.mark.parametrize(("name", "contrasts"), [("8", 1), ("10", 2)])
 def test_differences_are_paired_and_carry_intervals(name: str, contrasts: int) -> None:
     drawn = make(Job(name, tables_for(name), CONDITIONS))
     cells = drawn.tables["cells"]
@@ -66,30 +67,74 @@ def test_differences_are_paired_and_carry_intervals(name: str, contrasts: int) -
     assert (cells["high"] - cells["low"]).to_numpy() == pytest.approx(0, abs=1e-12)
 
 
-def test_the_learned_gain_is_summarised_in_one_line() -> None:
-    cells = make(Job("11", tables_for("11"), CONDITIONS)).tables["cells"]
+def learned(gain: float, of_first: float = 0.0) -> pd.DataFrame:
+    """Runs of a learned team, each of another exploration, of which the first gains more."""
+    found = runs(gain)
+    more = np.where(found["replicate"] == 0, of_first, 0.0)
+    return found.assign(observed_fraction=found["observed_fraction"] + more)
+
+
+def figure_11() -> tuple[Tables, Tables]:
+    """Tables that figure 11 reads and makes; only the team with slopes gains, 40 points for 30 robots."""
+    given = dict.fromkeys(FIGURES["11"].needs, learned(0.0)) | {"slopes-cooperative": learned(0.4, of_first=0.03)}
+    return given, FIGURES["11"].tabulate(given, CONDITIONS)
+
+
+def test_figure_11_has_one_row_a_run_with_the_seed_of_its_exploration() -> None:
+    _, made = figure_11()
+    assert len(made[""]) == 2 * 3 * len(SMALL.cells)
+    assert (made[""]["exploration"] == 1000 + made[""]["replicate"]).all()
+    slopes = made["explorations"].query("variant == 'slopes'")
+    # A third of the cells, those of 30 robots, gain.
+    assert slopes["difference"].to_numpy() == pytest.approx([0.4 / 3 + 0.03, 0.4 / 3, 0.4 / 3])
+    assert slopes["exploration"].tolist() == [1000, 1001, 1002]
+
+
+def test_figure_11_is_summarised_with_its_interval_and_range() -> None:
+    _, made = figure_11()
     summarise = FIGURES["11"].summarise
     assert summarise is not None
-    learned = cells["variant"] == "learned"
-    # Cells: N = 1, 2, 30, each at R = 1 and 5.
-    for name, values in (("mean", (-2, 1, 4, 0, 3, 9)), ("low", (-3, -1, 1, 0, 0, 8)), ("high", (-1, 3, 7, 0, 6, 10))):
-        cells.loc[learned, name] = np.array(values) / 100
-    line = summarise(cells)
+    line = summarise({name: table for name, table in made.items() if name})
+    # 13.3, 13.3 and 16.3 points: 14.3 ± 4.303 × 1.
     for part in (
-        "+2.5 pp on average over 6 cells",
-        "at most +9.0 at N = 30, R = 5",
-        "positive in 2 cells, negative in 1",
+        "over 3 explorations",
+        "+0.0 pp on average over all cells",
+        "+14.3 pp on average over all cells (95 % interval +10.0 to +18.6), single explorations +13.3 to +16.3",
+        "largest +41.0 pp at N = 30, R = 1",
     ):
         assert part in line
-    assert "one run per cell" in summarise(make(Job("11", tables_for("11", 1), CONDITIONS)).tables["cells"])
 
 
-def test_both_surfaces_of_figure_11_have_one_height_and_their_own_colours() -> None:
-    tables = dict(tables_for("11")) | {"lazy-cooperative": runs(-0.03)}
-    figure = FIGURES["11"].draw(FIGURES["11"].tabulate(tables, CONDITIONS), CONDITIONS)
+def test_each_surface_of_figure_11_is_drawn_on_the_scale_of_its_values_like_its_map() -> None:
+    figure = FIGURES["11"].draw(figure_11()[1], CONDITIONS)
     solids = [axes for axes in figure.axes if axes.name == "3d"]
-    assert [axes.get_zlim() for axes in solids] == [(-10, 50)] * 2
-    assert [axes.images[0].norm.vmax for axes in figure.axes if axes.images] == [10, 50]
+    maps = [axes.images[0].norm for axes in figure.axes if axes.images]
+    assert [axes.get_zlim() for axes in solids] == [(0, 1), (0, 45)]
+    assert [(norm.vmin, norm.vmax) for norm in maps] == [(-1, 1), (-45, 45)]
+    text = " ".join(" ".join(text.get_text().split()) for text in figure.texts)
+    for part in (
+        "a) lazy Q-learning",
+        "reward own",
+        "b) slopes",
+        "reward team",
+        "standard error of a cell up to 1.0 pp",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize("name", ["6", "7"])
+def test_observed_targets_carry_intervals(name: str) -> None:
+    noise = {1.0: 0.01, 5.0: 0.03}
+    table = runs().assign(observed_fraction=lambda rows: 0.3 + rows["radius"].map(noise) * (rows["replicate"] - 1))
+    tables = FIGURES[name].tabulate({FIGURES[name].needs[0]: table}, CONDITIONS)
+    # Three runs at −1, 0 and 1 times the noise: its standard error is noise / √3, and Student's factor 4.303.
+    half = tables["cells"].groupby("radius")["high"].max() - 0.3
+    assert half.to_dict() == pytest.approx({radius: 4.3027 * one / 3**0.5 for radius, one in noise.items()}, rel=1e-4)
+    figure = FIGURES[name].draw(tables, CONDITIONS)
+    assert [line.get_label() for line in figure.axes[-1].lines] == ["R = 1", "R = 5"]
+    assert "its half-width is 5.0 points in the median cell and at most 7.5" in figure.axes[-1].get_title(loc="left")
+    single = FIGURES[name].tabulate({FIGURES[name].needs[0]: runs(replicates=1)}, CONDITIONS)
+    assert "no confidence intervals" in FIGURES[name].draw(single, CONDITIONS).axes[-1].get_title(loc="left")
 
 
 def test_figures_4_and_5_can_be_compared() -> None:
