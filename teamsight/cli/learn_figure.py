@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,14 +31,14 @@ _MOST_ROWS = 2e6
 _EXPLORERS, _EXPLORED_STEPS = 5, 120
 
 
-def _numbers(example: str, most: int, check: Callable[[str, Any], Any], name: str, text: str) -> tuple[Any, ...]:
-    """Return different numbers in ascending order."""
+def _radii(name: str, text: str) -> tuple[float, ...]:
+    """Return different radii in ascending order."""
     try:
-        found = {check(name, values.number_in(part)) for part in text.split(",")}
+        found = {length(name, values.number_in(part)) for part in text.split(",")}
     except TypeError:
-        raise ValueError(f"{name}={checks.shown(text)}: must be {example}") from None
-    if len(found) > most:
-        raise ValueError(f"{name}: are {len(found)} numbers, at most {most}; leave some out")
+        raise ValueError(f"{name}={checks.shown(text)}: must be numbers, as in 3,5") from None
+    if len(found) > _MOST_SIDE:
+        raise ValueError(f"{name}: are {len(found)} numbers, at most {_MOST_SIDE}; leave some out")
     return tuple(sorted(found))
 
 
@@ -51,26 +50,23 @@ class FigureSettings(Settings):
         ("lazy", "tabular", "linear", "regression"), "Learners, separated by commas: {names}.", values.LEARNERS,
         "learner",
     )  # fmt: skip
-    samples: tuple[int, ...] = Option(
-        partial(_numbers, "whole numbers, as in 150,600", _MOST_SAMPLES, checks.count),
+    samples: tuple[int, ...] = values.counts(
         (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
-        "Numbers of transitions to learn from, separated by commas.", "NUMBERS",
-        "40,75,150,… doubled up to 38400",
-    )  # type: ignore[assignment]  # fmt: skip
+        "Numbers of transitions to learn from, separated by commas.", most=_MOST_SAMPLES,
+        shown="40,75,150,… doubled up to 38400",
+    )  # fmt: skip
     memories: int = values.runs(24, "Number of explorations over which each curve is averaged.")
     worlds: int = values.runs(3, "Number of worlds in which each learner is tested, for each exploration and scenario.")
     reward: str = values.reward("keep")
     k: int | None = values.matches()
     discount: float = values.discount(0.7)
-    robots: tuple[int, ...] = Option(
-        partial(_numbers, "whole numbers, as in 5,10", _MOST_SIDE, partial(checks.count, most=limits.MOST_AGENTS)),
-        (5, 10, 20), "Numbers of robots when tested, separated by commas.", "NUMBERS", "5,10,20",
-    )  # type: ignore[assignment]  # fmt: skip
+    robots: tuple[int, ...] = values.counts(
+        (5, 10, 20), "Numbers of robots when tested, separated by commas.", most=_MOST_SIDE
+    )
     targets: int = values.agents(15, "Number of targets.")
     radius: tuple[float, ...] = Option(
-        partial(_numbers, "numbers, as in 3,5", _MOST_SIDE, length), (3.0, 5.0),
-        "Radii of the arena when tested, in sensing ranges, separated by commas.", "NUMBERS", "3,5",
-    )  # type: ignore[assignment]  # fmt: skip
+        _radii, (3.0, 5.0), "Radii of the arena when tested, in sensing ranges, separated by commas.", "NUMBERS", "3,5"
+    )  # type: ignore[assignment]
     steps: int = values.steps(600, "Number of steps of each test.")
     seed: int = values.seed(9000, "Seed of all explorations and tests.")
     workers: int | None = values.workers()
@@ -102,7 +98,7 @@ def figure(settings: FigureSettings) -> None:
     Each learner learns from the same transitions with awareness, Θ(1), and without, Θ(0). Writes learning-curves.png
     and three tables: every test, the gain from awareness, and for each learner and scenario the number of transitions
     from which awareness pays. An interrupted command keeps what is finished in FOLDER, and the same command continues
-    from there. It takes about five minutes on two cores; with --quick, seconds. Figure 11 of the paper is
+    from there. It takes about four minutes on two idle cores; with --quick, seconds. Figure 11 of the paper is
     `teamsight reproduce 11`.
 
     \b

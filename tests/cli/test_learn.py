@@ -414,7 +414,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
-        (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 5,10"]),
+        (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 150,600"]),
         (["figure", "--radius", "3,wide"], ["radius='3,wide': must be numbers, as in 3,5"]),
         (["figure", "--radius", "1,2,3,4,5,6,7"], ["radius: are 7 numbers, at most 6"]),
         (["diagnose", "x", "--memories", "2"], ["memories=2: with MEMORY nothing is explored; leave one of them out"]),
