@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.analysis.learning.curve_points import mean_gains
+from teamsight.analysis.learning.curve_points import BEST, mean_gains
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.registry import LEARNERS
@@ -26,7 +26,9 @@ _LAST_HEIGHT, _LAST_ABOVE, _LABELS = 4.2, 0.6, 0.45
 # The last row has two panels, which need more room than a column of one scenario.
 _LEAST_WIDTH = 10.5
 _SUBTITLE_LETTER = 0.08
-_HEAD, _SUBTITLE_LINE, _LEGEND = 0.6, 0.21, 0.4
+_HEAD, _SUBTITLE_LINE, _LEGEND = 0.6, 0.21, 0.6
+# Width of an entry of the legend, which has at most two lines.
+_ENTRY = 2.6
 #: Fewest explorations with an interval: with two its half-width is 13 standard errors.
 LEAST_FOR_INTERVAL = 3
 _MOST_MARKS = 6
@@ -107,7 +109,14 @@ def draw_on_canvas(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves)
     title = "Where awareness begins to pay", "fewest transitions from which the interval stays above 0"
     _draw_crossings(_panel(figure, layout, layout.rows, 1, *title), crossings, curves)
     handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=len(labels), frameon=False, bbox_to_anchor=(0.5, 0.0))
+    figure.legend(
+        handles,
+        labels,
+        loc="lower center",
+        ncols=min(len(labels), int(width // _ENTRY)),
+        frameon=False,
+        bbox_to_anchor=(0.5, 0.0),
+    )
     return figure
 
 
@@ -166,6 +175,9 @@ def _draw_gain(axes: Axes, points: pd.DataFrame, curves: Curves) -> None:
             axes.fill_between(
                 of["transitions"], 100 * of["low"], 100 * of["high"], color=colour, alpha=0.15, linewidth=0
             )
+    best = points[points["learner"] == BEST].sort_values("transitions")
+    label = "best with awareness minus best without"
+    axes.plot(best["transitions"], 100 * best["gain"], color=INK, linestyle="--", linewidth=1.3, label=label)
     _samples_axis(axes, curves)
 
 
@@ -182,9 +194,8 @@ def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
         height = 100 * points.loc[points["learner"] == name, which].iloc[0]
         axes.axhline(height, color=INK, linewidth=0.8, linestyle="--")
         axes.annotate(
-            text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, 2), textcoords="offset points",
-            ha="right", va="bottom", size=8, color=FAINT,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+            text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, -2), textcoords="offset points",
+            ha="right", va="top", size=8, color=FAINT,
         )  # fmt: skip
     axes.set_ylabel("observed targets  [%]")
     _samples_axis(axes, curves)
@@ -192,6 +203,7 @@ def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
 
 def _draw_crossings(axes: Axes, crossings: pd.DataFrame, curves: Curves) -> None:
     """Draw a point for each learner and scenario; learners that never cross are above the line at the top."""
+    crossings = crossings[crossings["learner"] != BEST]
     most = max(curves.samples)
     never = 3.0 * most
     places = _places(crossings, curves)

@@ -7,6 +7,8 @@ import pandas as pd
 
 from teamsight.analysis.stats.paired import half_width
 
+#: Name under which the best learner with awareness is compared with the best one without.
+BEST = "best"
 _SCENARIO = ["robots", "radius"]
 _POINT = ["learner", "transitions"]
 
@@ -25,21 +27,40 @@ def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
     -------
     DataFrame
         learner, transitions, robots, radius, log10_size (with awareness), collective, cooperative, gain, low, high,
-        count (of memories). The mean over all scenarios has NaN as robots and radius. The gain is paired on
-        explorations and worlds; all worlds of a memory are one trial. Points without an observed fraction are left out;
-        policies that do not learn have no gain.
+        worst (the least that a memory gave with awareness), count (of memories). The mean over all scenarios has NaN as
+        robots and radius. The gain is paired on explorations and worlds; all worlds of a memory are one trial. Points
+        without an observed fraction are left out; policies that do not learn have no gain.
+
+    Notes
+    -----
+    The rows of the learner "best" compare, at each point, the learner of the largest mean with awareness and the one of
+    the largest mean without: a gain over a learner that is poor without awareness is no evidence for awareness.
     """
     by = [*_POINT, *_SCENARIO, "memory"]
     kept = table.dropna(subset="observed_fraction")
     kept = kept.assign(degree=kept["degree"].where(kept["degree"] == "none", "other"))
     trials = kept.pivot_table("observed_fraction", by, "degree", sort=False).rename_axis(columns=None).reset_index()
     trials = trials.rename(columns={"none": "collective", "other": "cooperative"})
+    trials = pd.concat([trials, _best(trials[trials["transitions"] > 0])], ignore_index=True)
     trials["gain"] = trials["cooperative"] - trials["collective"]
     means = trials.groupby([*_POINT, "memory"], sort=False)[["collective", "cooperative", "gain"]].mean().reset_index()
     parts = [_intervals(trials, [*_POINT, *_SCENARIO], level), _intervals(means, _POINT, level)]
     gains = pd.concat(parts, ignore_index=True)
     gains["log10_size"] = gains["learner"].map(kept.groupby("learner")["log10_size"].max())
-    return gains[[*_POINT, *_SCENARIO, "log10_size", "collective", "cooperative", "gain", "low", "high", "count"]]
+    values = ["log10_size", "collective", "cooperative", "gain", "low", "high", "worst", "count"]
+    return gains[[*_POINT, *_SCENARIO, *values]]
+
+
+def _best(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the trials of the best learner at each point, chosen separately with and without awareness."""
+    point = ["transitions", *_SCENARIO]
+    means = trials.groupby(["learner", *point], sort=False)[["cooperative", "collective"]].mean()
+    found = trials[[*point, "memory"]].drop_duplicates().assign(learner=BEST)
+    for which in ("cooperative", "collective"):
+        chosen = means[which].groupby(point, sort=False).idxmax()
+        of = trials.set_index(["learner", *point]).loc[list(chosen)].reset_index()
+        found = found.merge(of[[*point, "memory", which]], on=[*point, "memory"])
+    return found
 
 
 def _intervals(trials: pd.DataFrame, by: list[str], level: float) -> pd.DataFrame:
@@ -48,7 +69,8 @@ def _intervals(trials: pd.DataFrame, by: list[str], level: float) -> pd.DataFram
     means = points[["collective", "cooperative", "gain"]].mean()
     spread = points["gain"].agg(se="sem", count="count")
     wide = half_width(spread["se"].to_numpy(), spread["count"].to_numpy(), level)
-    return means.assign(low=means["gain"] - wide, high=means["gain"] + wide, count=points.size()).reset_index()
+    means = means.assign(low=means["gain"] - wide, high=means["gain"] + wide, worst=points["cooperative"].min())
+    return means.assign(count=points.size()).reset_index()
 
 
 def crossings(gains: pd.DataFrame) -> pd.DataFrame:

@@ -159,7 +159,7 @@ def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
 
 
 def _show(gains: pd.DataFrame, crossing: pd.DataFrame) -> None:
-    """Print for each learner from how many transitions awareness pays, on the mean of all scenarios and in each."""
+    """Print for each learner, and for the best, from how many transitions awareness pays: on the mean, and in each."""
     from teamsight.analysis.learning.curve_points import mean_gains, pays_from
     from teamsight.cli.show import interval, say
 

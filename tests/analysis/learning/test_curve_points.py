@@ -49,7 +49,7 @@ def table_of(gain, memories: int = 6, worlds: int = 2, samples=SAMPLES[:4]) -> p
 def test_gains_are_paired_on_memories_and_worlds() -> None:
     table = table_of(lambda transitions, memory, scenario: 0.01 * memory * (1 + scenario))
     gains = awareness_gains(table)
-    learned = gains[gains["transitions"] > 0]
+    learned = gains[gains["learner"] == "linear"]
     # Two scenarios and their mean.
     assert len(learned) == 4 * 3
     for number, factor in ((0, 1.0), (1, 2.0)):
@@ -125,3 +125,19 @@ def test_pure_noise_hardly_ever_crosses() -> None:
 def test_crossings_in_words() -> None:
     assert pays_from(2400.0, 38400) == "pays from 2,400 transitions"
     assert pays_from(np.nan, 38400) == "is not shown to pay within 38,400 transitions"
+
+
+def test_the_best_learner_is_chosen_with_and_without_awareness_separately() -> None:
+    table = table_of(lambda *given: 0.2)
+    learned = table[table["transitions"] > 0]
+    # Another learner observes 0.1 more without awareness, and gains nothing from it.
+    without = learned[learned["degree"] == "none"].assign(learner="tabular")
+    without["observed_fraction"] += 0.1
+    gains = awareness_gains(pd.concat([table, without, without.assign(degree="ring")]))
+    mean = mean_gains(gains).groupby("learner")["gain"].mean()
+    assert mean["linear"] == pytest.approx(0.2)
+    assert mean["tabular"] == pytest.approx(0.0)
+    assert mean["best"] == pytest.approx(0.1)
+    worst = gains[gains["learner"] == "best"].iloc[0]["worst"]
+    rows = learned[(learned["robots"] == 5) & (learned["degree"] == "ring") & (learned["transitions"] == 40)]
+    assert worst == pytest.approx(rows.groupby("memory")["observed_fraction"].mean().min())
