@@ -28,10 +28,12 @@ _LEAST_WIDTH = 10.5
 _SUBTITLE_LETTER = 0.08
 _HEAD, _SUBTITLE_LINE, _LEGEND = 0.6, 0.21, 0.6
 # Width of an entry of the legend, which has at most two lines.
-_ENTRY = 2.6
+_ENTRY = 2.5
 #: Fewest explorations with an interval: with two its half-width is 13 standard errors.
 LEAST_FOR_INTERVAL = 3
 _MOST_MARKS = 6
+# Fewer than other figures have, since it has many panels.
+_DPI = 80
 _TITLE = "From how many transitions does awareness pay?"
 # After M. Okabe and K. Ito: distinguishable without colour vision.
 _COLOURS = ("#767676", "#CC79A7", "#E69F00", "#0072B2", "#009E73", "#D55E00")
@@ -82,7 +84,7 @@ def draw(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves) -> bytes:
     curves : Curves
         The settings.
     """
-    return to_png(draw_on_canvas(gains, crossings, curves), f"{_TITLE} {_conditions(curves)}")
+    return to_png(draw_on_canvas(gains, crossings, curves), f"{_TITLE} {_conditions(curves)}", _DPI)
 
 
 def draw_on_canvas(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves) -> Canvas:

@@ -383,8 +383,9 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    assert out.count("; Θ(1) minus Θ(0) from 60: ") == 2
-    assert out.count("  N = 2, R = 5: ") == out.count("  N = 4, R = 3: ") == 2
+    # Two learners, and the best.
+    assert out.count("; Θ(1) minus Θ(0) from 60: ") == 3
+    assert out.count("  N = 2, R = 5: ") == out.count("  N = 4, R = 3: ") == 3
     tables = {f"learning-curves{which}.parquet" for which in ("", "-gains", "-crossings")}
     assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
     gains = pd.read_parquet(tmp_path / "learning-curves-gains.parquet")
