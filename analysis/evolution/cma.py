@@ -28,7 +28,9 @@ Floats = npt.NDArray[np.float64]
 #: The worlds on which the evolved policy is compared.
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
 #: Root seeds. Each purpose has its own, so that no result is reported on worlds that shaped it.
-TRAIN, VALIDATE, SCREEN, TEST = (root(f"evolution: {part}") for part in ("train", "validate", "screen", "test"))
+TRAIN, TRAIN_FURTHER, VALIDATE, SCREEN, TEST, GENERALISE = (
+    root(f"evolution: {part}") for part in ("train", "train further", "validate", "screen", "test", "generalise")
+)
 TARGETS, STEPS, DELTA = 15, 600, 16
 # Largest team in training, in units of R². Larger teams observe nearly all targets whatever they do.
 _CROWDED = 2.0
@@ -46,11 +48,23 @@ class Evolution:
         Standard deviation of the first generation; twice as much for the weights of hidden neurons, which are larger.
     seed : int
         Seed of the candidates and of the initial hidden neurons.
+    start : tuple of float
+        Constants of an earlier evolution, with which this one begins; by default those of `beginning`.
     """
 
     population: int = 40
     spread: float = 0.07
     seed: int = 1
+    start: tuple[float, ...] = ()
+
+    @property
+    def root(self) -> int:
+        """Root seed of the worlds: an evolution that begins with the result of another has other worlds."""
+        return TRAIN_FURTHER if self.start else TRAIN
+
+    def begin(self) -> Floats:
+        """Return the initial mean of the search distribution."""
+        return np.array(self.start) if self.start else beginning(self.seed)
 
 
 class Generation(NamedTuple):
@@ -81,7 +95,9 @@ def robot_steps() -> int:
     return STEPS * sum(robots for robots, _ in cells())
 
 
-def fitness(candidates: Sequence[Floats], generation: int, pool: WorkerPool | None = None) -> list[float]:
+def fitness(
+    candidates: Sequence[Floats], generation: int, pool: WorkerPool | None = None, *, root: int = TRAIN
+) -> list[float]:
     """Return the observed fraction of each candidate, averaged over the worlds of a generation.
 
     Parameters
@@ -92,6 +108,8 @@ def fitness(candidates: Sequence[Floats], generation: int, pool: WorkerPool | No
         Number of the generation, which determines the worlds. All its candidates get the same worlds.
     pool : WorkerPool, optional
         Processes that do the work; by default this process.
+    root : int
+        Root seed of the worlds.
     """
     from teamsight.policies.evolved import Evolved
 
@@ -100,7 +118,7 @@ def fitness(candidates: Sequence[Floats], generation: int, pool: WorkerPool | No
         Run(
             {"robots": robots, "targets": TARGETS, "radius": radius, "policy": policy, "awareness": "ring"}
             | {"delta": DELTA},
-            model_seed(TRAIN, generation, robots, TARGETS, radius),
+            model_seed(root, generation, robots, TARGETS, radius),
             STEPS,
         )
         for policy in (Evolved(tuple(constants)) for constants in candidates)
@@ -139,7 +157,7 @@ def evolve(
         candidates = strategy.ask()
         found = finished.get(key)
         if found is None:
-            found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool)
+            found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool, root=evolution.root)
             checkpoint.add({key: found})
         strategy.tell(candidates, [-value for value in found])
         yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
@@ -176,7 +194,7 @@ def _strategy(evolution: Evolution) -> Any:
         # Do not stop: with noise, equal fitness does not mean convergence.
         "tolfun": 0, "tolfunhist": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf, "tolx": 0,
     }  # fmt: skip
-    return check_installed().CMAEvolutionStrategy(beginning(evolution.seed), evolution.spread, options)
+    return check_installed().CMAEvolutionStrategy(evolution.begin(), evolution.spread, options)
 
 
 def _key(evolution: Evolution, generation: int) -> Key:

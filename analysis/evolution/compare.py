@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -15,11 +15,21 @@ from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
-from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS
+from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS, ACmommt
 from teamsight.policies.handmade.idle import BEHAVIOURS
 
-#: Options of A-CMOMMT that are screened.
-OPTIONS = ("idle", "idle_when", "weights")
+#: Options of A-CMOMMT of which all combinations are screened, and their values.
+RULES: Mapping[str, tuple[str, ...]] = {
+    "idle": tuple(BEHAVIOURS), "idle_when": tuple(OCCASIONS), "weights": tuple(WEIGHTS),
+}  # fmt: skip
+#: Constants that are then screened under the best rules, and their values.
+CONSTANTS: Mapping[str, tuple[float, ...]] = {
+    "turn_probability": (0.0, 0.01, 0.02, 0.05),
+    "gain": (0.5, 1.0, 2.0, 4.0, 8.0),
+}
+OPTIONS = (*RULES, *CONSTANTS)
+#: Number of combinations of rules under which constants are screened.
+FINALISTS = 3
 #: Gain [percentage points] below which no cell's interval may lie as a whole.
 WORST = -2.0
 
@@ -32,11 +42,15 @@ class Gain(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
+        # Rounded first, and 0 added: a number that rounds to 0 is not negative.
+        mean, low, high = (f"{round(value, 2) + 0.0:+.2f}" for value in self)
+        return f"{mean} ({low} to {high})"
 
 
 def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:
-    """Return what A-CMOMMT observes over the grid with each combination of its options, the best first.
+    """Return what A-CMOMMT observes over the grid with combinations of its options, the best first.
+
+    First all `RULES` are screened with the default constants, then all `CONSTANTS` under the best rules.
 
     Parameters
     ----------
@@ -50,14 +64,49 @@ def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambd
     Returns
     -------
     DataFrame
-        Columns idle, idle_when, weights, observed [%].
+        Columns `OPTIONS`, observed [%].
     """
-    options = [dict(zip(OPTIONS, values, strict=True)) for values in product(BEHAVIOURS, OCCASIONS, WEIGHTS)]
+    rules = [default_constants() | one for one in _combinations(RULES)]
+    first = _observed(rules, runs, pool, progress)
+    constants = [
+        best | one
+        for best in options_of(first)[:FINALISTS]
+        for one in _combinations(CONSTANTS)
+        if one != default_constants() and _differs(best, one)
+    ]
+    table = pd.concat([first, _observed(constants, runs, pool, progress)])
+    return table.sort_values("observed", ascending=False, ignore_index=True, kind="stable")
+
+
+def default_constants() -> dict[str, float]:
+    """Return the default values of `CONSTANTS`."""
+    policy = ACmommt()
+    return {name: getattr(policy, name) for name in CONSTANTS}
+
+
+def options_of(screened: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the options of A-CMOMMT in each row of a table."""
+    return [dict(zip(OPTIONS, row, strict=True)) for row in screened[list(OPTIONS)].itertuples(index=False)]
+
+
+def _combinations(values: Mapping[str, tuple[Any, ...]]) -> list[dict[str, Any]]:
+    return [dict(zip(values, chosen, strict=True)) for chosen in product(*values.values())]
+
+
+def _differs(best: Mapping[str, Any], constants: Mapping[str, float]) -> bool:
+    """Return whether A-CMOMMT uses the constants: a robot that does not wander has no turn probability."""
+    return best["idle"] == "wander" or constants["turn_probability"] == default_constants()["turn_probability"]
+
+
+def _observed(
+    options: Sequence[Mapping[str, Any]], runs: int, pool: WorkerPool | None, progress: Progress
+) -> pd.DataFrame:
+    """Return what A-CMOMMT observes over the grid with each of some options, the best first."""
     experiment = Experiment("a-cmommt", {"policy": "a-cmommt", "awareness": "pairwise"}, GRID.cells)
     requests = [Request({"policy_options": one}, [experiment]) for one in options]
     made = make_tables(requests, pool, root=SCREEN, runs=runs, steps=STEPS, progress=progress)
     observed = [100.0 * float(tables["a-cmommt"]["observed_fraction"].mean()) for tables in made]
-    table = pd.DataFrame(options).assign(observed=observed)
+    table = pd.DataFrame([{name: one[name] for name in OPTIONS} for one in options]).assign(observed=observed)
     return table.sort_values("observed", ascending=False, ignore_index=True, kind="stable")
 
 

@@ -14,13 +14,14 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.analysis.evolution import cma, compare
 from teamsight.analysis.evolution.cma import Evolution, Generation
-from teamsight.analysis.evolution.compare import OPTIONS
+from teamsight.analysis.evolution.compare import options_of
+from teamsight.analysis.evolution.generalise import generalise
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.simulate import Progress, Watch
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.layout import SILENCED, beginning, silenced
+from teamsight.policies.evolved.layout import SILENCED, silenced
 from teamsight.policies.evolved.policy import made, to_json
 
 CONSTANTS, TRAINING = "constants.json", "training.json"
@@ -72,14 +73,14 @@ def train(
         files.check_replaceable(folder / name, asdict(evolution), force=force)
     checkpoint = cma.checkpoint_in(folder)
     checkpoint.check()
-    means = {0: beginning(evolution.seed)}
+    means = {0: evolution.begin()}
     for generation in cma.evolve(evolution, generations, checkpoint, pool):
         watch("evolving", generation.number, generations)
         if generation.number % _SAVE_EVERY == 0 or generation.number == generations:
             means[generation.number] = generation.mean
             _save(folder / CONSTANTS, evolution, generation, force)
     policies = {str(number): Evolved(tuple(mean)) for number, mean in means.items()}
-    options = _best_options(compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening")))
+    options = options_of(compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening")))[0]
     differences = compare.compare(
         policies, options, pool, root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "validating")
     )
@@ -88,7 +89,7 @@ def train(
         | compare.overall(found)._asdict()
         for name, found in differences.items()
     ]
-    files.write_json(folder / TRAINING, _marked(evolution) | {"points": points}, force=force)
+    files.write_json(folder / TRAINING, _marked(evolution) | {"options": options, "points": points}, force=force)
 
 
 def evaluate(
@@ -98,6 +99,7 @@ def evaluate(
     *,
     constants: Path | None = None,
     training: Path | None = None,
+    further: Path | None = None,
     runs: int = 30,
     force: bool = False,
 ) -> None:
@@ -117,6 +119,8 @@ def evaluate(
         A file that `train` wrote; by default the constants that ship with the package.
     training : Path, optional
         The folder of `train`, whose validated generations the page shows.
+    further : Path, optional
+        The folder of an evolution that began with the constants, for the same purpose.
     runs : int
         Runs of each cell.
     force : bool
@@ -131,25 +135,17 @@ def evaluate(
     for file in (table_file, page_file, folder / "images" / "evolved.png"):
         files.check_replaceable(file, force=force)
     policy = Evolved.load(constants) if constants else Evolved()
-    points = _points(training / TRAINING) if training else []
-    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made()}
-    screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
-    options = _best_options(screened)
-    (found,) = compare.compare(
-        {"evolved": policy}, options, pool, root=cma.TEST, runs=runs, progress=_phase(watch, "comparing")
-    ).values()
-    ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
-    ablations = compare.compare(
-        {"none": policy, **ablated}, options, pool,
-        root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
-    )  # fmt: skip
+    points, trained = _progress(training / TRAINING) if training else ([], {})
+    more, continued = _progress(further / TRAINING) if further else ([], {})
+    about = {
+        "version": __version__, "runs": runs, "made": made(constants) if constants else made(),
+        "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
+    }  # fmt: skip
     table = pd.concat(
         [
-            screened.assign(part="screen"),
-            compare.by_cell(found).assign(part="cell"),
-            _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
-            _gains(ablations).assign(part="ablation"),
+            *_compared(policy, runs, pool, watch),
             pd.DataFrame(points).assign(part="training"),
+            pd.DataFrame(more).assign(part="further"),
         ],
         ignore_index=True,
     )
@@ -159,11 +155,34 @@ def evaluate(
     files.write_bytes(images / "evolved.png", picture(table, about), force=force)
 
 
+def _compared(policy: Evolved, runs: int, pool: WorkerPool | None, watch: Watch) -> list[pd.DataFrame]:
+    """Screen A-CMOMMT, and return all comparisons of the policy with the best of it."""
+    screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
+    options = options_of(screened)[0]
+    (found,) = compare.compare(
+        {"evolved": policy}, options, pool, root=cma.TEST, runs=runs, progress=_phase(watch, "comparing")
+    ).values()
+    ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
+    ablations = compare.compare(
+        {"none": policy, **ablated}, options, pool,
+        root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
+    )  # fmt: skip
+    elsewhere = generalise(policy, options, pool, runs=runs, progress=_phase(watch, "generalising"))
+    return [
+        screened.assign(part="screen"),
+        compare.by_cell(found).assign(part="cell"),
+        _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
+        _gains(ablations).assign(part="ablation"),
+        elsewhere.assign(part="generalisation"),
+    ]
+
+
 def _save(file: Path, evolution: Evolution, generation: Generation, force: bool) -> None:
     trials = evolution.population * generation.number
+    further = f" --start {CONSTANTS} --spread {evolution.spread:g}" if evolution.start else ""
     about = {
         "command": f"teamsight evolve train --generations {generation.number} --population {evolution.population} "
-        f"--seed {evolution.seed}",
+        f"--seed {evolution.seed}{further}",
         "trials": trials,
         "robot_steps": trials * cma.robot_steps(),
         "version": __version__,
@@ -171,15 +190,17 @@ def _save(file: Path, evolution: Evolution, generation: Generation, force: bool)
     files.write_json(file, _marked(evolution) | to_json(generation.mean, about), force=force)
 
 
-def _points(file: Path) -> list[dict[str, Any]]:
+def _progress(file: Path) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Return the validated generations of a training, and the options of A-CMOMMT with which they were compared."""
     try:
-        points = json.loads(file.read_text(encoding="utf-8"))["points"]
-        found = [{name: point[name] for name in _POINT} for point in points]
+        content = json.loads(file.read_text(encoding="utf-8"))
+        found = [{name: point[name] for name in _POINT} for point in content["points"]]
+        options = {name: content["options"][name] for name in compare.OPTIONS}
     except (ValueError, TypeError, KeyError):
-        found = [{"generation": None}]
+        found, options = [{"generation": None}], {}
     if not all(isinstance(value, int | float) for point in found for value in point.values()):
         raise ValueError(f"{file}: holds no validated generations; make it again with `teamsight evolve train`")
-    return found
+    return found, options
 
 
 def _marked(evolution: Evolution) -> dict[str, Any]:
@@ -188,10 +209,6 @@ def _marked(evolution: Evolution) -> dict[str, Any]:
 
 def _gains(found: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     return pd.DataFrame([{"name": name, **compare.overall(rows)._asdict()} for name, rows in found.items()])
-
-
-def _best_options(screened: pd.DataFrame) -> Mapping[str, Any]:
-    return {name: str(screened[name].iloc[0]) for name in OPTIONS}
 
 
 def _phase(watch: Watch, phase: str) -> Progress:

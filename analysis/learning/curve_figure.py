@@ -36,7 +36,7 @@ _MOST_MARKS = 6
 _DPI = 80
 _TITLE = "From how many transitions does awareness pay?"
 # After M. Okabe and K. Ito: distinguishable without colour vision.
-_COLOURS = ("#767676", "#CC79A7", "#E69F00", "#0072B2", "#009E73", "#D55E00")
+_COLOURS = ("#D55E00", "#767676", "#CC79A7", "#E69F00", "#0072B2", "#009E73")
 _MARKS = "os^DvP*X<>hp"
 
 

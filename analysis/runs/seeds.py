@@ -17,14 +17,21 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
         "learning curves": (9000,),
-        "calibration: screen": (-1,),
-        "calibration: final": (-2, -3, -4),
+        "calibration: screen": (-101,),
+        "calibration: final": (-102, -103, -104),
+        "calibration: report": (-105, -106),
         "figure 11: explore": (-41,),
         "learning: report": (-42,),
+        "closed form: report": (-61,),
+        "lost targets: report": (-62,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
-        "evolution: test": (-24,),
+        "evolution: first test": (-24,),
+        "evolution: test": (-25,),
+        "evolution: generalise": (-26,),
+        "evolution: train further": (-27,),
+        "designed feature": (-51,),
     }
 )
 

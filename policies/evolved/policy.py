@@ -51,7 +51,8 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered.
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered. It reads odometry (``percept.moved``)
+    and a compass, the heading in the world's frame.
     """
 
     constants: tuple[float, ...] = ()

@@ -53,7 +53,7 @@ class LazyQ(LazyLearner):
     Notes
     -----
     *Source:* §8.1 and §8.2. *Departs:* the paper does not give k, γ and the number of sweeps, and does not say whether
-    the reward is the robot's or the team's.
+    the reward is the robot's or the team's; docs/lazy-q.md shows why this reading does not learn.
     """
 
     title = "lazy Q-learning"

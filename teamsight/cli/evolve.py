@@ -19,6 +19,10 @@ class TrainSettings(Settings):
     generations: int = values.count(400, "Total number of generations.", most=_MOST)
     population: int = values.count(40, "Number of candidates in each generation.", least=2, most=_MOST)
     seed: int = values.seed(1, "Seed of the candidates.")
+    start: Path | None = values.file(
+        "Constants that 'evolve train' wrote, with which to begin.", shown="the forces of A-CMOMMT"
+    )
+    spread: float = values.number(0.07, "Standard deviation of the first generation.", least=1e-6, most=10.0)
     workers: int | None = values.workers()
     force: bool = values.force()
 
@@ -29,6 +33,7 @@ class TestSettings(Settings):
     out: Path = values.folder(Path("results"), "Folder for the page, its table and its figure.")
     constants: Path | None = values.file("Constants that 'evolve train' wrote.", shown="the constants that ship")
     training: Path | None = values.folder(None, "Folder that 'evolve train' wrote; its progress is added to the page.")
+    further: Path | None = values.folder(None, "Folder of an evolution that began with these constants; as --training.")
     runs: int = values.count(30, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
     workers: int | None = values.workers()
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
@@ -45,13 +50,16 @@ def train(settings: TrainSettings) -> None:
     Examples:
       teamsight evolve train
       teamsight evolve train --generations 20 --population 10 --out small
+      teamsight evolve train --start evolution/constants.json --spread 0.03 --out further
     """
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.evolution.cma import Evolution, check_installed
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
+    from teamsight.policies.evolved import Evolved
 
-    evolution = Evolution(population=settings.population, seed=settings.seed)
+    start = Evolved.load(settings.start).constants if settings.start else ()
+    evolution = Evolution(settings.population, settings.spread, settings.seed, start)
     check_installed()
     folder = prepare_folder(settings.out)
     with (
@@ -81,6 +89,7 @@ def test(settings: TestSettings) -> None:
     with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
         evolve.evaluate(
             folder, pool, watch,
-            constants=settings.constants, training=settings.training, runs=settings.runs, force=settings.force,
+            constants=settings.constants, training=settings.training, further=settings.further,
+            runs=settings.runs, force=settings.force,
         )  # fmt: skip
     say(f"page, table and figure in {folder}")

@@ -84,10 +84,11 @@ def _spread(reading: Reading, tables: Tables) -> str:
     gains = 100.0 * _of(reading, tables["explorations"])["difference"].to_numpy()
     mean = interval_of(gains)
     interval = f" (95 % interval {mean.low:+.1f} to {mean.high:+.1f})" if np.isfinite(mean.low) else ""
-    return (
+    text = (
         f"{mean.mean:+.1f} pp on average over all cells{interval}, single explorations "
         f"{gains.min():+.1f} to {gains.max():+.1f}"
     )
+    return text.replace("-", "−")
 
 
 def _in_words(tables: Tables) -> str:

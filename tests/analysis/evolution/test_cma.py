@@ -28,9 +28,9 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers of the generations that are tried."""
     numbers: list[int] = []
 
-    def fitness(candidates: list[np.ndarray], generation: int, pool: WorkerPool | None) -> list[float]:
+    def fitness(candidates: list[np.ndarray], generation: int, pool: WorkerPool | None, *, root: int) -> list[float]:
         numbers.append(generation)
-        return original(candidates, generation, pool)
+        return original(candidates, generation, pool, root=root)
 
     original = cma.fitness
     monkeypatch.setattr(cma, "fitness", fitness)

@@ -8,17 +8,18 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.evolution import cma, compare, evolve
+from teamsight.analysis.evolution import cma, compare, evolve, generalise
 from teamsight.analysis.evolution.cma import Evolution
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.policy import to_json
+from teamsight.policies.evolved.policy import made, to_json
 
 
 @pytest.fixture(autouse=True)
 def few_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (cma, compare):
         monkeypatch.setattr(module, "GRID", Grid((2, 5), (2.0, 3.0)))
+    for module in (cma, compare, generalise):
         monkeypatch.setattr(module, "STEPS", 5)
     monkeypatch.setattr(evolve, "_SCREEN_RUNS", 1)
     monkeypatch.setattr(evolve, "_VALIDATE_RUNS", 2)
@@ -34,14 +35,33 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
     assert points[1]["robot_steps"] == 2 * 4 * cma.robot_steps()
     evolve.evaluate(tmp_path, watch=lambda phase, done, total: phases.append(phase), constants=constants,
                     training=tmp_path, runs=2)  # fmt: skip
-    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating"]
+    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating", "generalising"]
     table = pd.read_parquet(tmp_path / "evolved.parquet")
     assert table.attrs["made"]["command"] == "teamsight evolve train --generations 2 --population 4 --seed 1"
-    assert table["part"].value_counts().to_dict() == {
-        "screen": 24, "cell": 4, "overall": 1, "ablation": 5, "training": 2,
-    }  # fmt: skip
+    counts = table["part"].value_counts().to_dict()
+    # 24 rules, and the further constants under the best 3: as many as 19 gains and turn probabilities if it wanders.
+    assert 24 + 3 * 4 <= counts.pop("screen") <= 24 + 3 * 19
+    assert counts == {"cell": 4, "overall": 1, "ablation": 5, "training": 2, "generalisation": 21}
+    assert table.attrs["trained"] == json.loads(training.read_text(encoding="utf-8"))["options"]
     assert "# The evolved policy" in (tmp_path / "evolved.md").read_text(encoding="utf-8")
     assert (tmp_path / "images" / "evolved.png").stat().st_size > 10_000
+
+
+def test_an_evolution_continues_from_constants_in_other_worlds(tmp_path: Path) -> None:
+    start = Evolved().constants
+    # One generation with so small a spread finds the same constants.
+    evolve.train(Evolution(population=4, spread=1e-9, start=start), 1, tmp_path)
+    constants = tmp_path / "constants.json"
+    assert Evolved.load(constants).constants == pytest.approx(start, abs=1e-6)
+    command = "teamsight evolve train --generations 1 --population 4 --seed 1 --start constants.json --spread 1e-09"
+    assert made(constants)["command"] == command
+    assert Evolution(start=start).root != Evolution().root
+    evolve.evaluate(tmp_path, further=tmp_path, runs=2)
+    table = pd.read_parquet(tmp_path / "evolved.parquet")
+    assert table["part"].value_counts()["further"] == 2
+    text = (tmp_path / "evolved.md").read_text(encoding="utf-8")
+    assert "--further further" in text
+    assert command in text.replace("\n", " ")
 
 
 def test_the_shipped_constants_are_evaluated_without_their_training(tmp_path: Path) -> None:
@@ -72,7 +92,7 @@ def test_training_refuses_a_file_in_place_of_its_checkpoint(tmp_path: Path) -> N
         evolve.train(Evolution(population=4), 1, tmp_path)
 
 
-@pytest.mark.parametrize("content", ["", "[]", "{}", '{"points": [1]}', '{"points": [{"generation": 1}]}'])
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"points": [1]}', '{"points": [{"generation": 1}]}', '{"points": [], "options": {"idle": "stay"}}'])
 def test_evaluation_refuses_a_damaged_training_file_before_it_begins(content: str, tmp_path: Path) -> None:
     (tmp_path / "training.json").write_text(content)
     with pytest.raises(ValueError, match=r"training.json: holds no validated generations.*evolve train"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment
+from teamsight.agents.cmommt import DEFAULTS
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Variant
 from teamsight.analysis.runs.run import Run, outcome
 from teamsight.policies import ACmommt
 
@@ -37,6 +38,26 @@ def test_a_policy_is_given_only_the_settings_that_it_listens_to() -> None:
     assert of_an_object == {"policy": ACmommt(), "robot_speed": 0.2}
 
 
+def test_a_setting_of_defaults_makes_no_runs_of_its_own() -> None:
+    experiment = Experiment("x", {"policy": "random-walk"}, ((4, 2.0),))
+    setting = {"robot_speed": DEFAULTS["robot_speed"], "target_speed": 0.05, "uniform_target_speed": False}
+    keys = [run.key for given in (setting, {"target_speed": 0.05}, {}) for _, run in experiment.rows(given, 0, 1, 5)]
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_each_replicate_may_have_a_treatment_of_its_own() -> None:
+    def treat(replicate: int) -> Variant:
+        return Variant({"policy": "random-walk", "robot_speed": 0.1 * (replicate + 2)}, {"speed_number": replicate})
+
+    experiment = Experiment("x", treat, ((4, 2.0), (5, 2.0)), replicates=2)
+    rows = list(experiment.rows({"robot_speed": 0.7}, 0, 2, 5))
+    assert [columns["speed_number"] for columns, _ in rows] == [0, 1, 2, 3] * 2
+    assert [columns["replicate"] for columns, _ in rows] == [0, 1, 2, 3] * 2
+    assert [run.parameters["robot_speed"] for _, run in rows[:4]] == [0.2, 0.1 * 3, 0.4, 0.5]
+    designed = Experiment("y", {"policy": "a-cmommt"}, experiment.cells, replicates=2)
+    assert [run.seed for _, run in rows] == [run.seed for _, run in designed.rows({}, 0, 2, 5)]
+
+
 def test_a_sweep_runs_every_combination_on_the_same_scenario() -> None:
     experiment = Experiment(
         "x", {"policy": "a-cmommt"}, ((4, 2.0),), sweep={"delta": (1, 2), "awareness_range": (0.5, 1.0)}
@@ -54,7 +75,12 @@ def test_a_sweep_runs_every_combination_on_the_same_scenario() -> None:
 
 def test_runs_are_the_same_when_their_settings_are_equal() -> None:
     assert Run({"robots": 2, "radius": 2}, 1, 10).key == Run({"radius": 2.0, "robots": 2}, 1, 10).key
-    keys = {Run({"robots": 2}, seed, steps, measure).key for seed in (1, 2) for steps in (10, 11) for measure in (outcome, repr)}
+    keys = {
+        Run({"robots": 2}, seed, steps, measure).key
+        for seed in (1, 2)
+        for steps in (10, 11)
+        for measure in (outcome, repr)
+    }
     assert len(keys) == 8
     one, other = ({"policy_options": options} for options in ({"a": 1, "b": 2}, {"b": 2.0, "a": 1.0}))
     assert Run(one, 1, 10).key == Run(other, 1, 10).key

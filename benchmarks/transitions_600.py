@@ -1,0 +1,116 @@
+"""What 600 transitions give: `LazyRegression` from many unselected explorations, on the whole grid of Figure 11.
+
+Nothing was chosen on the root seed "learning: report", neither on its explorations nor on its worlds.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.paper.learned_gain import gains_of
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Grid, Request, Variant, make_tables
+from teamsight.analysis.runs.seeds import model_seed, root
+from teamsight.analysis.runs.simulate import IMPORTS
+from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.policies import ACmommt
+from teamsight.policies.lazy.lazy_regression import LazyRegression
+from teamsight.policies.memory import LazyMemory
+
+ROOT = root("learning: report")
+EXPLORATIONS, MANY, STEPS, WORKERS = 40, 200, 600, 2
+#: Bandwidths of collective learners, of which the best counts; None is the default.
+BANDWIDTHS = (None, 0.2, 0.6)
+COOPERATIVE, DESIGNED, RANDOM = "cooperative", "A-CMOMMT, wandering", "random walk"
+
+
+def main() -> None:
+    """Parse the command line, simulate and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="a coarse grid and a tenth of the explorations")
+    parser.add_argument("--out", type=Path, help="Parquet file for one row a run")
+    options = parser.parse_args()
+    tables = simulate(QUICK if options.quick else PAPER, 0.1 if options.quick else 1.0)
+    if options.out:
+        pd.concat([one.assign(team=name) for name, one in tables.items()], ignore_index=True).to_parquet(options.out)
+    print(report(tables))
+
+
+def simulate(grid: Grid, share: float) -> dict[str, pd.DataFrame]:
+    """Run all teams; each exploration runs every cell once, in the worlds of its replicate."""
+    few, many = round(EXPLORATIONS * share), round(MANY * share)
+    memories = [explore(Exploration(seed=model_seed(ROOT, number, 5, 10, 3.0))) for number in range(many)]
+    experiments = [
+        Experiment(COOPERATIVE, cooperative(memories), grid.cells, replicates=many),
+        *(Experiment(named(one), collective(memories, one), grid.cells, replicates=few) for one in BANDWIDTHS),
+        Experiment(DESIGNED, {"policy": ACmommt(idle="wander"), "awareness": "pairwise"}, grid.cells, replicates=few),
+        Experiment(RANDOM, {"policy": "random-walk", "awareness": "none"}, grid.cells, replicates=few),
+    ]
+    with WorkerPool(WORKERS, IMPORTS) as pool:
+        (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
+    return tables
+
+
+def cooperative(memories: list[LazyMemory]) -> Callable[[int], Variant]:
+    """Return the learners with all 32 inputs, by number of the exploration."""
+    policies = [LazyRegression(memory) for memory in memories]
+    return partial(_variant, policies, "ring")
+
+
+def collective(memories: list[LazyMemory], bandwidth: float | None) -> Callable[[int], Variant]:
+    """Return the learners with the robot's own 16 inputs, by number of the exploration."""
+    given = {} if bandwidth is None else {"bandwidth": bandwidth}
+    policies = [LazyRegression(memory, inputs=memory.own, **given) for memory in memories[: round(len(memories) / 5)]]
+    return partial(_variant, policies, "none")
+
+
+def _variant(policies: list[LazyRegression], awareness: str, number: int) -> Variant:
+    policy = policies[number]
+    return Variant({"policy": policy, "awareness": awareness}, {"exploration": policy.memory.settings["seed"]})
+
+
+def named(bandwidth: float | None) -> str:
+    """Return the name of a collective learner."""
+    return f"collective, bandwidth {LazyRegression.bandwidth if bandwidth is None else bandwidth:g}"
+
+
+def report(tables: dict[str, pd.DataFrame]) -> str:
+    """Return what each team observes, and by how much the cooperative learner exceeds it, as Markdown."""
+    few = tables[RANDOM]["replicate"].nunique()
+    first = tables[COOPERATIVE].query("replicate < @few")
+    rows = []
+    for name, table in tables.items():
+        means = 100 * table.groupby("replicate")["observed_fraction"].mean().to_numpy()
+        more = "" if name == COOPERATIVE else written(gains_of(first, table).average(), sign="+")
+        rows.append([name, str(len(means)), written(interval_of(means)), more, f"{means.min():.1f}"])
+    means = 100 * tables[COOPERATIVE].groupby("replicate")["observed_fraction"].mean().to_numpy()
+    below = ", ".join(f"{(means < limit).sum()} below {limit} %" for limit in (60, 70, 75))
+    quantiles = ", ".join(f"{one:.1f}" for one in np.quantile(means, (0.01, 0.05, 0.5)))
+    table = markdown.table(
+        [
+            "team",
+            "explorations",
+            "observed targets [%]",
+            f"cooperative minus this, {few} explorations [pp]",
+            "worst [%]",
+        ],
+        rows,
+    )
+    return f"{table}\n\nof {len(means)} cooperative teams: {below}; 1 %, 5 % and 50 % quantiles: {quantiles} %"
+
+
+def written(one: Interval, sign: str = "") -> str:
+    """Return a mean with half its 95 % interval."""
+    return f"{one.mean:{sign}.2f} ± {one.high - one.mean:.2f}"
+
+
+if __name__ == "__main__":
+    main()
