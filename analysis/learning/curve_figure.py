@@ -1,111 +1,124 @@
-"""The plot of learning curves, against the number of samples and against the size of the search space."""
+"""The plot of learning curves: the gain from awareness against the number of transitions, and where it begins."""
 
 from __future__ import annotations
 
-import math
+import itertools
 import textwrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.agents.awareness import AWARENESS
+from teamsight.analysis.learning.curve_points import BEST, mean_gains
 from teamsight.analysis.learning.curves import Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.registry import LEARNERS
-from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, plain, to_png
+from teamsight.analysis.plot.style import FAINT, INK, canvas, plain, to_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 # Inches: a panel with its margins, and the margins on the left, below, above and between panels.
-_WIDTH, _HEIGHT = 4.6, 3.5
-_LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.85, 0.75, 0.45, 0.55
-# A single panel is too narrow for title and legend.
-_LEAST_WIDTH = 8.0
-# Widths of a letter of the title, of a letter of the subtitle and of an entry of the legend.
-_TITLE_LETTER, _SUBTITLE_LETTER, _ENTRY = 0.13, 0.08, 2.3
-_TITLE_LINE, _SUBTITLE_LINE, _LEGEND_LINE = 0.3, 0.21, 0.27
+_WIDTH, _HEIGHT = 3.7, 2.75
+_LEFT, _BENEATH, _ABOVE, _BETWEEN = 0.75, 0.7, 0.35, 0.55
+# The last row: its height, the margin above a panel with two lines of title, and the margin for long labels.
+_LAST_HEIGHT, _LAST_ABOVE, _LABELS = 4.2, 0.6, 0.45
+# The last row has two panels, which need more room than a column of one scenario.
+_LEAST_WIDTH = 10.5
+_SUBTITLE_LETTER = 0.08
+_HEAD, _SUBTITLE_LINE, _LEGEND = 0.6, 0.21, 0.6
+# Width of an entry of the legend, which has at most two lines.
+_ENTRY = 2.5
 #: Fewest explorations with an interval: with two its half-width is 13 standard errors.
 LEAST_FOR_INTERVAL = 3
-_MOST_MARKS = 5
-_TITLE = "Learning under each degree of awareness, from equal numbers of samples"
+_MOST_MARKS = 6
+# Fewer than other figures have, since it has many panels.
+_DPI = 80
+_TITLE = "From how many transitions does awareness pay?"
+# After M. Okabe and K. Ito: distinguishable without colour vision.
+_COLOURS = ("#D55E00", "#767676", "#CC79A7", "#E69F00", "#0072B2", "#009E73")
+_MARKS = "os^DvP*X<>hp"
 
 
 class _Layout(NamedTuple):
-    """Sizes and places of the parts [inches]."""
+    """Sizes and places of the panels [inches]."""
 
     width: float
-    title: list[str]
     subtitle: list[str]
     columns: int
-    entries: int
-
-    @property
-    def per_line(self) -> int:
-        """Number of entries in a line of the legend."""
-        return max(1, min(self.entries, int(self.width // _ENTRY)))
-
-    @property
-    def foot(self) -> float:
-        """Height of the legend and of the margin below the lower panels."""
-        return 0.1 + _LEGEND_LINE * math.ceil(self.entries / self.per_line) + _BENEATH
+    rows: int
 
     @property
     def height(self) -> float:
-        head = 0.2 + _TITLE_LINE * len(self.title) + _SUBTITLE_LINE * len(self.subtitle)
-        return self.foot + 2 * _HEIGHT - _BENEATH + head
+        head = _HEAD + _SUBTITLE_LINE * len(self.subtitle) + 0.1
+        return head + self.rows * _HEIGHT + _LAST_HEIGHT + _LEGEND
 
     def box(self, row: int, column: int) -> tuple[float, float, float, float]:
-        """Return left, bottom, width and height of a panel, as shares of the figure."""
-        wide = (self.width - _LEFT) / self.columns
-        bottom = self.foot + (1 - row) * _HEIGHT
-        inner = (wide - _BETWEEN, _HEIGHT - _BENEATH - _ABOVE)
+        """Return left, bottom, width and height of a panel, as shares of the figure; the last row has two panels."""
+        last = row == self.rows
+        wide = (self.width - _LEFT) / (2 if last else self.columns)
+        tall, above = (_LAST_HEIGHT, _LAST_ABOVE) if last else (_HEIGHT, _ABOVE)
+        inset = _LABELS if last and column else 0.0
+        bottom = _LEGEND + (0 if last else _LAST_HEIGHT + (self.rows - 1 - row) * _HEIGHT) + _BENEATH
         return (
-            (_LEFT + column * wide) / self.width, bottom / self.height, inner[0] / self.width, inner[1] / self.height
+            (_LEFT + column * wide + inset) / self.width, bottom / self.height,
+            (wide - _BETWEEN - inset) / self.width, (tall - _BENEATH - above) / self.height,
         )  # fmt: skip
 
 
-def draw(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> bytes:
-    """Return the figure as PNG: a column for each learner, with the curves above and the points against p^d below.
+def colour_of(learner: str) -> str:
+    """Return the colour of a learner, which does not depend on the others that are drawn."""
+    return dict(zip(LEARNERS, itertools.cycle(_COLOURS)))[learner]
+
+
+def draw(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves) -> bytes:
+    """Return the figure as PNG.
+
+    A panel for each scenario has the gain from awareness against the number of transitions. The last row has the
+    observed targets, mean of all scenarios, and the crossings against the size of the search space.
 
     Parameters
     ----------
-    points : DataFrame
-        From `curve_points`.
-    table : DataFrame
-        From `make_curves`; its rows without an observed fraction had too many states for a table.
+    gains, crossings : DataFrame
+        From `awareness_gains` and `crossings`.
     curves : Curves
         The settings.
     """
-    return to_png(draw_on_canvas(points, table, curves), f"{_TITLE}; {_conditions(curves)}")
+    return to_png(draw_on_canvas(gains, crossings, curves), f"{_TITLE} {_conditions(curves)}", _DPI)
 
 
-def draw_on_canvas(points: pd.DataFrame, table: pd.DataFrame, curves: Curves) -> Canvas:
+def draw_on_canvas(gains: pd.DataFrame, crossings: pd.DataFrame, curves: Curves) -> Canvas:
     """Return the figure; see `draw`."""
-    width = max(len(curves.learners) * _WIDTH + _LEFT, _LEAST_WIDTH)
+    width = max(len(curves.robots) * _WIDTH + _LEFT, _LEAST_WIDTH)
     subtitle = textwrap.wrap(_conditions(curves), int((width - 0.6) / _SUBTITLE_LETTER))
-    title = textwrap.wrap(_TITLE, int((width - 0.6) / _TITLE_LETTER))
-    entries = points.loc[points["transitions"] > 0, "degree"].nunique() + (points["transitions"] == 0).sum()
-    layout = _Layout(width, title, subtitle, len(curves.learners), int(entries))
+    layout = _Layout(width, subtitle, len(curves.robots), len(curves.radius))
     figure = canvas(width, layout.height)
-    _write_head(figure, layout)
-    low, high = _limits(points)
-    known = curves.memories >= LEAST_FOR_INTERVAL
-    for column, learner in enumerate(curves.learners):
-        for row, paint in enumerate((_against_samples, _against_size)):
-            axes = figure.add_axes(layout.box(row, column))
-            plain(axes)
-            axes.tick_params(colors=FAINT)
-            axes.set_ylim(low, high)
-            _references(axes, points)
-            paint(axes, points[points["learner"] == learner], known)
+    left, top = 0.4 / width, layout.height
+    figure.text(left, 1 - 0.15 / top, _TITLE, size=15, weight="bold", color=INK, va="top")
+    figure.text(
+        left, 1 - _HEAD / top + 0.05 / top, "\n".join(subtitle), size=10, color=FAINT, va="top", linespacing=1.2
+    )
+    limits = _limits(gains)
+    for row, radius in enumerate(curves.radius):
+        for column, robots in enumerate(curves.robots):
+            axes = _panel(figure, layout, row, column, f"N = {robots}, R = {radius:g}")
+            _draw_gain(axes, gains[(gains["robots"] == robots) & (gains["radius"] == radius)], curves)
+            axes.set_ylim(*limits)
             if column == 0:
-                axes.set_ylabel("observed targets  [%]")
-            if row == 0:
-                axes.set_title(LEARNERS[learner].title or learner, loc="left", size=11.5, color=INK)
-                _write_refused(axes, table[table["learner"] == learner])
-    _write_legend(figure, layout)
+                axes.set_ylabel("Θ(1) minus Θ(0)  [pp]")
+    title = "Observed targets, mean of the panels above", "solid: with awareness, Θ(1); dotted: without, Θ(0)"
+    _draw_observed(_panel(figure, layout, layout.rows, 0, *title), gains, curves)
+    title = "Where awareness begins to pay", "fewest transitions from which the interval stays above 0"
+    _draw_crossings(_panel(figure, layout, layout.rows, 1, *title), crossings, curves)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(
+        handles,
+        labels,
+        loc="lower center",
+        ncols=min(len(labels), int(width // _ENTRY)),
+        frameon=False,
+        bbox_to_anchor=(0.5, 0.0),
+    )
     return figure
 
 
@@ -113,8 +126,8 @@ def _conditions(curves: Curves) -> str:
     interval = "mean and 95 % interval" if curves.memories >= LEAST_FOR_INTERVAL else "mean (too few for an interval)"
     return (
         f"{interval} over {_count(curves.memories, 'exploration')}, {_count(curves.worlds, 'world')} each; "
-        f"N = {curves.robots}, R = {curves.radius:g}, {curves.targets} targets, {curves.steps} steps, "
-        f"reward {curves.reward}, γ = {curves.discount:g}, seed {curves.seed}"
+        f"{curves.targets} targets, {curves.steps} steps, reward {curves.reward}, γ = {curves.discount:g}, "
+        f"seed {curves.seed}; explored by 5 robots among 10 targets at R = 3"
     )
 
 
@@ -122,96 +135,109 @@ def _count(number: int, what: str) -> str:
     return f"{number} {what}" + ("s" if number != 1 else "")
 
 
-def _write_head(figure: Canvas, layout: _Layout) -> None:
-    left, top = 0.4 / layout.width, layout.height - 0.15
-    look: dict[str, Any] = {"va": "top", "linespacing": 1.2}
-    figure.text(left, top / layout.height, "\n".join(layout.title), size=15, weight="bold", color=INK, **look)
-    top -= _TITLE_LINE * len(layout.title)
-    figure.text(left, top / layout.height, "\n".join(layout.subtitle), size=10, color=FAINT, **look)
+def _panel(figure: Canvas, layout: _Layout, row: int, column: int, title: str, further: str = "") -> Axes:
+    axes = figure.add_axes(layout.box(row, column))
+    plain(axes)
+    axes.tick_params(colors=FAINT)
+    axes.set_title(title, loc="left", size=11, color=INK, pad=20 if further else 6)
+    axes.annotate(
+        further, (0.0, 1.0), xycoords="axes fraction", xytext=(0, 6), textcoords="offset points", size=9, color=FAINT
+    )
+    return axes
 
 
-def _write_legend(figure: Canvas, layout: _Layout) -> None:
-    """Write the legend of the upper panels; degrees come before the policies that do not learn."""
-    found: dict[str, Any] = {}
-    for axes in figure.axes[::2]:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    order = sorted(found, key=lambda label: label.endswith(")"), reverse=True)
-    figure.legend(
-        [found[label] for label in order], order,
-        loc="lower center", ncols=layout.per_line, frameon=False, bbox_to_anchor=(0.5, 0.0),
-    )  # fmt: skip
+def _limits(gains: pd.DataFrame) -> tuple[float, float]:
+    """Return the range of all gains [pp]; intervals may exceed it."""
+    single = gains[gains["robots"].notna()]
+    found = 100 * pd.concat([single["gain"], pd.Series([0.0])])
+    margin = 0.12 * (found.max() - found.min()) + 1.0
+    return float(found.min() - margin), float(found.max() + margin)
 
 
-def _limits(points: pd.DataFrame) -> tuple[float, float]:
-    means = 100 * points["mean"]
-    margin = 0.08 * (means.max() - means.min()) + 1.0
-    return float(means.min() - margin), float(means.max() + margin)
-
-
-def _references(axes: Axes, points: pd.DataFrame) -> None:
-    for name, style in ((RANDOM, ":"), (DESIGNED, "--")):
-        of = points[points["learner"] == name]
-        if len(of):
-            axes.axhline(100 * of["mean"].iloc[0], color=INK, linewidth=1.2, linestyle=style, label=name)
-
-
-def _against_samples(axes: Axes, points: pd.DataFrame, known: bool) -> None:
-    """Draw a line for each degree, with a band for its interval if it is known."""
-    for degree, of in points.groupby("degree", sort=False):
-        colour, ordered = DEGREE[str(degree)], of.sort_values("transitions")
-        label = f"{AWARENESS[str(degree)].order}  ({ordered['inputs'].iloc[0]} inputs)"
-        axes.plot(ordered["transitions"], 100 * ordered["mean"], color=colour, marker="o", markersize=4, label=label)
-        if known:
-            axes.fill_between(
-                ordered["transitions"], 100 * ordered["low"], 100 * ordered["high"],
-                color=colour, alpha=0.1, linewidth=0,
-            )  # fmt: skip
+def _samples_axis(axes: Axes, curves: Curves) -> None:
     axes.set_xscale("log")
-    marks = sorted(points["transitions"].unique())
+    marks = sorted(curves.samples)
     if len(marks) > _MOST_MARKS:
         # Every second mark, with the largest.
         marks = marks[::-2][::-1]
-    axes.set_xticks(marks, [f"{mark:,}" for mark in marks])
+    axes.set_xticks(marks, [f"{mark:,}" for mark in marks], size=8.5)
     axes.minorticks_off()
-    axes.set_xlabel("samples  [transitions]")
+    axes.set_xlabel("transitions")
 
 
-def _against_size(axes: Axes, points: pd.DataFrame, known: bool) -> None:
-    """Draw the points of the fewest, the middle and the most samples under each degree against p^d.
+def _draw_gain(axes: Axes, points: pd.DataFrame, curves: Curves) -> None:
+    """Draw a line for each learner, with a band for its interval if it is known."""
+    axes.axhline(0.0, color=INK, linewidth=0.9)
+    for learner in curves.learners:
+        of = points[points["learner"] == learner].sort_values("transitions")
+        colour = colour_of(learner)
+        label = LEARNERS[learner].title or learner
+        axes.plot(of["transitions"], 100 * of["gain"], color=colour, marker="o", markersize=3.5, label=label)
+        if curves.memories >= LEAST_FOR_INTERVAL:
+            axes.fill_between(
+                of["transitions"], 100 * of["low"], 100 * of["high"], color=colour, alpha=0.15, linewidth=0
+            )
+    best = points[points["learner"] == BEST].sort_values("transitions")
+    label = "best with awareness minus best without"
+    axes.plot(best["transitions"], 100 * best["gain"], color=INK, linestyle="--", linewidth=1.3, label=label)
+    _samples_axis(axes, curves)
 
-    No line joins the points, because there are no degrees between them.
-    """
-    axes.set_xlabel("search space p^d for p = 2  [log10]")
-    if not len(points):
-        axes.set_xticks([])
-        return
-    numbers = sorted(points["transitions"].unique())
-    shown = dict.fromkeys((numbers[0], numbers[len(numbers) // 2], numbers[-1]))
-    sizes = points.groupby("log10_size")["degree"].unique()
-    apart = 0.012 * max(sizes.index.max() - sizes.index.min(), 1.0)
-    for place, (number, mark, shade) in enumerate(zip(shown, "os^", ("#9ecae1", "#4292c6", "#08306b"), strict=False)):
-        of = points[points["transitions"] == number]
-        spread = [100 * (of["mean"] - of["low"]), 100 * (of["high"] - of["mean"])]
-        axes.errorbar(
-            of["log10_size"] + (place - (len(shown) - 1) / 2) * apart, 100 * of["mean"], spread if known else None,
-            marker=mark, linestyle="none", color=shade, markersize=6, elinewidth=1.0, label=f"{number:,} transitions",
+
+def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
+    """Draw what each learner observes with and without awareness, and the policies that do not learn."""
+    points = mean_gains(gains)
+    for learner in curves.learners:
+        of = points[points["learner"] == learner].sort_values("transitions")
+        for which, style in (("cooperative", "-"), ("collective", ":")):
+            axes.plot(of["transitions"], 100 * of[which], color=colour_of(learner), linestyle=style, linewidth=1.6)
+    for name, which, text in (
+        (DESIGNED, "cooperative", f"{DESIGNED}, Θ(N)"), (RANDOM, "collective", RANDOM),
+    ):  # fmt: skip
+        height = 100 * points.loc[points["learner"] == name, which].iloc[0]
+        axes.axhline(height, color=INK, linewidth=0.8, linestyle="--")
+        axes.annotate(
+            text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, -2), textcoords="offset points",
+            ha="right", va="top", size=8, color=FAINT,
         )  # fmt: skip
-    orders = [", ".join(AWARENESS[str(degree)].order for degree in degrees) for degrees in sizes]
-    names = [f"{order}\n{size:.1f}" for order, size in zip(orders, sizes.index, strict=True)]
-    axes.set_xticks(sizes.index, names)
-    axes.set_xlim(sizes.index.min() - 5 * apart, sizes.index.max() + 5 * apart)
-    labelled = zip(*axes.get_legend_handles_labels(), strict=True)
-    marks = {text: handle for handle, text in labelled if "transitions" in text}
-    axes.legend(
-        list(marks.values()), list(marks), frameon=False, fontsize=8.5, ncols=3,
-        loc="lower left", bbox_to_anchor=(-0.03, 0.97), handletextpad=0.2, columnspacing=1.0,
-    )  # fmt: skip
+    axes.set_ylabel("observed targets  [%]")
+    _samples_axis(axes, curves)
 
 
-def _write_refused(axes: Axes, table: pd.DataFrame) -> None:
-    """Write beside the title under which degrees a table would have too many states."""
-    refused = table[table["observed_fraction"].isna()]["degree"].unique()
-    if len(refused):
-        names = ", ".join(AWARENESS[str(degree)].order for degree in refused)
-        axes.set_title(f"{names}: too many states", loc="right", size=9, color=FAINT)
+def _draw_crossings(axes: Axes, crossings: pd.DataFrame, curves: Curves) -> None:
+    """Draw a point for each learner and scenario; learners that never cross are above the line at the top."""
+    crossings = crossings[crossings["learner"] != BEST]
+    most = max(curves.samples)
+    never = 3.0 * most
+    places = _places(crossings, curves)
+    for (robots, radius), mark in zip(curves.scenarios, itertools.cycle(_MARKS)):
+        of = crossings[(crossings["robots"] == robots) & (crossings["radius"] == radius)]
+        look: dict[str, Any] = {"marker": mark, "s": 30, "zorder": 3}
+        where = [places[learner, robots, radius] for learner in of["learner"]]
+        axes.scatter(where, of["crossing"].fillna(never), color=[colour_of(one) for one in of["learner"]], **look)
+        axes.scatter([], [], color=INK, label=f"N = {robots}, R = {radius:g}", **look)
+    axes.axhline(1.7 * most, color=FAINT, linewidth=0.8, linestyle=":")
+    axes.set_yscale("log")
+    axes.set_ylim(0.5 * min(curves.samples), 2 * never)
+    numbers = sorted(curves.samples)[::-2][::-1]
+    axes.set_yticks([*numbers, never], [*(f"{number:,}" for number in numbers), f"not within\n{most:,}"])
+    axes.minorticks_off()
+    sizes = crossings.groupby("log10_size", sort=True)["learner"].unique()
+    names = [",\n".join(learners) + f"\n{size:.1f}" for size, learners in sizes.items()]
+    axes.set_xticks(list(sizes.index), names, size=8.5)
+    axes.set_xlim(min(places.values()) - 0.3, max(places.values()) + 0.3)
+    axes.set_xlabel("size of the search space  [log10]")
+    axes.legend(frameon=False, fontsize=8.5, loc="center right")
+
+
+def _places(crossings: pd.DataFrame, curves: Curves) -> dict[tuple[str, int, float], float]:
+    """Return where to draw each learner and scenario: side by side around the size of the learner's search space."""
+    sizes = crossings.drop_duplicates("learner").set_index("learner")["log10_size"]
+    different = sorted(set(sizes))
+    gap = min((high - low for low, high in itertools.pairwise(different)), default=1.0)
+    found = {}
+    for size in different:
+        points = list(itertools.product(sizes.index[sizes == size], curves.scenarios))
+        apart = min(0.8 * gap / len(points), 0.2)
+        for number, (learner, (robots, radius)) in enumerate(points):
+            found[learner, robots, radius] = size + (number - (len(points) - 1) / 2) * apart
+    return found

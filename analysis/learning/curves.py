@@ -1,33 +1,39 @@
-"""Learning curves: what learners observe under each degree of awareness, from equal numbers of transitions."""
+"""Learning curves: what learners observe with and without awareness, from equal numbers of transitions."""
 
 from __future__ import annotations
 
+import math
+import warnings
 from dataclasses import asdict, dataclass
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness, PairwiseAwareness
+from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, awareness_for, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeds import model_seed
+from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
 from teamsight.core import checks
-from teamsight.policies.eager.state_grid import TooManyStatesError
 from teamsight.policies.handmade.a_cmommt import ACmommt
 from teamsight.policies.handmade.random_walk import RandomWalk
+from teamsight.policies.lazy.learner import LazyLearner
+from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+from teamsight.policies.memory import LazyMemory
+from teamsight.world.limits import length
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
 
-#: Numbers of transitions, from a quarter of the paper's memory to 64 times the memory.
-SAMPLES = (150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400)
+#: Numbers of transitions, from a fifteenth of the paper's memory to 64 times the memory.
+SAMPLES = (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400)
 # Cost of a job of cost 1 for the runner, which puts each job into a chunk of its own.
 _COST = 250_000.0
 
@@ -36,19 +42,26 @@ _COST = 250_000.0
 class Curves:
     """Settings of learning curves: what is learnt, from how many transitions, and where it is evaluated.
 
+    The explorations are the paper's, 5 robots × 120 steps among 10 targets in an arena of radius 3 under Θ(1), as often
+    as the largest sample needs. A situation under Θ(1) does not depend on the number of robots, so that one exploration
+    serves all scenarios; under Θ(0) learners get the robot's own inputs of the same transitions.
+
     Parameters
     ----------
-    degrees, learners : tuple of str
-        Names of degrees of awareness and of learners.
+    learners : tuple of str
+        Names of learners.
     samples : tuple of int
-        Numbers of transitions.
+        Numbers of transitions. Smaller samples are subsets of larger ones.
     memories : int
         Number of explorations; all learners learn from the same ones.
     worlds : int
-        Number of worlds on which each policy is evaluated.
-    robots, targets, radius, steps
-        Numbers of robots and targets, arena radius [sensing ranges] and steps of these worlds. The explorations have
-        the same number of robots, which Θ(N) and o(N) require, and otherwise the paper's 120 steps among 10 targets.
+        Number of worlds of each scenario in which each policy is evaluated, for each exploration.
+    robots : tuple of int
+        Numbers of robots; each with each radius is a scenario.
+    radius : tuple of float
+        Radii of the arena [sensing ranges].
+    targets, steps : int
+        Number of targets, and of steps of each run.
     seed : int
         Root seed.
     reward : str
@@ -64,51 +77,52 @@ class Curves:
         If a name is unknown or a number too small.
     """
 
-    degrees: tuple[str, ...] = tuple(AWARENESS)
-    learners: tuple[str, ...] = ("lazy", "tabular", "linear")
+    learners: tuple[str, ...] = ("lazy", "tabular", "linear", "regression")
     samples: tuple[int, ...] = SAMPLES
-    memories: int = 10
-    worlds: int = 4
-    robots: int = 5
+    memories: int = 24
+    worlds: int = 3
+    robots: tuple[int, ...] = (5, 10, 20)
+    radius: tuple[float, ...] = (3.0, 5.0)
     targets: int = 15
-    radius: float = 3.0
     steps: int = 600
-    seed: int = 0
-    reward: str = "own"
+    seed: int = root("learning curves")
+    reward: str = "keep"
     discount: float = 0.7
     k: int | None = None
 
     def __post_init__(self) -> None:
-        for name, allowed in (("degrees", AWARENESS), ("learners", LEARNERS)):
-            for value in getattr(self, name):
-                checks.choice(name.removesuffix("s"), value, allowed)
+        for value in self.learners:
+            checks.choice("learner", value, LEARNERS)
         checks.choice("reward", self.reward, REWARDS)
-        for name in ("memories", "worlds", "robots", "targets", "steps"):
+        for name in ("memories", "worlds", "targets", "steps"):
             checks.count(name, getattr(self, name))
-        for transitions in self.samples:
-            checks.count("samples", transitions)
+        for name in ("samples", "robots"):
+            for number in getattr(self, name):
+                checks.count(name, number)
+        for radius in self.radius:
+            length("radius", radius)
 
     @property
     def objective(self) -> Objective:
         """What is to be learnt."""
         return Objective(REWARDS[self.reward], self.k, self.discount)
 
-    def exploration(self, degree: str, memory: int) -> Exploration:
-        """Return the exploration of a memory; memories share no world.
+    @property
+    def scenarios(self) -> list[tuple[int, float]]:
+        """Number of robots and radius of each scenario."""
+        return list(product(self.robots, self.radius))
 
-        Parameters
-        ----------
-        degree : str
-            Name of a degree of awareness.
-        memory : int
-            Number of the memory.
-        """
-        steps = Exploration.steps
-        runs = -(-max(self.samples) // (self.robots * steps))
-        seed = self.seed + memory
-        return Exploration(
-            robots=self.robots, radius=self.radius, steps=steps, runs=runs, awareness=AWARENESS[degree](), seed=seed
-        )
+    def exploration(self, memory: int) -> Exploration:
+        """Return the exploration of a memory; memories share no world."""
+        runs = -(-max(self.samples) // Exploration().transitions)
+        return Exploration(runs=runs, seed=self.seed + memory)
+
+    def can_learn(self, learner: str, transitions: int) -> bool:
+        """Return whether so many transitions are as many as a learner matches with a situation."""
+        kind = LEARNERS[learner]
+        if not issubclass(kind, LazyLearner):
+            return True
+        return transitions >= (kind.k if self.k is None else self.k)
 
     def conditions(self) -> dict[str, Any]:
         """Return all settings as JSON values."""
@@ -117,48 +131,48 @@ class Curves:
 
 @dataclass(frozen=True)
 class CurveJob:
-    """One memory under one degree, with all learners and numbers of transitions.
+    """One learner with all numbers of transitions of one memory.
 
     Parameters
     ----------
     curves : Curves
         The settings.
-    degree : str
-        Degree of awareness; empty for the policies that do not learn.
+    learner : str
+        Name of the learner; empty for the policies that do not learn.
     memory : int
         Number of the memory.
     """
 
     curves: Curves
-    degree: str
+    learner: str
     memory: int
 
     @property
     def key(self) -> tuple[str, ...]:
         """See `Job`."""
-        return ("learning curves", str(self.curves.conditions()), self.degree, str(self.memory))
+        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory))
 
     @property
     def cost(self) -> float:
-        """See `Job`: a lazy learner compares all inputs of its transitions."""
-        if not self.degree:
+        """See `Job`: a lazy learner compares its transitions at each decision."""
+        if not self.learner:
             return _COST
-        inputs = sum(AWARENESS[self.degree]().width(self.curves.robots))
-        return _COST * (10.0 + inputs * sum(self.curves.samples) / 20_000)
+        compares = issubclass(LEARNERS[self.learner], LazyLearner)
+        return _COST * (10.0 + (5.0 if compares else 1.0) * sum(self.curves.samples) / 7_500)
 
     def describe(self) -> str:
         """See `Job`."""
-        return f"the learning curves, {self.degree or 'policies that do not learn'}, memory {self.memory}"
+        return f"the learning curves, {self.learner or 'policies that do not learn'}, memory {self.memory}"
 
     def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
         """Return the rows of the job; see `make_curves`."""
-        return _learnt_rows(self) if self.degree else _designed_rows(self)
+        return _learnt_rows(self) if self.learner else _designed_rows(self)
 
 
 def curve_jobs(curves: Curves) -> list[CurveJob]:
     """Return the jobs of learning curves."""
-    degrees = ("", *curves.degrees)
-    return [CurveJob(curves, degree, memory) for memory in range(curves.memories) for degree in degrees]
+    learners = ("", *curves.learners)
+    return [CurveJob(curves, learner, memory) for memory in range(curves.memories) for learner in learners]
 
 
 def make_curves(
@@ -184,9 +198,10 @@ def make_curves(
     Returns
     -------
     DataFrame
-        One row a learner, degree, number of transitions, memory and world: learner, degree, transitions, inputs,
-        log10_size (of the search space p^d with p = 2), memory, replicate, seed, observed_fraction, which is NaN where
-        a table would have too many states. The random walk and A-CMOMMT have 0 transitions.
+        One row a learner, number of transitions, degree of awareness ("none" or "ring"), memory and world: learner,
+        transitions, log10_size (see `search_space`), degree, memory, robots, radius, replicate, seed,
+        observed_fraction, which is NaN where a learner needs more transitions. The random walk ("none") and
+        A-CMOMMT ("pairwise") have 0 transitions.
 
     Raises
     ------
@@ -197,22 +212,36 @@ def make_curves(
     return pd.concat([pd.DataFrame(part) for part in rows], ignore_index=True)
 
 
+def search_space(policy: Any) -> float:
+    """Return log10 of how many values a learner has to learn.
+
+    A table has one for each state and action, a linear approximator its weights, a regression its slopes. Learners that
+    compare whole situations distinguish at least p^d of them, with p = 2 and d inputs.
+    """
+    if isinstance(policy, LazyLearner | SheppardLazyQ):
+        return log10_size(policy.inputs)
+    return math.log10(policy.learned.size)
+
+
 def _learnt_rows(job: CurveJob) -> list[dict[str, Any]]:
-    curves, degree = job.curves, job.degree
-    everything = explore(curves.exploration(degree, job.memory))
+    curves = job.curves
+    everything = explore(curves.exploration(job.memory))
     rows = []
     for transitions in curves.samples:
-        whole = transitions == len(everything)
-        memory = everything if whole else everything.sample(transitions, seed=job.memory)
-        about = {"degree": degree, "transitions": transitions}
-        about |= {"inputs": memory.inputs, "log10_size": log10_size(memory.inputs)}
-        for name in curves.learners:
-            try:
-                policy = learn(name, memory, curves.objective)
-            except TooManyStatesError:
-                policy = None
-            rows += _evaluated(job, {"learner": name} | about, policy, awareness_for(memory))
+        memory = everything.sample(transitions, seed=job.memory)
+        for inputs in (memory.own, memory.inputs):
+            policy = _learnt(job, memory, inputs) if curves.can_learn(job.learner, transitions) else None
+            size = float("nan") if policy is None else search_space(policy)
+            about = {"learner": job.learner, "transitions": transitions, "log10_size": size}
+            rows += _evaluated(job, about, policy, awareness_for(memory, inputs))
     return rows
+
+
+def _learnt(job: CurveJob, memory: LazyMemory, inputs: int) -> Any:
+    with warnings.catch_warnings():
+        # Too few transitions are what the curves are about.
+        warnings.simplefilter("ignore", UserWarning)
+        return learn(job.learner, memory, job.curves.objective, inputs=inputs)
 
 
 def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
@@ -221,25 +250,22 @@ def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
         (RANDOM, RandomWalk(), NoAwareness()),
         (DESIGNED, ACmommt(idle="wander"), PairwiseAwareness()),
     ):
-        inputs = sum(degree.width(job.curves.robots))
-        about = {"learner": name, "degree": degree.name, "transitions": 0}
-        about |= {"inputs": inputs, "log10_size": log10_size(inputs)}
-        rows += _evaluated(job, about, policy, degree)
+        rows += _evaluated(job, {"learner": name, "transitions": 0, "log10_size": float("nan")}, policy, degree)
     return rows
 
 
 def _evaluated(job: CurveJob, about: dict[str, Any], policy: Any, degree: Awareness) -> list[dict[str, Any]]:
-    """Return a row for each world on which a policy is evaluated; all policies of a memory get the same worlds."""
+    """Return a row for each world in which a policy is evaluated; all policies of a memory get the same worlds."""
     curves = job.curves
     replicates = range(job.memory * curves.worlds, (job.memory + 1) * curves.worlds)
-    seeds = [model_seed(curves.seed, one, curves.robots, curves.targets, curves.radius) for one in replicates]
-    observed = [float("nan")] * curves.worlds
+    rows, runs = [], []
+    for (robots, radius), replicate in product(curves.scenarios, replicates):
+        seed = model_seed(curves.seed, replicate, robots, curves.targets, radius)
+        place = {"memory": job.memory, "robots": robots, "radius": radius, "replicate": replicate, "seed": seed}
+        rows.append(about | {"degree": degree.name} | place)
+        parameters: dict[str, Any] = {"robots": robots, "targets": curves.targets, "radius": radius}
+        runs.append(Run(parameters | {"policy": policy, "awareness": degree}, seed, curves.steps))
+    observed = [float("nan")] * len(runs)
     if policy is not None:
-        parameters: dict[str, Any] = {"robots": curves.robots, "targets": curves.targets, "radius": curves.radius}
-        parameters |= {"policy": policy, "awareness": degree}
-        found = run_all([Run(parameters, seed, curves.steps) for seed in seeds])
-        observed = [outcome.observed_fraction for outcome in found]
-    return [
-        about | {"memory": job.memory, "replicate": replicate, "seed": seed, "observed_fraction": share}
-        for replicate, seed, share in zip(replicates, seeds, observed, strict=True)
-    ]
+        observed = [outcome.observed_fraction for outcome in run_all(runs)]
+    return [row | {"observed_fraction": share} for row, share in zip(rows, observed, strict=True)]

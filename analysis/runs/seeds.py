@@ -16,6 +16,7 @@ from typing import Any
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
+        "learning curves": (9000,),
         "calibration: screen": (-101,),
         "calibration: final": (-102, -103, -104),
         "calibration: report": (-105, -106),

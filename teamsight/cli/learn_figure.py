@@ -1,4 +1,4 @@
-"""``teamsight learn figure``: learning curves, their tables and their figure."""
+"""``teamsight learn figure``: from how many transitions does awareness pay?"""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Option, Settings
 from teamsight.core import checks
+from teamsight.world.limits import length
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,27 +19,26 @@ if TYPE_CHECKING:
     from teamsight.analysis.learning.curves import Curves
     from teamsight.analysis.runs.checkpoint import Checkpoint
 
-_FILES = ("learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet")
+_FILES = ("learning-curves.parquet", "learning-curves-gains.parquet", "learning-curves-crossings.parquet")
 _PICTURE = "learning-curves.png"
 # What --quick sets where the option is not given.
-_QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 3, "worlds": 2}
-# Numbers of samples of one figure.
-_MOST_SAMPLES = 100
+_QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 4, "worlds": 1}
+# Numbers of samples, and numbers of robots or radii, of one figure.
+_MOST_SAMPLES, _MOST_SIDE = 100, 6
 # Rows of the table of tests.
 _MOST_ROWS = 2e6
-# Steps of each explored world, as in the paper.
-_EXPLORED_STEPS = 120
+# Robots and steps of each explored world, as in the paper.
+_EXPLORERS, _EXPLORED_STEPS = 5, 120
 
 
-def _samples(name: str, text: str) -> tuple[int, ...]:
-    found = set()
-    for part in text.split(","):
-        try:
-            found.add(checks.count(name, values.number_in(part)))
-        except TypeError:
-            raise ValueError(f"{name}={checks.shown(text)}: must be whole numbers, as in 150,600") from None
-    if len(found) > _MOST_SAMPLES:
-        raise ValueError(f"{name}: are {len(found)} numbers, at most {_MOST_SAMPLES}; leave some out")
+def _radii(name: str, text: str) -> tuple[float, ...]:
+    """Return different radii in ascending order."""
+    try:
+        found = {length(name, values.number_in(part)) for part in text.split(",")}
+    except TypeError:
+        raise ValueError(f"{name}={checks.shown(text)}: must be numbers, as in 3,5") from None
+    if len(found) > _MOST_SIDE:
+        raise ValueError(f"{name}: are {len(found)} numbers, at most {_MOST_SIDE}; leave some out")
     return tuple(sorted(found))
 
 
@@ -47,25 +47,30 @@ class FigureSettings(Settings):
 
     out: Path = values.folder(Path("results"), "Folder for the results.")
     learners: tuple[str, ...] = values.choices(
-        ("lazy", "tabular", "linear"), "Learners, separated by commas: {names}.", values.LEARNERS, "learner"
-    )
-    samples: tuple[int, ...] = Option(
-        _samples, (150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
-        "Numbers of transitions to learn from, separated by commas.", "NUMBERS",
-        "150,300,600,… doubled up to 38400",
-    )  # type: ignore[assignment]  # fmt: skip
-    memories: int = values.runs(10, "Number of explorations over which each curve is averaged.")
-    worlds: int = values.runs(4, "Number of worlds in which each learner is tested, for each exploration.")
-    reward: str = values.reward("own")
+        ("lazy", "tabular", "linear", "regression"), "Learners, separated by commas: {names}.", values.LEARNERS,
+        "learner",
+    )  # fmt: skip
+    samples: tuple[int, ...] = values.counts(
+        (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
+        "Numbers of transitions to learn from, separated by commas.", most=_MOST_SAMPLES,
+        shown="40,75,150,… doubled up to 38400",
+    )  # fmt: skip
+    memories: int = values.runs(24, "Number of explorations over which each curve is averaged.")
+    worlds: int = values.runs(3, "Number of worlds in which each learner is tested, for each exploration and scenario.")
+    reward: str = values.reward("keep")
     k: int | None = values.matches()
     discount: float = values.discount(0.7)
-    robots: int = values.agents(5, "Number of robots, when exploring and when tested.")
+    robots: tuple[int, ...] = values.counts(
+        (5, 10, 20), "Numbers of robots when tested, separated by commas.", most=_MOST_SIDE
+    )
     targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
+    radius: tuple[float, ...] = Option(
+        _radii, (3.0, 5.0), "Radii of the arena when tested, in sensing ranges, separated by commas.", "NUMBERS", "3,5"
+    )  # type: ignore[assignment]
     steps: int = values.steps(600, "Number of steps of each test.")
-    seed: int = values.seed(0, "Seed of all explorations and tests.")
+    seed: int = values.seed(9000, "Seed of all explorations and tests.")
     workers: int | None = values.workers()
-    quick: bool = values.flag("Use --samples 150,600,2400 --memories 3 --worlds 2 where these are not given.")
+    quick: bool = values.flag("Use --samples 150,600,2400 --memories 4 --worlds 1 where these are not given.")
     force: bool = values.flag("Replace curves of other settings, and files that teamsight did not write.")
 
     def check(self) -> None:
@@ -74,35 +79,37 @@ class FigureSettings(Settings):
             for name, value in _QUICK.items():
                 if name not in self.given:
                     setattr(self, name, value)
-        explored = -(-max(self.samples) // (self.robots * _EXPLORED_STEPS))
-        degrees = tuple(values.DEGREES())
-        limits.check_transitions(self.robots, _EXPLORED_STEPS, explored, degrees, 16)
-        tests = float(self.memories) * self.worlds * (len(degrees) * len(self.learners) * len(self.samples) + 2)
+        explored = -(-max(self.samples) // (_EXPLORERS * _EXPLORED_STEPS))
+        limits.check_transitions(_EXPLORERS, _EXPLORED_STEPS, explored, ("ring",), 16)
+        scenarios = len(self.robots) * len(self.radius)
+        tests = float(self.memories) * self.worlds * scenarios * (2 * len(self.learners) * len(self.samples) + 2)
         if tests > _MOST_ROWS:
             raise ValueError(
-                f"memories={self.memories}, worlds={self.worlds}, {len(self.samples)} samples: makes {tests:.1e} rows, "
-                f"at most {_MOST_ROWS:g}; reduce one of them"
+                f"memories={self.memories}, worlds={self.worlds}, {scenarios} scenarios, {len(self.samples)} samples: "
+                f"makes {tests:.1e} rows, at most {_MOST_ROWS:g}; reduce one of them"
             )
-        limits.check_worlds(self.robots, self.targets, self.radius, self.steps, int(tests), degrees=degrees)
+        for radius in self.radius:
+            limits.check_worlds(max(self.robots), self.targets, radius, self.steps, int(tests))
 
 
 def figure(settings: FigureSettings) -> None:
-    """Draw learning curves: each learner under each degree of awareness.
+    """Draw learning curves: the gain from awareness.
 
-    Each learner learns from equal numbers of transitions under every degree. Writes learning-curves.png and three
-    tables: every test, the points of the curves, and the gain from awareness. An interrupted command keeps what is
-    finished in FOLDER, and the same command continues from there. It takes about four minutes on two cores; with
-    --quick, seconds. Figure 11 of the paper is `teamsight reproduce 11`.
+    Each learner learns from the same transitions with awareness, Θ(1), and without, Θ(0). Writes learning-curves.png
+    and three tables: every test, the gain from awareness, and for each learner and scenario the number of transitions
+    from which awareness pays. An interrupted command keeps what is finished in FOLDER, and the same command continues
+    from there. It takes about four minutes on two idle cores; with --quick, seconds. Figure 11 of the paper is
+    `teamsight reproduce 11`.
 
     \b
     Examples:
       teamsight learn figure
       teamsight learn figure --quick --out quick
-      teamsight learn figure --learners lazy,pessimistic,linear --reward team --robots 8
+      teamsight learn figure --learners lazy,pessimistic,regression --reward team --robots 8 --radius 2,4,8
     """
     from teamsight import __version__
     from teamsight.analysis.learning.curve_figure import draw
-    from teamsight.analysis.learning.curve_points import awareness_gains, curve_points
+    from teamsight.analysis.learning.curve_points import awareness_gains, crossings
     from teamsight.analysis.learning.curves import curve_jobs, make_curves
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
@@ -110,7 +117,7 @@ def figure(settings: FigureSettings) -> None:
     from teamsight.cli.show import say, working
 
     curves = curves_of(settings)
-    check_objective(curves.learners, curves.reward, curves.k, min(curves.samples))
+    check_objective(curves.learners, curves.reward, curves.k, max(curves.samples))
     folder = files.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
     for name in _FILES:
@@ -123,12 +130,13 @@ def figure(settings: FigureSettings) -> None:
     with when_stopped(lambda: _kept(curves, checkpoint)):
         with working(settings.workers) as (watch, pool):
             table = make_curves(curves, pool, checkpoint=checkpoint, progress=partial(watch, "learning"))
-        points, gains = curve_points(table), awareness_gains(table)
-        for name, found in zip(_FILES, (table, points, gains), strict=True):
+        gains = awareness_gains(table)
+        crossing = crossings(gains)
+        for name, found in zip(_FILES, (table, gains, crossing), strict=True):
             files.write_table(folder / name, found, about | {"version": __version__}, force=settings.force)
-        files.write_bytes(folder / _PICTURE, draw(points, table, curves), force=settings.force)
+        files.write_bytes(folder / _PICTURE, draw(gains, crossing, curves), force=settings.force)
     checkpoint.forget(job.key for job in curve_jobs(curves))
-    _show_gains(gains[gains["transitions"] == max(curves.samples)])
+    _show(gains, crossing)
     say(f"learning curves in {folder} after {time.perf_counter() - began:.0f} s")
 
 
@@ -150,13 +158,19 @@ def _kept(curves: Curves, checkpoint: Checkpoint) -> str:
     return "nothing was kept, since no part of the curves was finished"
 
 
-def _show_gains(gains: pd.DataFrame) -> None:
-    from teamsight.agents.awareness import AWARENESS
-    from teamsight.cli.show import interval, plural, say
+def _show(gains: pd.DataFrame, crossing: pd.DataFrame) -> None:
+    """Print for each learner, and for the best, from how many transitions awareness pays: on the mean, and in each."""
+    from teamsight.analysis.learning.curve_points import mean_gains, pays_from
+    from teamsight.cli.show import interval, say
 
-    for row in gains.to_dict("records"):
-        order = AWARENESS[str(row["degree"])].order
+    means = mean_gains(gains).set_index(["learner", "transitions"])
+    for row in mean_gains(crossing).to_dict("records"):
+        last = means.loc[(row["learner"], row["largest"])]
+        gain = interval(last["gain"], last["low"], last["high"], "+.1f")
         say(
-            f"{row['learner']}, {order} minus Θ(0), from {plural(row['transitions'], 'transition')}: "
-            f"{interval(row['mean'], row['low'], row['high'], '+.1f')} points"
+            f"{row['learner']}, mean of all scenarios: awareness {pays_from(row['crossing'], row['largest'])}; "
+            f"Θ(1) minus Θ(0) from {row['largest']:,}: {gain} points"
         )
+        single = crossing[(crossing["learner"] == row["learner"]) & crossing["robots"].notna()]
+        for one in single.to_dict("records"):
+            say(f"  N = {one['robots']:.0f}, R = {one['radius']:g}: {pays_from(one['crossing'], one['largest'])}")

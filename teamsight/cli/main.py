@@ -51,7 +51,7 @@ def learn() -> None:
     \b
       teamsight learn explore --out memory.safetensors    600 transitions, as in the paper
       teamsight learn evaluate memory.safetensors         how much robots observe that learned from them
-      teamsight learn figure --out curves                 learning curves under each degree of awareness
+      teamsight learn figure --out curves                 from how many transitions awareness pays
       teamsight learn diagnose --out diagnosis            what a learner makes of a single target, and why
     """
 

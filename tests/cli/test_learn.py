@@ -265,7 +265,7 @@ def test_ctrl_c_reports_what_is_kept_of_curves(
 
     kept = tmp_path / "learning-curves.checkpoint"
     options = ["--samples", "30", "--memories", "1", "--worlds", "1", "--steps", "3", "--workers", "1", "--robots", "2"]
-    command = ["figure", "--out", str(tmp_path), "--learners", "linear", *options]
+    command = ["figure", "--out", str(tmp_path), "--learners", "lazy,tabular,linear,regression", *options]
     learnt_rows, made = curves._learnt_rows, []
 
     def interrupted(job: curves.CurveJob) -> list[dict[str, object]]:
@@ -324,16 +324,16 @@ def test_results_of_other_settings_are_replaced_only_when_reported(
     picture.unlink()
     for memories, further, expected in (("1", [], 0), ("1", [], 0), ("2", [], 2), ("2", ["--force"], 0)):
         assert call(capsys, *command, "--memories", memories, *further)[0] == expected
-    points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
-    assert points.attrs["curves"]["learners"] == ["linear"]
+    gains = pd.read_parquet(tmp_path / "learning-curves-gains.parquet")
+    assert gains.attrs["curves"]["learners"] == ["linear"]
 
 
 def test_a_quick_figure_is_small_where_nothing_was_given() -> None:
     from teamsight.cli.learn_figure import FigureSettings, curves_of
 
     quick, whole = (curves_of(FigureSettings(worlds="7", quick=quick)) for quick in (True, False))
-    assert (quick.samples, quick.memories, quick.worlds) == ((150, 600, 2400), 3, 7)
-    assert (len(whole.samples), whole.memories, whole.worlds) == (9, 10, 7)
+    assert (quick.samples, quick.memories, quick.worlds) == ((150, 600, 2400), 4, 7)
+    assert (len(whole.samples), whole.memories, whole.worlds) == (11, 24, 7)
 
 
 def test_a_table_that_would_be_too_large_is_refused_with_a_cure_of_the_command_line(
@@ -388,7 +388,7 @@ def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> 
     status, out, err = call(capsys)
     assert (status, err) == (0, "")
     assert "  teamsight learn explore --out" in out
-    for summary in ("record their transitions.", "measure how much robots then observe.", "under each degree of awareness."):
+    for summary in ("record their transitions.", "measure how much robots then observe.", "the gain from awareness."):
         assert out.count(summary) == 1
 
 
@@ -415,16 +415,19 @@ def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
 def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     options = ["--samples", "30,60", "--memories", "2", "--worlds", "1", "--steps", "5", "--workers", "1"]
     status, out, err = call(
-        capsys, "figure", "--out", str(tmp_path), "--learners", "tabular, linear", "--robots", "2", *options
+        capsys, "figure", "--out", str(tmp_path), "--learners", "tabular, linear", "--robots", "4,2", *options
     )
     assert (status, err) == (0, "")
     assert "learning curves in" in out
-    assert out.count("minus Θ(0), from 60 transitions: ") == 6
-    tables = {f"learning-curves{which}.parquet" for which in ("", "-points", "-gains")}
+    # Two learners, and the best.
+    assert out.count("; Θ(1) minus Θ(0) from 60: ") == 3
+    assert out.count("  N = 2, R = 5: ") == out.count("  N = 4, R = 3: ") == 3
+    tables = {f"learning-curves{which}.parquet" for which in ("", "-gains", "-crossings")}
     assert {path.name for path in tmp_path.iterdir()} == {"learning-curves.png", *tables}
-    points = pd.read_parquet(tmp_path / "learning-curves-points.parquet")
-    assert points.attrs["curves"]["samples"] == [30, 60]
-    assert np.isfinite(points["mean"]).all()
+    gains = pd.read_parquet(tmp_path / "learning-curves-gains.parquet")
+    assert gains.attrs["curves"]["samples"] == [30, 60]
+    assert gains.attrs["curves"]["robots"] == [2, 4]
+    assert np.isfinite(gains.loc[gains["transitions"] > 0, "gain"]).all()
 
 
 @pytest.mark.parametrize(
@@ -444,12 +447,15 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--k", "3"], ["k=3: regression matches no fixed number of transitions; leave it out"]),
         (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of transitions; leave it out"]),
         (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard learns while it acts"]),
-        (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
+        (["figure", "--learners", "sheppard", "--reward", "own", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
-        (["figure", "--k", "20", "--samples", "10,30"], ["k=20: lazy matches so many transitions, but the memory has only 10"]),
+        (["figure", "--k", "20", "--samples", "10,15"], ["k=20: lazy matches so many transitions, but the memory has only 15"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
+        (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 150,600"]),
+        (["figure", "--radius", "3,wide"], ["radius='3,wide': must be numbers, as in 3,5"]),
+        (["figure", "--radius", "1,2,3,4,5,6,7"], ["radius: are 7 numbers, at most 6"]),
         (["diagnose", "x", "--memories", "2"], ["memories=2: with MEMORY nothing is explored; leave one of them out"]),
         (["diagnose", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["diagnose", "--samples", "5"], ["samples=5: fewer than the 10 transitions that eq. 1 matches"]),

@@ -29,7 +29,7 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
     "evaluate": (["learn", "evaluate", "memory.safetensors", "--steps", "2", "--runs", "1", "--learner", "linear"], "--save", ["x.parquet"]),
     "figure": (
         ["learn", "figure", "--samples", "4", "--memories", "1", "--worlds", "1", "--steps", "2", "--robots", "2", "--workers", "1", "--learners", "linear"],
-        "--out", ["learning-curves.parquet", "learning-curves-points.parquet", "learning-curves-gains.parquet", "learning-curves.png"],
+        "--out", ["learning-curves.parquet", "learning-curves-gains.parquet", "learning-curves-crossings.parquet", "learning-curves.png"],
     ),
     "diagnose": (
         ["learn", "diagnose", "memory.safetensors", "--samples", "5", "--k", "2", "--learners", "lazy"], "--out",

@@ -9,8 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.agents.awareness import AWARENESS
-from teamsight.analysis.learning.curve_points import curve_points
+from teamsight.analysis.learning.curve_points import BEST, awareness_gains, crossings, mean_gains, pays_from
 from teamsight.analysis.learning.curves import Curves, make_curves
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.runs.workers import WorkerPool
@@ -18,6 +17,8 @@ from teamsight.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "learning.md").read_text(encoding="utf-8")
+LEARNERS = (*Curves.learners, BEST)
+GAINS = pd.read_parquet(DOCS / "learning-curves.parquet")
 # A number and its interval, as in "36.3 % (34.5 to 38.0)" of the page and "36.3 (34.5 to 38.0) %" of the command.
 INTERVAL = re.compile(r"([-+]?\d+\.\d)(?: %| points| pp)? \(([-+]?\d+\.\d) to ([-+]?\d+\.\d)\)")
 
@@ -48,51 +49,64 @@ def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytes
 
 
 @dataclass(frozen=True)
-class FirstColumns(Curves):
+class FirstPoints(Curves):
     """The first points of the curves on the page, from the same explorations, which depend on the largest sample."""
 
-    samples: tuple[int, ...] = (150, 600)
+    learners: tuple[str, ...] = ("linear",)
+    samples: tuple[int, ...] = (40, 600)
+    robots: tuple[int, ...] = (10,)
+    radius: tuple[float, ...] = (3.0,)
 
-    def exploration(self, degree: str, memory: int) -> Exploration:
-        return replace(super().exploration(degree, memory), runs=Curves().exploration(degree, memory).runs)
+    def exploration(self, memory: int) -> Exploration:
+        return replace(super().exploration(memory), runs=Curves().exploration(memory).runs)
 
 
-@pytest.mark.parametrize(("reward", "degree", "learners"), [
-    ("own", "none", ("lazy", "tabular", "linear")),
-    ("keep", "ring", ("tabular", "linear")),
-])  # fmt: skip
-def test_the_first_points_of_the_curves_are_made_again(reward: str, degree: str, learners: tuple[str, ...]) -> None:
-    curves = FirstColumns(degrees=(degree,), learners=learners, reward=reward)
+def test_the_first_points_of_the_curves_are_made_again() -> None:
+    curves = FirstPoints()
     with WorkerPool(1) as pool:
-        points = curve_points(make_curves(curves, pool))
-    own, keep = (lines for lines in tables() if "38,400" in lines[0])
-    rows = own if reward == "own" else keep
-    for learner in learners:
-        begin = next(i for i, line in enumerate(rows) if line.startswith(f"| {learner} |"))
-        row = next(line for line in rows[begin:] if f"| {AWARENESS[degree].order} |" in line)
-        assert written(points, learner) == re.findall(r"\d+\.\d ± \d+\.\d", row)[:2]
+        made = awareness_gains(make_curves(curves, pool))
+    point = ["learner", "transitions", "robots", "radius"]
+    made = made[made["learner"] == "linear"].dropna(subset="robots").set_index(point)
+    shipped = GAINS.set_index(point).loc[made.index]
+    assert len(made) == 2
+    pd.testing.assert_frame_equal(made, shipped, check_exact=False, rtol=1e-9)
 
 
-def test_the_table_of_the_curves_is_that_of_the_shipped_points() -> None:
-    points = pd.read_parquet(DOCS / "learning-curves.parquet")
-    own = next(lines for lines in tables() if "38,400" in lines[0])
+def test_the_means_on_the_page_are_those_of_the_shipped_table() -> None:
+    (lines,) = (lines for lines in tables() if "38,400" in lines[0] and "degree" in lines[0])
+    samples = [int(found.replace(",", "")) for found in re.findall(r"[\d,]*\d", lines[0])]
+    means = mean_gains(GAINS).set_index(["learner", "transitions"])
     learner, cells = "", 0
-    for line in own[2:]:
-        name, degree, *_ = (cell.strip() for cell in line.strip("|").split("|"))
+    for line in lines[2:]:
+        name, degree, *shown = (cell.strip().replace("−", "-") for cell in line.strip("|").split("|"))
         learner = name or learner
-        shown = re.findall(r"\d+\.\d ± \d+\.\d", line)
-        rows = points[points["learner"] == learner]
-        if degree:
-            number = next(key for key in AWARENESS if AWARENESS[key].order == degree)
-            rows = rows[(rows["degree"] == number) & rows["transitions"].isin((150, 600, 2400, 9600, 38400))]
-        assert written(rows, learner) == shown
-        cells += len(shown)
-    assert cells == 57
+        for transitions, cell in zip(samples, shown, strict=True):
+            row = means.loc[(learner, transitions if learner in LEARNERS else 0)]
+            if degree == "gain":
+                expected = f"{100 * row['gain']:+z.1f} ± {50 * (row['high'] - row['low']):.1f}"
+            else:
+                expected = f"{100 * row['collective' if degree == 'Θ(0)' else 'cooperative']:.1f}"
+            assert cell in (expected, ""), (learner, degree, transitions)
+            cells += cell == expected
+    assert cells == len(LEARNERS) * 3 * len(samples) + 2
 
 
-def written(points: pd.DataFrame, learner: str) -> list[str]:
-    found = points[points["learner"] == learner].sort_values("transitions")
-    return [
-        f"{100 * mean:.1f} ± {50 * (high - low):.1f}"
-        for mean, low, high in zip(found["mean"], found["low"], found["high"], strict=True)
-    ]
+def test_the_crossings_on_the_page_and_in_the_readme_are_those_of_the_shipped_table() -> None:
+    (lines,) = (lines for lines in tables() if "search space" in lines[0])
+    places = [(float(n), float(r)) for n, r in re.findall(r"N = (\d+), R = (\d+)", lines[0])]
+    found = crossings(GAINS)
+    for line in lines[2:]:
+        learner, size, mean, *shown = (cell.strip() for cell in line.strip("|").split("|"))
+        rows = found[found["learner"] == learner]
+        assert size == ("" if learner == BEST else f"{rows['log10_size'].iloc[0]:.1f}")
+        single = rows.set_index(["robots", "radius"])["crossing"]
+        expected = [mean_gains(rows)["crossing"].iloc[0], *(single[place] for place in places)]
+        assert [mean, *shown] == ["–" if number != number else f"{number:,.0f}" for number in expected]
+    assert len(lines) - 2 == len(LEARNERS)
+    assert len(places) == len(Curves().scenarios)
+    readme = " ".join((DOCS.parent / "README.md").read_text(encoding="utf-8").split())
+    for row in mean_gains(found).to_dict("records"):
+        assert pays_from(row["crossing"], row["largest"]) in readme, row["learner"]
+    best = mean_gains(GAINS).set_index(["learner", "transitions"])["gain"]["best"]
+    assert f"+{100 * best[40]:.0f} percentage points over the best learner without awareness" in readme
+    assert f"+{100 * best[600]:.0f} from 600" in readme

@@ -1,64 +1,56 @@
-"""The drawing of learning curves: nothing leaves it or lies over something else, and nothing is joined or claimed idly."""
+"""The drawing of learning curves: nothing leaves it or lies over something else, and nothing is claimed idly."""
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from teamsight.analysis.learning.curve_figure import LEAST_FOR_INTERVAL, draw_on_canvas
-from teamsight.analysis.learning.curve_points import curve_points
+from teamsight.analysis.learning.curve_figure import LEAST_FOR_INTERVAL, draw, draw_on_canvas
+from teamsight.analysis.learning.curve_points import awareness_gains, crossings
 from teamsight.analysis.learning.curves import SAMPLES, Curves
 from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 
 pytestmark = pytest.mark.short
 
-WIDTHS = {"none": 16, "ring": 32, "pairwise": 24, "shared": 80}
+SIZES = {"lazy": 9.6, "pessimistic": 9.6, "tabular": 5.0, "linear": 3.2, "regression": 1.8}
 
 
-def table_of(curves: Curves) -> pd.DataFrame:
-    """Made-up shares; no table of states where all teammates are known."""
+def gains_of(curves: Curves) -> pd.DataFrame:
+    """Return the gains of made-up shares: the regression gains from awareness, the others do not."""
     rng = np.random.default_rng(1)
-    place = {"replicate": 0, "seed": 0}
+    points = [*product(curves.learners, curves.samples), (RANDOM, 0), (DESIGNED, 0)]
     rows = [
-        {
-            "learner": learner,
-            "degree": degree,
-            "transitions": pairs,
-            "inputs": inputs,
-            "log10_size": inputs * np.log10(2),
-        }
-        | {"memory": memory, **place, "observed_fraction": rng.uniform(0.3, 0.5)}
-        for learner in curves.learners
-        for degree, inputs in WIDTHS.items()
-        for pairs in curves.samples
+        {"learner": learner, "transitions": transitions, "degree": degree, "memory": memory, "robots": robots}
+        | {"radius": radius, "log10_size": SIZES.get(learner, np.nan)}
+        | {"observed_fraction": rng.uniform(0.3, 0.31) + 0.2 * (learner == "regression" and degree == "ring")}
+        for learner, transitions in points
+        for degree in {RANDOM: ["none"], DESIGNED: ["pairwise"]}.get(learner, ["none", "ring"])
         for memory in range(curves.memories)
+        for robots, radius in curves.scenarios
     ]
-    rows += [
-        {"learner": name, "degree": "", "transitions": 0, "inputs": 0, "log10_size": 0.0}
-        | {"memory": memory, **place, "observed_fraction": share}
-        for name, share in ((RANDOM, 0.4), (DESIGNED, 0.7))
-        for memory in range(curves.memories)
-    ]
-    table = pd.DataFrame(rows)
-    refused = (table["learner"] == "tabular") & (table["degree"] == "shared")
-    return table.assign(observed_fraction=table["observed_fraction"].mask(refused))
+    return awareness_gains(pd.DataFrame(rows))
 
 
 def drawn(curves: Curves):  # type: ignore[no-untyped-def]
-    table = table_of(curves)
-    figure = draw_on_canvas(curve_points(table), table, curves)
+    gains = gains_of(curves)
+    figure = draw_on_canvas(gains, crossings(gains), curves)
     FigureCanvasAgg(figure).draw()
     return figure
 
 
-@pytest.mark.parametrize("learners", [("lazy",), ("tabular",), ("lazy", "pessimistic"), ("lazy", "tabular", "linear")])
+@pytest.mark.parametrize(
+    "learners", [("tabular",), ("lazy", "pessimistic"), ("lazy", "tabular", "linear", "regression")]
+)
 @pytest.mark.parametrize("memories", [1, 10])
-def test_everything_is_inside_and_nothing_lies_over_something_else(learners: tuple[str, ...], memories: int) -> None:
-    figure = drawn(Curves(learners=learners, memories=memories))
+@pytest.mark.parametrize("robots", [(5,), (5, 10, 20), (1, 5, 10, 20, 30)])
+def test_everything_is_inside_and_nothing_lies_over_something_else(
+    learners: tuple[str, ...], memories: int, robots: tuple[int, ...]
+) -> None:
+    figure = drawn(Curves(learners=learners, memories=memories, robots=robots))
     boxes = [text.get_window_extent() for text in figure.texts]
     boxes += [axes.get_tightbbox() for axes in figure.axes]
     boxes += [legend.get_window_extent() for legend in figure.legends]
@@ -70,9 +62,6 @@ def test_everything_is_inside_and_nothing_lies_over_something_else(learners: tup
     for one, other in combinations(boxes, 2):
         # Labels of ticks at the ends of neighbouring panels come near to each other; touching is no overlap.
         assert not one.padded(-3).overlaps(other)
-    for axes in figure.axes:
-        legend = axes.get_legend()
-        assert legend is None or not legend.get_window_extent().padded(-2).overlaps(axes.bbox)
 
 
 @pytest.mark.parametrize(
@@ -83,21 +72,34 @@ def test_samples_are_labelled(samples: tuple[int, ...], shown: tuple[int, ...]) 
     assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == [f"{mark:,}" for mark in shown]
 
 
-def test_degrees_are_named_and_not_joined() -> None:
-    lower = drawn(Curves(learners=("lazy",), memories=3)).axes[1]
-    assert [text.get_text().split("\n")[0] for text in lower.get_xticklabels()] == ["Θ(0)", "Θ(N)", "Θ(1)", "o(N)"]
-    markers = [line for line in lower.lines if len(line.get_xdata()) == 4]
-    assert [line.get_linestyle() for line in markers] == ["None"] * 3
+def test_there_is_a_panel_for_each_scenario() -> None:
+    figure = drawn(Curves(learners=("linear",), samples=(150, 600), robots=(5, 10), radius=(3.0, 5.5), memories=1))
+    titles = [axes.get_title("left") for axes in figure.axes]
+    assert titles[:4] == ["N = 5, R = 3", "N = 10, R = 3", "N = 5, R = 5.5", "N = 10, R = 5.5"]
+    assert len(titles) == 6
 
 
 @pytest.mark.parametrize("memories", [LEAST_FOR_INTERVAL - 1, LEAST_FOR_INTERVAL])
 def test_too_few_explorations_have_no_interval(memories: int) -> None:
     figure = drawn(Curves(learners=("lazy",), memories=memories))
-    assert len(figure.axes[0].collections) == (4 if memories == LEAST_FOR_INTERVAL else 0)
+    assert len(figure.axes[0].collections) == (1 if memories == LEAST_FOR_INTERVAL else 0)
     message = " ".join(text.get_text() for text in figure.texts)
     assert ("too few for an interval" in message) == (memories < LEAST_FOR_INTERVAL)
 
 
-def test_what_had_no_table_is_reported_beside_the_title() -> None:
-    figure = drawn(Curves(learners=("lazy", "tabular"), memories=1))
-    assert [axes.get_title("right") for axes in figure.axes] == ["", "", "o(N): too many states", ""]
+def test_crossings_are_drawn_where_they_are_and_learners_without_one_above_all_samples() -> None:
+    last = drawn(Curves(learners=("lazy", "pessimistic", "regression"), robots=(5,), samples=(150, 600))).axes[-1]
+    labels = dict(zip((text.get_text() for text in last.get_yticklabels()), last.get_yticks(), strict=True))
+    never = labels["not within\n600"]
+    assert never > 600
+    places = np.vstack([points.get_offsets() for points in last.collections if len(points.get_offsets())])
+    # Of three learners in two scenarios, only the regression gains; no point hides another one.
+    assert sorted(places[:, 1]) == [150, 150, never, never, never, never]
+    assert len(np.unique(places, axis=0)) == 6
+    assert [text.get_text() for text in last.get_xticklabels()] == ["regression\n1.8", "lazy,\npessimistic\n9.6"]
+
+
+def test_the_drawing_is_a_picture() -> None:
+    curves = Curves(learners=("tabular",), samples=(150,), memories=2, robots=(5,), radius=(3.0,))
+    gains = gains_of(curves)
+    assert draw(gains, crossings(gains), curves).startswith(b"\x89PNG")
