@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import re
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.awareness import AWARENESS
@@ -87,6 +88,11 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
 def superscript(digits: str) -> str:
     """Return digits as superscripts."""
     return digits.translate(_SUPERSCRIPTS)
+
+
+def minus(text: str) -> str:
+    """Return a text whose negative numbers have a minus sign; hyphens in words stay."""
+    return re.sub(r"(?<!\w)-(?=\d)", "−", text)
 
 
 def signed(value: float) -> str:
