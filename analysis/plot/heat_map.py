@@ -41,15 +41,18 @@ def draw_heat_map(axes: Axes, grid: pd.DataFrame, texts: Sequence[str], norm: No
     column, row = (place.ravel() for place in np.meshgrid(*(np.arange(length) for length in values.shape[::-1])))
     write_numbers(axes, column, row, texts, [INK if one else "white" for one in light.flat])
     axes.set_xticks(range(values.shape[1]), [f"{radius:g}" for radius in grid.columns])
-    axes.set_yticks(range(values.shape[0]), [str(robots) for robots in grid.index], size=_SIZE)
+    # Ticks of 30 team sizes would take as long as the rest of the map.
+    names = [str(robots) for robots in grid.index]
+    write_numbers(axes, np.full(len(names), -0.8), np.arange(len(names)), names, [INK] * len(names))
+    axes.set_yticks([])
     axes.set_xlabel(RADIUS_LABEL)
-    axes.set_ylabel(ROBOTS_LABEL)
+    axes.set_ylabel(ROBOTS_LABEL, labelpad=24)
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
 
 
 def write_numbers(
-    axes: Axes, x: NDArray[np.int64], y: NDArray[np.int64], texts: Sequence[str], colours: Sequence[str]
+    axes: Axes, x: NDArray[np.generic], y: NDArray[np.generic], texts: Sequence[str], colours: Sequence[str]
 ) -> None:
     """Write many short texts, centred on the points (x, y), as one artist.
 
@@ -62,6 +65,7 @@ def write_numbers(
     numbers = PathCollection(
         [outline(text) for text in texts],
         facecolors=colours, linewidths=0, offsets=places, offset_transform=axes.transData,
+        clip_on=False,
     )  # fmt: skip
     numbers.set_transform(Affine2D().scale(1 / 72) + axes.figure.dpi_scale_trans)
     axes.add_collection(numbers, autolim=False)

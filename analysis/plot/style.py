@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import itertools
-from typing import TYPE_CHECKING
+import re
+from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.awareness import AWARENESS
 
@@ -20,6 +21,8 @@ _COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 DEGREE = dict(zip(AWARENESS, itertools.cycle(_COLOURS)))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
+# The usual compression takes half as long again, and makes files smaller by 6 %.
+_SAVING: dict[str, dict[str, Any]] = {"png": {"pil_kwargs": {"compress_level": 3}}}
 _SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Formats of pictures, with their metadata: the mark of this program, the description, and no time.
 FORMATS: dict[str, dict[str, str | None]] = {
@@ -78,13 +81,18 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
     metadata = {name: value.format(description) if value else None for name, value in FORMATS[kind].items()}
     # The identifiers in SVG are random without a salt.
     with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
-        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
+        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata, **_SAVING.get(kind, {}))
     return buffer.getvalue()
 
 
 def superscript(digits: str) -> str:
     """Return digits as superscripts."""
     return digits.translate(_SUPERSCRIPTS)
+
+
+def minus(text: str) -> str:
+    """Return a text whose negative numbers have a minus sign; hyphens in words stay."""
+    return re.sub(r"(?<!\w)-(?=\d)", "−", text)
 
 
 def signed(value: float) -> str:

@@ -10,7 +10,7 @@ import pandas as pd
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
 from teamsight.analysis.paper.figures.surfaces import caption
 from teamsight.analysis.paper.lazy_teams import READINGS, Reading
-from teamsight.analysis.plot.style import canvas, head, signed
+from teamsight.analysis.plot.style import canvas, head, minus, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, interval_of, paired
 
@@ -59,7 +59,7 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
             f"{'ab'[row]}) {reading.title}, reward {reading.reward}: {_spread(reading, tables)}; standard error of a "
             f"cell up to {100 * cells['se'].max():.1f} pp"
         )
-        caption(figure, text, row)
+        caption(figure, minus(text), row)
     return figure
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.plot.style import FORMATS, canvas, to_picture
+from teamsight.analysis.plot.style import FORMATS, canvas, minus, to_picture
 from teamsight.analysis.runs.files import check_replaceable, write_bytes
 
 BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF-"}
@@ -37,3 +37,7 @@ def test_a_picture_has_a_mark_and_no_time(kind: str, tmp_path: Path) -> None:
     (tmp_path / "picture").write_bytes(content.replace(b"teamsight", b"something"))
     with pytest.raises(ValueError, match="holds something else"):
         check_replaceable(tmp_path / "picture")
+
+
+def test_numbers_get_a_minus_sign_and_words_keep_their_hyphen() -> None:
+    assert minus("Q-learning: -0.3 (-1.2 to +0.5), 2-3") == "Q-learning: −0.3 (−1.2 to +0.5), 2-3"

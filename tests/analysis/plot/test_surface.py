@@ -45,7 +45,8 @@ def test_the_heat_map_writes_every_cell_and_brackets_the_open_ones() -> None:
     figure = canvas(13.6, 8.6)
     draw_row(figure, cells, Look("gain", "{:.0f}".format, -90, 90, True), open_cells=cells.abs() < 15)
     (flat,) = (axes for axes in figure.axes if axes.images)
-    (numbers,) = flat.collections
+    numbers, names = flat.collections
+    assert [path.vertices.tolist() for path in names.get_paths()] == [outline(n).vertices.tolist() for n in ("1", "2")]
     shapes = {text: outline(text).vertices.tolist() for text in ("(10)", "-20", "(0)", "90", "10", "0")}
     written = {
         tuple(place): [text for text, shape in shapes.items() if path.vertices.tolist() == shape]
