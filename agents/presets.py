@@ -9,9 +9,9 @@ from typing import Any
 
 PRESETS: dict[str, dict[str, Any]] = {
     "touzet2000": {
-        "robot_speed": 0.2,
-        "target_speed": 0.1,
+        "robot_speed": 0.1,
+        "target_speed": 0.075,
         "uniform_target_speed": False,
-        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest"},
+        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest", "gain": 0.5},
     }
 }

@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
+from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from scaling import measure_scaling
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -47,6 +48,7 @@ def main() -> int:
         "memory": lambda: measure_memory(POLICIES[-1:] if options.quick else POLICIES),
         "help": lambda: measure_help(min(rounds, 7)),
         "learning": lambda: measure_learning(options.quick),
+        "regression": lambda: measure_regression(rounds, options.quick),
     }
     agrees = check(c, console)
     rows: list[Row] = []

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.stationary import Stationary
     from teamsight.policies.interface import Action, Percept, Policy, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
+    from teamsight.policies.lazy.lazy_regression import LazyRegression
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
     from teamsight.policies.percept_of_one import PerceptOfOne
@@ -38,6 +39,7 @@ _HOMES = {
     "Evasive": "teamsight.policies.handmade.evasive",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
     "Evolved": "teamsight.policies.evolved.policy",
+    "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager.linear",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
@@ -55,8 +57,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "LazyQ", "LinearQ",
-    "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyState", "RandomWalk",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "LazyQ", "LazyRegression",
+    "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyState", "RandomWalk",
     "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "turned",
 ]  # fmt: skip
 

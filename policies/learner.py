@@ -51,8 +51,6 @@ class Learner(CompiledPolicy):
     inputs : int, optional
         Number of components of a situation that are used: the robot's own (collective, for `NoAwareness`), or, by
         default, all (cooperative, for the degree of awareness of the exploration).
-    discount : float, default 0.7
-        Discount factor γ, in [0, 1].
 
     Attributes
     ----------
@@ -70,11 +68,9 @@ class Learner(CompiledPolicy):
     memory: LazyMemory
     reward: Reward = own_reward
     inputs: int = None  # type: ignore[assignment]  # replaced by a number in __post_init__
-    discount: float = 0.7
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", components(self.memory, self.inputs))
-        checks.number("discount", self.discount, least=0, most=1)
 
     @property
     @abstractmethod

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
-from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge
+from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge, needed
+from teamsight.analysis.paper.experiments import make_chosen
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import Grid, Request, make_tables
+from teamsight.analysis.runs.experiment import Grid, Request
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -172,9 +173,9 @@ def _tables(
         def progress(done: float, total: float, before: int = number) -> None:
             show((before + done / max(total, 1.0)) / len(phase.roots))
 
-        made[root] = make_tables(
-            requests, simulator.pool, root=root, runs=phase.runs, steps=phase.steps,
-            progress=progress, checkpoint=simulator.checkpoint,
+        made[root] = make_chosen(
+            requests, needed(phase.claims, beside=False), simulator.pool, root=root, runs=phase.runs,
+            steps=phase.steps, progress=progress, checkpoint=simulator.checkpoint,
         )  # fmt: skip
     return made
 

@@ -22,6 +22,7 @@ from teamsight.world.arena import Disc
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
 
+
 def delta_from_trajectories(
     trajectories: pd.DataFrame,
     awareness_range: float,

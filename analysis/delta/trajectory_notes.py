@@ -28,9 +28,7 @@ def notes(found: Neighbours, tried: Trials, awareness_range: float, chosen: bool
         Whether the window was given by the user.
     """
     grid = found.grid
-    said = [
-        f"Frames every {grid.step:g}; between samples of a robot up to {grid.max_gap:g} apart it moves in a line."
-    ]
+    said = [f"Frames every {grid.step:g}; between samples of a robot up to {grid.max_gap:g} apart it moves in a line."]
     said += _of_recordings(grid)
     said += _of_trials(grid, tried, chosen)
     present = float(found.over_time["robots"].mean()) / grid.robots

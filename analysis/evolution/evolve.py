@@ -99,6 +99,7 @@ def evaluate(
     *,
     constants: Path | None = None,
     training: Path | None = None,
+    further: Path | None = None,
     runs: int = 30,
     force: bool = False,
 ) -> None:
@@ -118,6 +119,8 @@ def evaluate(
         A file that `train` wrote; by default the constants that ship with the package.
     training : Path, optional
         The folder of `train`, whose validated generations the page shows.
+    further : Path, optional
+        The folder of an evolution that began with the constants, for the same purpose.
     runs : int
         Runs of each cell.
     force : bool
@@ -133,7 +136,27 @@ def evaluate(
         files.check_replaceable(file, force=force)
     policy = Evolved.load(constants) if constants else Evolved()
     points, trained = _progress(training / TRAINING) if training else ([], {})
-    about = {"version": __version__, "runs": runs, "made": made(constants) if constants else made(), "trained": trained}
+    more, continued = _progress(further / TRAINING) if further else ([], {})
+    about = {
+        "version": __version__, "runs": runs, "made": made(constants) if constants else made(),
+        "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
+    }  # fmt: skip
+    table = pd.concat(
+        [
+            *_compared(policy, runs, pool, watch),
+            pd.DataFrame(points).assign(part="training"),
+            pd.DataFrame(more).assign(part="further"),
+        ],
+        ignore_index=True,
+    )
+    files.write_table(table_file, table, about, force=force)
+    files.write_page(page_file, page(table, about), force=force)
+    images = files.prepare_folder(folder / "images")
+    files.write_bytes(images / "evolved.png", picture(table, about), force=force)
+
+
+def _compared(policy: Evolved, runs: int, pool: WorkerPool | None, watch: Watch) -> list[pd.DataFrame]:
+    """Screen A-CMOMMT, and return all comparisons of the policy with the best of it."""
     screened = compare.screen(_SCREEN_RUNS, pool, _phase(watch, "screening"))
     options = options_of(screened)[0]
     (found,) = compare.compare(
@@ -145,21 +168,13 @@ def evaluate(
         root=cma.VALIDATE, runs=_VALIDATE_RUNS, progress=_phase(watch, "ablating"),
     )  # fmt: skip
     elsewhere = generalise(policy, options, pool, runs=runs, progress=_phase(watch, "generalising"))
-    table = pd.concat(
-        [
-            screened.assign(part="screen"),
-            compare.by_cell(found).assign(part="cell"),
-            _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
-            _gains(ablations).assign(part="ablation"),
-            elsewhere.assign(part="generalisation"),
-            pd.DataFrame(points).assign(part="training"),
-        ],
-        ignore_index=True,
-    )
-    files.write_table(table_file, table, about, force=force)
-    files.write_page(page_file, page(table, about), force=force)
-    images = files.prepare_folder(folder / "images")
-    files.write_bytes(images / "evolved.png", picture(table, about), force=force)
+    return [
+        screened.assign(part="screen"),
+        compare.by_cell(found).assign(part="cell"),
+        _gains({"evolved": found}).drop(columns="name").assign(part="overall"),
+        _gains(ablations).assign(part="ablation"),
+        elsewhere.assign(part="generalisation"),
+    ]
 
 
 def _save(file: Path, evolution: Evolution, generation: Generation, force: bool) -> None:

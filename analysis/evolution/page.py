@@ -36,7 +36,8 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     table : DataFrame
         The content of ``evolved.parquet``; the column `part` says what a row is about.
     about : mapping
-        The number of runs, what made the constants, and the options of A-CMOMMT with which their training was compared.
+        The number of runs, what made the constants, those of an evolution that began with them (None if there is
+        none), and the options of A-CMOMMT with which the trainings of both were compared.
     """
     parts = {str(name): rows for name, rows in table.groupby("part")}
     made = about["made"]
@@ -47,9 +48,10 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         "has sensed. It perceives teammates only through a ring of 16 sectors, Θ(1). It reads odometry and a compass: "
         "its memories are moved by its own displacement (`percept.moved`) and have the directions of the world, in "
         "which a robot's heading is given. A-CMOMMT uses both for the targets that it remembers, and for nothing else.",
-        f"Made by `teamsight evolve test --training evolution --out docs`: {about['runs']} runs of {cma.STEPS} steps "
-        f"in each cell, paired on common noise. The root seed {cma.TEST} was used neither for training nor for "
-        "choosing the options of A-CMOMMT, nor for an earlier version of this page.",
+        f"Made by `teamsight evolve test --training evolution{' --further further' if about['further'] else ''} "
+        f"--out docs`: {about['runs']} runs of {cma.STEPS} steps in each cell, paired on common noise. The root seed "
+        f"{cma.TEST} was used neither for training nor for choosing the options of A-CMOMMT, nor for an earlier "
+        "version of this page.",
         "## Gain",
         _gain(parts, _cells_of(table)),
         _cell_table(_cells_of(table)),
@@ -62,6 +64,7 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         *_training(parts, about["trained"]),
         "Generation 0 was written by hand: the forces of A-CMOMMT, with smooth instead of 0-or-1 weights of targets, a "
         "memory of the area, and straight motion while idle.",
+        *_continued(parts, about),
         "## Ablations",
         f"Gain when the output of one part of the policy is set to 0, without training it again (root seed "
         f"{cma.VALIDATE}):",
@@ -79,7 +82,7 @@ def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
     """Return the gain over team size and radius as PNG; for the parameters see `page`."""
     cells = _cells_of(table)
     figure = canvas(WIDTH, HEIGHT + HEAD)
-    title = "Gain by evolution: the evolved policy (Θ(1), ring of 16) less the strongest A-CMOMMT (Θ(N))"
+    title = "Gain by evolution: the evolved policy (Θ(1), ring of 16) − the strongest A-CMOMMT (Θ(N))"
     head(
         figure,
         title,
@@ -131,15 +134,33 @@ def _training(parts: Mapping[str, pd.DataFrame], options: Mapping[str, Any]) -> 
     """Return the gain after some generations; nothing if the folder of the training was not given."""
     if "training" not in parts:
         return []
-    rows = (
-        [f"{int(row['generation'])}", f"{row['robot_steps'] / 1e9:.1f} × 10⁹", str(_interval(row))]
-        for _, row in parts["training"].sort_values("generation").iterrows()
-    )
     return [
         f"Gain on other worlds (root seed {cma.VALIDATE}), over the whole grid, over A-CMOMMT with "
         f"{_options(options)}:",
-        markdown.table(["generation", "robot-steps", "gain, 95 % interval [pp]"], rows),
+        _progress_table(parts["training"]),
     ]
+
+
+def _continued(parts: Mapping[str, pd.DataFrame], about: Mapping[str, Any]) -> list[str]:
+    """Return how far an evolution came that began with these constants; nothing if its folder was not given."""
+    if "further" not in parts:
+        return []
+    made = about["further"]
+    return [
+        f"`{made['command']}` began with these constants and made {made['trials']:,} trials in new worlds (root seed "
+        f"{cma.TRAIN_FURTHER}). Its gain on the worlds of root seed {cma.VALIDATE}, over A-CMOMMT with "
+        f"{_options(about['continued'])}:",
+        _progress_table(parts["further"]),
+        "New constants ship only if, on these worlds, they gain more than the old ones by more than the interval.",
+    ]
+
+
+def _progress_table(points: pd.DataFrame) -> str:
+    rows = (
+        [f"{int(row['generation'])}", f"{row['robot_steps'] / 1e9:.1f} × 10⁹", str(_interval(row))]
+        for _, row in points.sort_values("generation").iterrows()
+    )
+    return markdown.table(["generation", "robot-steps", "gain, 95 % interval [pp]"], rows)
 
 
 def _ablation_table(ablations: pd.DataFrame) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from teamsight.core.neighbour_list import no_neighbours
 from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy.lazy_q import LazyQ
-from teamsight.policies.lazy.readings import compass
+from teamsight.policies.lazy.readings import unit_vectors
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward, rewards_of
 
@@ -147,6 +147,6 @@ def approach(policy: Any) -> Floats:
     heading, speed, nobody = np.tile([1.0, 0.0], (size, 1)), np.ones(size), no_neighbours(size)
     percept = Percept(heading, np.zeros((size, 2)), speed, speed, speed, nobody, nobody, nobody, situation)
     action, _ = policy.decide(percept, policy.start(size), np.zeros((policy.draws, size)))
-    bearing = np.tile(compass(own, 0, ""), (BINS, 1))
+    bearing = np.tile(unit_vectors(own, 0, ""), (BINS, 1))
     gained = action.distance * (action.heading * bearing).sum(axis=1)
     return np.asarray(gained.reshape(BINS, own).mean(axis=1))

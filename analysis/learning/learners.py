@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
-from teamsight.analysis.learning.registry import LEARNERS
+from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.core import checks
 from teamsight.policies.lazy.action_values import MOST_MATCHES, check_constants, next_matches
 from teamsight.policies.lazy.learner import LazyLearner
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.rewards import Reward, own_reward
+from teamsight.policies.rewards import Reward
 
 #: Called with the work done and the work in all.
 Progress = Callable[[float, float], None]
@@ -25,44 +25,68 @@ class Objective(NamedTuple):
 
     Attributes
     ----------
-    reward : callable
+    reward : callable or None
         Reward of each transition; see `teamsight.policies.rewards`.
     k : int or None
-        Number of transitions that match a situation, for lazy learners; None for the learner's default.
-    discount : float
-        Discount factor γ, in [0, 1].
+        Number of transitions that match a situation, for learners that match.
+    discount : float or None
+        Discount factor γ, in [0, 1], for learners that look ahead.
+
+    None stands for the learner's default.
     """
 
-    reward: Reward = own_reward
+    reward: Reward | None = None
     k: int | None = None
-    discount: float = 0.7
+    discount: float | None = None
 
 
-def check_objective(learners: Sequence[str], reward: str, k: int | None, transitions: int | None = None) -> None:
+def default_of(learner: str, constant: str) -> Any:
+    """Return a learner's default for a parameter, such as "k" or "discount"; None if it has no such parameter."""
+    return getattr(LEARNERS[learner], constant, None)
+
+
+def default_reward(learner: str) -> str:
+    """Return the name of a learner's default reward."""
+    return next(name for name, reward in REWARDS.items() if reward == default_of(learner, "reward"))
+
+
+def check_objective(
+    learners: Sequence[str],
+    reward: str | None,
+    k: int | None,
+    transitions: int | None = None,
+    *,
+    discount: float | None = None,
+) -> None:
     """Raise an error if one of the learners cannot learn this.
 
     Parameters
     ----------
     learners : sequence of str
         Names of learners.
-    reward : str
-        Name of the reward.
+    reward : str or None
+        Name of the reward; None, as for the other constants, for the default of each learner.
     k : int or None
-        Number of transitions that match a situation; None for the default of each learner.
+        Number of transitions that match a situation.
     transitions : int, optional
         Smallest number of transitions to learn from, if it is known.
+    discount : float, optional
+        Discount factor γ.
 
     Raises
     ------
     ValueError
         Naming the value, the limit and the cure.
     """
-    if "sheppard" in learners and reward != "own":
+    if "sheppard" in learners and reward not in (None, "own"):
         raise ValueError(
             f"reward={reward}: sheppard learns while it acts, from the robot's own gains and losses only; give the "
             "reward own, or another learner"
         )
-    matching = {name: usual for name in learners if (usual := _usual_matches(name)) is not None}
+    if discount is not None and all(default_of(name, "discount") is None for name in learners):
+        verb = "uses" if len(learners) == 1 else "use"
+        raise ValueError(f"discount={discount:g}: {' and '.join(learners)} {verb} immediate rewards only; leave it out")
+    matching = {name: usual for name in learners if (usual := default_of(name, "k")) is not None}
     if k is not None and not matching:
         verb = "matches" if len(learners) == 1 else "match"
         raise ValueError(f"k={k}: {' and '.join(learners)} {verb} no fixed number of transitions; leave it out")
@@ -77,15 +101,9 @@ def check_objective(learners: Sequence[str], reward: str, k: int | None, transit
             )
 
 
-def _usual_matches(name: str) -> int | None:
-    """Return by default how many transitions a learner matches with a situation; None if it matches no fixed number."""
-    kind = LEARNERS[name]
-    return kind.k if issubclass(kind, LazyLearner) else None
-
-
 def search_seconds(name: str, memory: LazyMemory, objective: Objective) -> float:
     """Return the expected duration of a learner's search, with all inputs and with the robot's own ones [s]."""
-    if _usual_matches(name) is None or objective.discount == 0:
+    if default_of(name, "k") is None or objective.discount == 0:
         return 0.0
     inputs = memory.own + (memory.inputs if memory.added else 0)
     return float(len(memory)) ** 2 * inputs / _COMPARED_A_SECOND
@@ -108,7 +126,7 @@ def learn(
     memory : LazyMemory
         The transitions.
     objective : Objective, optional
-        What is to be learnt; by default the reward "own" and the default constants.
+        What is to be learnt; constants that the learner does not have are ignored.
     inputs : int, optional
         Number of components of a situation that are used; by default all.
     progress : callable
@@ -119,16 +137,17 @@ def learn(
     TypeError, ValueError
         If the name is unknown, or the learner cannot use its arguments.
     """
-    kind, chosen = LEARNERS[checks.choice("learner", name, LEARNERS)], objective or Objective()
+    kind = LEARNERS[checks.choice("learner", name, LEARNERS)]
     width = memory.inputs if inputs is None else inputs
-    if not issubclass(kind, LazyLearner):
-        return kind(memory, chosen.reward, width, chosen.discount)
-    k = kind.k if chosen.k is None else chosen.k
-    check_constants(memory, k, chosen.discount, kind.sweeps)
-    if chosen.discount > 0:
-        # The learner would make this search too, but without reporting progress.
-        next_matches(memory, k, width, progress)
-    return kind(memory, chosen.reward, width, chosen.discount, k=k)
+    wanted = {constant: value for constant, value in (objective or Objective())._asdict().items() if value is not None}
+    given = {constant: value for constant, value in wanted.items() if default_of(name, constant) is not None}
+    if issubclass(kind, LazyLearner):
+        k, discount = given.get("k", kind.k), given.get("discount", kind.discount)
+        check_constants(memory, k, discount, kind.sweeps)
+        if discount > 0:
+            # The learner would make this search too, but without reporting progress.
+            next_matches(memory, k, width, progress)
+    return kind(memory, inputs=width, **given)
 
 
 def awareness_for(memory: LazyMemory, inputs: int | None = None) -> Awareness:

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 #: Learners by name.
 LEARNERS: Mapping[str, type[Learner]] = Registry(
     {
+        "regression": "teamsight.policies.lazy.lazy_regression:LazyRegression",
         "lazy": "teamsight.policies.lazy.lazy_q:LazyQ",
         "pessimistic": "teamsight.policies.lazy.pessimistic_lazy_q:PessimisticLazyQ",
         "sheppard": "teamsight.policies.lazy.sheppard_lazy_q:SheppardLazyQ",
         "tabular": "teamsight.policies.eager.tabular:TabularQ",
         "linear": "teamsight.policies.eager.linear:LinearQ",
-        "regression": "teamsight.policies.lazy.lazy_regression:LazyRegression",
     }
 )
 #: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.

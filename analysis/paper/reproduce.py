@@ -11,12 +11,13 @@ from typing import Any
 import pandas as pd
 
 from teamsight import __version__
-from teamsight.analysis.paper.claims import Ledger, judge, needed
-from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.paper.claims import CLAIMS, Ledger, judge, needed
+from teamsight.analysis.paper.claims.conditions import options, scenario
+from teamsight.analysis.paper.experiments import chosen, make_chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import PAPER, Grid, Request, make_tables
+from teamsight.analysis.runs.experiment import PAPER, Grid, Request
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.simulate import Watch
@@ -156,13 +157,15 @@ def _simulate(plan: Plan, pool: WorkerPool, watch: Watch, checkpoint: Checkpoint
         Request(setting, chosen(claimed if number else claimed | drawn, plan.grid, setting))
         for number, setting in enumerate(plan.settings.values())
     ]
-    made = make_tables(
+    made = make_chosen(
         requests,
+        claimed,
         pool,
         root=plan.root,
         runs=plan.runs,
         steps=plan.steps,
         progress=lambda done, total: watch("simulating", done, total),
+        later=lambda done, total: watch("measuring", done, total),
         checkpoint=checkpoint,
     )
     return dict(zip(plan.settings, made, strict=True))
@@ -195,7 +198,15 @@ def _draw(
 
 
 def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
-    ledger = Ledger({setting: judge(made) for setting, made in tables.items()}, plan.conditions())
+    ledger = Ledger(
+        {setting: judge(made, beside=True) for setting, made in tables.items()},
+        plan.conditions(),
+        {name: scenario(claim, tables, plan.steps) for name, claim in CLAIMS.items()},
+        {
+            setting: {name: options(claim, plan.settings[setting]) for name, claim in CLAIMS.items()}
+            for setting in tables
+        },
+    )
     claimed = needed()
     runs = [
         found.assign(setting=setting, experiment=name)

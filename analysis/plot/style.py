@@ -20,6 +20,7 @@ _COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#
 DEGREE = dict(zip(AWARENESS, itertools.cycle(_COLOURS)))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
+_SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Formats of pictures, with their metadata: the mark of this program, the description, and no time.
 FORMATS: dict[str, dict[str, str | None]] = {
     "png": {"Software": "teamsight", "Description": "{}"},
@@ -79,6 +80,11 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
     with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
         figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata)
     return buffer.getvalue()
+
+
+def superscript(digits: str) -> str:
+    """Return digits as superscripts."""
+    return digits.translate(_SUPERSCRIPTS)
 
 
 def signed(value: float) -> str:

@@ -59,6 +59,8 @@ class Experiment:
         Further keyword parameters with their values. All combinations are run; each parameter becomes a column.
     replicates : int
         Factor on the number of replicates.
+    fresh : bool
+        Begin with the replicate after those of an experiment with the factor 1: worlds that no surface contains.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Experiment:
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     replicates: int = 1
+    fresh: bool = False
 
     def variant(self, replicate: int) -> Variant:
         """Return the treatment of a replicate, with the columns that describe it."""
@@ -101,9 +104,9 @@ class Experiment:
         runs, steps : int
             Replicates of each cell, and steps of each run.
         """
-        count = runs * self.replicates
+        count, first = runs * self.replicates, runs if self.fresh else 0
         # One mapping for all replicates of one treatment, by which runs recognise each other.
-        distinct = range(count if callable(self.treatment) else 1)
+        distinct = range(first, first + (count if callable(self.treatment) else 1))
         common = [self.parameters(setting, replicate) for replicate in distinct]
         columns = [self.variant(replicate).columns for replicate in distinct]
         sweeps = [dict(zip(self.sweep, values, strict=True)) for values in product(*self.sweep.values())]
@@ -111,8 +114,8 @@ class Experiment:
             scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
                 parameters = [each | scenario | swept for each in common]
-                for replicate in range(count):
-                    variant = replicate % len(distinct)
+                for replicate in range(first, first + count):
+                    variant = (replicate - first) % len(distinct)
                     seed = model_seed(root, replicate, robots, self.targets, radius)
                     named = {**scenario, **swept, **columns[variant], "replicate": replicate, "seed": seed}
                     yield named, Run(parameters[variant], seed, steps)

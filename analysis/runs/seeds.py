@@ -16,10 +16,13 @@ from typing import Any
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
     {
         "reproduce": (2000,),
-        "calibration: screen": (-1,),
-        "calibration: final": (-2, -3, -4),
+        "calibration: screen": (-101,),
+        "calibration: final": (-102, -103, -104),
+        "calibration: report": (-105, -106),
         "figure 11: explore": (-41,),
         "learning: report": (-42,),
+        "closed form: report": (-61,),
+        "lost targets: report": (-62,),
         "evolution: train": (-21,),
         "evolution: validate": (-22,),
         "evolution: screen": (-23,),
@@ -27,6 +30,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: test": (-25,),
         "evolution: generalise": (-26,),
         "evolution: train further": (-27,),
+        "designed feature": (-51,),
     }
 )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
 from teamsight.policies.actions import ActionGrid
 from teamsight.policies.learner import Learner
 
@@ -17,8 +18,10 @@ class EagerLearner(Learner):
 
     Parameters
     ----------
-    memory, reward, inputs, discount
+    memory, reward, inputs
         As for `Learner`.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1].
     actions : ActionGrid
         The actions to choose from.
 
@@ -28,10 +31,12 @@ class EagerLearner(Learner):
         If a constant is outside its limits, or the reward does not return a finite number for each transition.
     """
 
+    discount: float = 0.7
     actions: ActionGrid = ActionGrid()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        checks.number("discount", self.discount, least=0, most=1)
         if not isinstance(self.actions, ActionGrid):
             raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
 

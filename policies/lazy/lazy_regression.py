@@ -21,24 +21,40 @@ from teamsight.policies.lazy.readings import (
     LAYOUTS,
     TAKEN,
     TEAMMATE,
-    compass,
+    WORD,
     is_taken,
-    place_of,
+    lowest,
+    place,
     readings_of,
+    sensed,
     teammates,
+    unit_vectors,
 )
-from teamsight.policies.learner import Learner, is_situation, refuse
-from teamsight.policies.rewards import Reward, keep_reward, rewards_of
+from teamsight.policies.learner import Learner, refuse
+from teamsight.policies.memory.transitions import MOST
+from teamsight.policies.rewards import Reward, keep_reward, name_of, rewards_of
 
 #: Number of distances, equally spaced from 0 to the range, at which slopes are fitted; linear in between.
 POINTS = 21
 
 # The parameters end with the unit vector of each input.
-_OWN, _LAYOUT, _COMPASS = range(3)
+_OWN, _LAYOUT, _UNIT = range(3)
+# Forces below this share of the largest one are what rounding leaves of forces that cancel.
+_LEAST_FORCE = 1e-6
 
 
 @inlined
-def _law(table: Any, kind: int, distance: float) -> Any:
+def _is_situation(situation: Any) -> bool:
+    """Return whether all readings are within the limits of a memory; unlike the learners' common check, on lanes."""
+    wrong = 0
+    for component in range(situation.shape[0]):
+        # Written so that NaN is counted too.
+        wrong += not abs(situation[component]) <= MOST
+    return wrong == 0
+
+
+@inlined
+def _force(table: Any, kind: int, distance: float) -> Any:
     """Return the force of a reading, by linear interpolation."""
     at = distance * (POINTS - 1)
     point = min(int(at), POINTS - 2)
@@ -46,33 +62,36 @@ def _law(table: Any, kind: int, distance: float) -> Any:
 
 
 @inlined
-def _climb(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+def _follow(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
     own = int(parameters[_OWN])
     layout = int(parameters[_LAYOUT])
-    inputs = (parameters.shape[0] - _COMPASS) // 2
-    directions = parameters[_COMPASS:].reshape((inputs, 2))
+    inputs = (parameters.shape[0] - _UNIT) // 2
+    unit = parameters[_UNIT:].reshape((inputs, 2))
     for i in range(percept.heading.shape[0]):
         situation = percept.situation[i]
-        if not is_situation(situation, inputs):
+        if not _is_situation(situation):
             refuse(i, percept, action)
             continue
-        ratio = percept.awareness_range[i] / percept.sensing_range[i]
         ahead = 0.0
         left = 0.0
-        for sector in range(own):
-            distance = float(situation[sector])
-            if distance < 1.0:
-                x = distance * directions[sector, 0]
-                y = distance * directions[sector, 1]
-                taken = is_taken(x, y, distance * distance, situation, directions, own, layout, ratio)
-                force = _law(arrays.table, TAKEN if taken else FREE, max(distance, 0.0))
-                ahead += force * directions[sector, 0]
-                left += force * directions[sector, 1]
-        for number in range(teammates(inputs, own, layout)):
-            distance, x, y = place_of(situation, directions, own, layout, number)
-            if distance < 1.0:
-                force = _law(arrays.table, TEAMMATE, max(distance, 0.0))
+        ranges = (percept.sensing_range[i], percept.awareness_range[i])
+        perceived = teammates(situation, own, inputs, layout)
+        for first in range(0, own, WORD):
+            word = sensed(situation, first, own)
+            while word:
+                bit, word = lowest(word)
+                distance, x, y = place(situation, unit, layout, own, first + bit)
+                taken = is_taken(situation, unit, layout, own, first + bit, perceived, ranges)
+                force = _force(arrays.table, TAKEN if taken else FREE, distance)
+                ahead += force * x
+                left += force * y
+        for first in range(own, inputs, WORD):
+            word = teammates(situation, first, inputs, layout) if first > own else perceived
+            while word:
+                bit, word = lowest(word)
+                distance, x, y = place(situation, unit, layout, own, first + bit)
+                force = _force(arrays.table, TEAMMATE, distance)
                 ahead += force * x
                 left += force * y
         _move(ahead, left, i, percept, action)
@@ -84,7 +103,7 @@ def _move(ahead: float, left: float, i: int, percept: Any, action: Any) -> None:
     x = percept.heading[i, 0]
     y = percept.heading[i, 1]
     square = ahead * ahead + left * left
-    if square > 1e-18:
+    if square > _LEAST_FORCE * _LEAST_FORCE:
         shrink = 1.0 / math.sqrt(square)
         x, y = (ahead * x - left * y) * shrink, (left * x + ahead * y) * shrink
     action.heading[i, 0] = x
@@ -114,20 +133,23 @@ class LazyRegression(Learner):
     ridge : float
         Draws all slopes towards 0; see `teamsight.policies.lazy.local_slopes`.
     significance : float
-        The force of taken targets and of teammates is 0 unless the slope is farther than this from 0 [standard errors].
+        The force of taken targets and of teammates is 0 unless the slope is farther than this from 0 [standard errors];
+        0 keeps all slopes as they are.
     stride : float, optional
-        Distance of a full step over the sensing range. By default from the memory's settings.
+        Distance of a full step over the sensing range. By default from the memory's settings, which name one speed and
+        one range unless the robots of the exploration differed.
 
     Attributes
     ----------
     forces : mapping of str to ndarray, shape (points,), float64
-        For each kind of reading the force at equally spaced distances from 0 to the range; positive is attraction.
+        For each kind of reading the force at equally spaced distances from 0 to the range [reward per range]; positive
+        is attraction.
 
     Raises
     ------
     TypeError, ValueError
-        If a constant is outside its limits, the reward does not return a finite number for each transition, or the
-        memory's inputs do not show where teammates are.
+        If a constant is outside its limits, the reward does not return a finite number for each transition, the
+        memory's settings lack speed and ranges, or its inputs do not show where teammates are.
 
     Warns
     -----
@@ -150,48 +172,64 @@ class LazyRegression(Learner):
     forces: Mapping[str, Floats] = field(init=False)
 
     title = "locally weighted regression"
-    kernel = _climb
+    kernel = _follow
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.number("bandwidth", self.bandwidth, above=0)
         for name in ("ridge", "significance"):
             checks.number(name, getattr(self, name), least=0)
+        if self.stride is not None:
+            checks.number("stride", self.stride, above=0)
         object.__setattr__(self, "forces", self._fitted())
 
     @property
     def layout(self) -> str:
         """How the inputs show where teammates are; see ``Awareness.teammate_layout``."""
-        if self.inputs == self.memory.own:
+        added = self.inputs - self.memory.own
+        if not added:
             return ""
         layout = self.memory.settings.get("teammate_layout")
-        if layout not in LAYOUTS or not layout:
-            degree = self.memory.settings.get("degree", "unknown")
+        cure = f"or give inputs={self.memory.own}, which uses targets only"
+        if layout is None:
             raise ValueError(
-                f"memory: the {self.memory.added} inputs of its degree of awareness, {degree}, do not show where "
-                f"teammates are; explore with awareness='ring' or 'pairwise', or give inputs={self.memory.own}"
+                f"memory: its settings lack teammate_layout, how its {added} inputs show where teammates are; explore "
+                f"again, add 'sectors' or 'offsets' to the settings, {cure}"
+            )
+        if layout not in LAYOUTS[1:] or (layout == "offsets" and added % 2):
+            degree = checks.shown(self.memory.settings.get("degree"))
+            raise ValueError(
+                f"memory: the {added} inputs of its degree of awareness, {degree}, do not show where teammates are "
+                f"(teammate_layout={checks.shown(layout)}); explore with awareness='ring' or 'pairwise' "
+                f"(--awareness ring), use another learner (--learner linear), {cure}"
             )
         return str(layout)
 
-    def _range(self, name: str) -> float:
+    def _length(self, name: str, cure: str) -> float:
         value = self.memory.settings.get(name)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
-            cure = "" if name == "awareness_range" else ", or give stride, a full step over the sensing range"
-            raise ValueError(
-                f"memory: its settings have {name}={value!r}, and one positive number is needed; add it to the "
-                f"settings{cure}"
-            )
+        # Explorations of robots that differ have two values, merged ones that differ none.
+        if not isinstance(value, int | float) or not 0 < value < math.inf:
+            found = f"memory: {name}={checks.shown(value)} in its settings"
+            raise ValueError(f"{found}: must be one positive number; {cure}")
         return float(value)
 
-    def _fitted(self) -> Mapping[str, Floats]:
-        stride = self.stride
+    def _scales(self) -> tuple[float, float]:
+        """Return the distance of a full step and the awareness range, both over the sensing range."""
+        stride, cure = self.stride, "explore with robots of one speed and range, or give stride"
         if stride is None:
-            stride = self._range("robot_speed") / self._range("sensing_range")
-        checks.number("stride", stride, above=0)
-        layout = self.layout
-        ratio = self._range("awareness_range") / self._range("sensing_range") if layout else 1.0
+            stride = self._length("robot_speed", cure) / self._length("sensing_range", cure)
+        if not self.layout:
+            return stride, 1.0
+        cure = "explore with robots of one range, or add it to the settings"
+        return stride, self._length("awareness_range", cure) / self._length("sensing_range", cure)
+
+    def _fitted(self) -> Mapping[str, Floats]:
+        stride, ratio = self._scales()
         rewards = rewards_of(self.memory, self.reward)
-        found = readings_of(self.memory, self.inputs, layout, ratio, stride)
+        if (most := np.abs(rewards).max()) > MOST:
+            name = name_of(self.reward)
+            raise ValueError(f"reward {name}: is up to {most:g}, must be at most {MOST:g}; give smaller rewards")
+        found = readings_of(self.memory, self.inputs, self.layout, ratio, stride)
         point = np.linspace(0.0, 1.0, POINTS)
         forces = {}
         for kind, name in enumerate(KINDS):
@@ -200,17 +238,17 @@ class LazyRegression(Learner):
             given = None if kind == FREE else found.distance[chosen]
             slopes = local_slopes(moved, response, point, self.bandwidth, self.ridge, given=given)
             forces[name] = -significant(slopes, 0.0 if kind == FREE else self.significance)
-        if not forces[KINDS[FREE]].any():
+        if not any(map(np.any, forces.values())):
             self._warn(rewards)
         return forces
 
     def _warn(self, rewards: Floats) -> None:
-        why = f"{len(self.memory)} transitions are too few for a slope"
+        why = f"{len(rewards)} transitions are too few for a slope; explore longer"
         if (rewards == rewards[0]).all():
-            why = f"the reward is {rewards[0]:g} for all {len(rewards)} transitions"
-        warnings.warn(
-            f"LazyRegression: {why}; the robots go straight on: explore longer, or use another reward", stacklevel=5
-        )
+            same = f"{name_of(self.reward)} is {rewards[0] + 0.0:g} for all {len(rewards)} transitions"
+            why = f"{same}; explore longer, or give another reward"
+        # The level is that of the line that makes the learner.
+        warnings.warn(f"LazyRegression: robots will go straight on, since {why}", stacklevel=5)
 
     @property
     def learned(self) -> Floats:
@@ -218,9 +256,10 @@ class LazyRegression(Learner):
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
-        return self.learned.astype(np.float32)
+        # Only the direction of the sum matters: in these units it does not depend on the unit of the reward.
+        return (self.learned / (np.abs(self.learned).max() or 1.0)).astype(np.float32)
 
     @property
     def parameters(self) -> Floats:
         own, layout = self.memory.own, self.layout
-        return np.concatenate([[own, LAYOUTS[layout]], compass(own, self.inputs - own, layout).ravel()])
+        return np.concatenate([[own, LAYOUTS.index(layout)], unit_vectors(own, self.inputs - own, layout).ravel()])

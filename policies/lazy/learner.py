@@ -51,8 +51,10 @@ class LazyLearner(Learner):
 
     Parameters
     ----------
-    memory, reward, inputs, discount
+    memory, reward, inputs
         As for `Learner`.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1].
     k : int
         Number of transitions that match a situation: 1 to 128, and at most the size of the memory.
     sweeps : int
@@ -70,6 +72,7 @@ class LazyLearner(Learner):
         finite number for each transition.
     """
 
+    discount: float = 0.7
     k: int = 10
     sweeps: int = 10
     values: Floats = field(init=False)

@@ -7,9 +7,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.core.angles import direction
-from teamsight.core.kernel import Entry, Record, inlined, plain
+from teamsight.core.kernel import Entry, Record, below_8, inlined, plain
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
 
@@ -17,65 +18,111 @@ from teamsight.policies.memory import LazyMemory
 KINDS = ("free target", "taken target", "teammate")
 FREE, TAKEN, TEAMMATE = range(len(KINDS))
 #: Ways in which inputs show where teammates are; see ``Awareness.teammate_layout``.
-LAYOUTS = {"": 0, "sectors": 1, "offsets": 2}
+LAYOUTS = ("", "sectors", "offsets")
+_OFFSETS = LAYOUTS.index("offsets")
+
+#: Inputs that `sensed` looks at in one call.
+WORD = 64
 
 _TURNS_PER_RADIAN = 0.15915494309189535
+# Every second bit: of the inputs of a teammate the first is the distance, the second the bearing.
+_DISTANCES = 0x5555555555555555
 
 
-def compass(own: int, added: int, layout: str) -> Floats:
-    """Return the unit vectors of the centres of all sectors, shape (own + added, 2); (0, 0) for other inputs.
+def unit_vectors(own: int, added: int, layout: str) -> Floats:
+    """Return the directions of the centres of all sectors, shape (own + added, 2); (0, 0) for inputs that are none.
 
     Parameters
     ----------
     own, added : int
         Numbers of inputs that show targets and teammates.
     layout : str
-        A key of `LAYOUTS`.
+        One of `LAYOUTS`.
     """
-    unit = plain(direction)
     found = np.zeros((own + added, 2))
-    found[:own] = [unit(sector / own) for sector in range(own)]
-    if layout == "sectors":
-        found[own:] = [unit(sector / added) for sector in range(added)]
+    for first, sectors in ((0, own), (own, added if layout == "sectors" else 0)):
+        for sector in range(sectors):
+            found[first + sector] = plain(direction)(sector / sectors)
     return found
 
 
 @inlined
-def teammates(inputs: int, own: int, layout: int) -> int:
-    """Return how many teammates or sectors of teammates a situation has."""
-    return inputs - own if layout == 1 else (inputs - own) // 2 if layout == 2 else 0
+def sensed(situation: Any, first: int, stop: int) -> Any:
+    """Return a word in which bit i is set if input ``first + i`` is below 1, for `WORD` inputs before `stop`."""
+    word = np.uint64(0)
+    at = first
+    end = min(first + WORD, stop)
+    while at + 8 <= end:
+        word |= below_8(situation, at, 1.0) << np.uint64(at - first)
+        at += 8
+    while at < end:
+        word |= np.uint64(situation[at] < 1.0) << np.uint64(at - first)
+        at += 1
+    return word
 
 
 @inlined
-def place_of(situation: Any, compass: Any, own: int, layout: int, number: int) -> tuple[float, float, float]:
-    """Return distance and unit vector of a teammate, in units of the awareness range; a distance of 1 is none."""
-    if layout == 1:
-        return situation[own + number], compass[own + number, 0], compass[own + number, 1]
-    x, y = direction(situation[own + 2 * number + 1])
-    return situation[own + 2 * number], x, y
+def teammates(situation: Any, first: int, stop: int, layout: int) -> Any:
+    """Return a word in which bit i is set if input ``first + i`` is the distance of a perceived teammate."""
+    word = sensed(situation, first, stop)
+    return word & np.uint64(_DISTANCES) if layout == _OFFSETS else word
 
 
 @inlined
-def is_taken(
-    x: float, y: float, square: float, situation: Any, compass: Any, own: int, layout: int, ratio: float
-) -> bool:
-    """Return whether a perceived teammate is nearer to a target than the robot.
+def lowest(word: Any) -> tuple[Any, Any]:
+    """Return the number of the lowest bit that is set, and the word without it."""
+    return np.int64(trailing_zeros(word)), word & (word - np.uint64(1))
+
+
+@inlined
+def place(situation: Any, unit: Any, layout: int, own: int, at: int) -> tuple[float, float, float]:
+    """Return the distance that input `at` shows, at least 0, and the direction as a unit vector.
 
     Parameters
     ----------
-    x, y, square : float
-        The target's place in units of the sensing range, and its distance squared.
-    situation, compass, own, layout
-        As for `place_of`.
-    ratio : float
-        Awareness range over sensing range.
+    situation : ndarray, shape (inputs,), float32
+        The situation.
+    unit : ndarray, shape (inputs, 2), float64
+        See `unit_vectors`.
+    layout, own : int
+        Index in `LAYOUTS`, and the number of inputs that show targets.
+    at : int
+        The input; of a teammate's two inputs the first.
     """
-    for number in range(teammates(situation.shape[0], own, layout)):
-        distance, unit_x, unit_y = place_of(situation, compass, own, layout, number)
-        if distance < 1.0:
-            way_x = ratio * distance * unit_x - x
-            way_y = ratio * distance * unit_y - y
-            if way_x * way_x + way_y * way_y < square:
+    x, y = unit[at, 0], unit[at, 1]
+    if layout == _OFFSETS and at >= own:
+        turns = float(situation[at + 1])
+        x, y = direction(turns - math.floor(turns))
+    return max(float(situation[at]), 0.0), x, y
+
+
+@inlined
+def is_taken(situation: Any, unit: Any, layout: int, own: int, sector: int, word: Any, ranges: Any) -> bool:
+    """Return whether a perceived teammate is nearer to the target in a sector than the robot.
+
+    Parameters
+    ----------
+    situation, unit, layout, own
+        As for `place`.
+    sector : int
+        The input that shows the target.
+    word : int
+        ``teammates(situation, own, inputs, layout)``, which is the same for all targets.
+    ranges : tuple of float
+        Sensing range and awareness range, in any unit.
+    """
+    distance, x, y = place(situation, unit, layout, own, sector)
+    distance *= ranges[0]
+    inputs = situation.shape[0]
+    for first in range(own, inputs, WORD):
+        if first > own:
+            word = teammates(situation, first, inputs, layout)
+        while word:
+            bit, word = lowest(word)
+            apart, to_x, to_y = place(situation, unit, layout, own, first + bit)
+            apart *= ranges[1]
+            # By the law of cosines; a teammate at the robot's own place is not nearer.
+            if 0.0 < apart < 2.0 * distance * (to_x * x + to_y * y):
                 return True
     return False
 
@@ -89,12 +136,14 @@ class Reader(NamedTuple):
         The situations, one column a transition.
     action : ndarray, shape (2, k), float32
         Rotation [rad] and distance [share of the speed].
-    compass : ndarray, shape (inputs, 2), float64
-        See `compass`.
+    unit : ndarray, shape (inputs, 2), float64
+        See `unit_vectors`.
     own, layout : int
-        Number of inputs that show targets, and of the layout of the others.
+        Number of inputs that show targets, and index in `LAYOUTS`.
     ratio, stride : float
         Awareness range and the distance of a full step, over the sensing range.
+    row : ndarray, shape (inputs,), float32
+        Room for one situation.
     kind, transition : ndarray, shape (readings,), int64
         Written: the kind of each reading and its transition.
     distance, moved : ndarray, shape (readings,), float64
@@ -105,11 +154,12 @@ class Reader(NamedTuple):
 
     situation: Annotated[npt.NDArray[np.float32], "inputs", "k"]
     action: Annotated[npt.NDArray[np.float32], 2, "k"]
-    compass: Annotated[Floats, "inputs", 2]
+    unit: Annotated[Floats, "inputs", 2]
     own: int
     layout: int
     ratio: float
     stride: float
+    row: Annotated[npt.NDArray[np.float32], "inputs"]
     kind: Annotated[npt.NDArray[np.int64], "readings"]
     transition: Annotated[npt.NDArray[np.int64], "readings"]
     distance: Annotated[Floats, "readings"]
@@ -125,35 +175,32 @@ def _read(address: int) -> int:
     reader = reader_at(address)
     found = 0
     inputs, size = reader.situation.shape
-    own, layout, ratio = reader.own, reader.layout, reader.ratio
+    own, layout = reader.own, reader.layout
+    # Side by side, as in a percept.
+    situation = reader.row
     for i in range(size):
-        situation = reader.situation[:, i]
-        fraction = reader.action[0, i] * _TURNS_PER_RADIAN
-        move_x, move_y = direction(fraction if fraction >= 0.0 else fraction + 1.0)
+        for at in range(inputs):
+            situation[at] = reader.situation[at, i]
+        turns = float(reader.action[0, i]) * _TURNS_PER_RADIAN
+        move_x, move_y = direction(turns - math.floor(turns))
         step = reader.stride * reader.action[1, i]
-        move_x *= step
-        move_y *= step
-        for sector in range(own):
-            distance = float(situation[sector])
-            if distance < 1.0:
-                x = distance * reader.compass[sector, 0]
-                y = distance * reader.compass[sector, 1]
-                taken = is_taken(x, y, distance * distance, situation, reader.compass, own, layout, ratio)
-                reader.kind[found] = TAKEN if taken else FREE
-                reader.transition[found] = i
-                reader.distance[found] = distance
-                reader.moved[found] = math.sqrt((x - move_x) ** 2 + (y - move_y) ** 2)
-                found += 1
-        for number in range(teammates(inputs, own, layout)):
-            distance, unit_x, unit_y = place_of(situation, reader.compass, own, layout, number)
-            if distance < 1.0:
-                x = distance * unit_x - move_x / ratio
-                y = distance * unit_y - move_y / ratio
-                reader.kind[found] = TEAMMATE
-                reader.transition[found] = i
-                reader.distance[found] = distance
-                reader.moved[found] = math.sqrt(x * x + y * y)
-                found += 1
+        perceived = teammates(situation, own, inputs, layout)
+        for at in range(inputs):
+            if not situation[at] < 1.0 or (layout == _OFFSETS and at >= own and (at - own) % 2):
+                continue
+            distance, x, y = place(situation, reader.unit, layout, own, at)
+            kind = TEAMMATE
+            if at < own:
+                taken = is_taken(situation, reader.unit, layout, own, at, perceived, (1.0, reader.ratio))
+                kind = TAKEN if taken else FREE
+            # Inputs of teammates are in awareness ranges.
+            reach = step / reader.ratio if kind == TEAMMATE else step
+            reader.kind[found] = kind
+            reader.transition[found] = i
+            reader.distance[found] = distance
+            way_x, way_y = distance * x - reach * move_x, distance * y - reach * move_y
+            reader.moved[found] = math.sqrt(way_x * way_x + way_y * way_y)
+            found += 1
     reader.found[0] = found
     return 0
 
@@ -188,7 +235,7 @@ def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stri
     inputs : int
         Number of components of a situation that are used.
     layout : str
-        A key of `LAYOUTS`; "" if no input shows where teammates are.
+        One of `LAYOUTS`; "" if no input shows where teammates are.
     ratio : float
         Awareness range over sensing range.
     stride : float
@@ -197,10 +244,10 @@ def readings_of(memory: LazyMemory, inputs: int, layout: str, ratio: float, stri
     table = memory.table[:inputs]
     most = int(np.count_nonzero(table < 1.0))
     room = Readings(np.zeros(most, np.int64), np.zeros(most, np.int64), np.zeros(most), np.zeros(most))
-    found = np.zeros(1, np.int64)
+    row, found = np.zeros(inputs, np.float32), np.zeros(1, np.int64)
     action = memory.table[memory.inputs : memory.inputs + 2]
-    directions = compass(memory.own, inputs - memory.own, layout)
-    reader = Reader(table, action, directions, memory.own, LAYOUTS[layout], ratio, stride, *room, found)
+    unit = unit_vectors(memory.own, inputs - memory.own, layout)
+    reader = Reader(table, action, unit, memory.own, LAYOUTS.index(layout), ratio, stride, row, *room, found)
     _READ(READER.pack(reader))
     kind, transition, distance, moved = room
     count = int(found[0])

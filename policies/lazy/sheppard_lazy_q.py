@@ -183,6 +183,7 @@ class SheppardLazyQ(Learner):
     """
 
     memory: LazyMemory | None = None  # type: ignore[assignment]
+    discount: float = 0.7
     learning_rate: float = 0.5
     threshold: float = 1.0
     similar_action: float = 0.25

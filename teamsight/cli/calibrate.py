@@ -20,8 +20,8 @@ class CalibrateSettings(Settings):
 def calibrate(settings: CalibrateSettings) -> None:
     """Search the constants that the paper leaves open.
 
-    These are speeds, idle behaviour and weights of A-CMOMMT; the preset touzet2000 has the best of them. Writes a table
-    of all trials and a page about them. Changes no default. After an interruption the same command continues from
+    These are speeds, idle behaviour, weights and gain of A-CMOMMT; the preset touzet2000 has the best of them. Writes a
+    table of all trials and a page about them. Changes no default. After an interruption the same command continues from
     there.
 
     \b

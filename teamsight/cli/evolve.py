@@ -33,6 +33,7 @@ class TestSettings(Settings):
     out: Path = values.folder(Path("results"), "Folder for the page, its table and its figure.")
     constants: Path | None = values.file("Constants that 'evolve train' wrote.", shown="the constants that ship")
     training: Path | None = values.folder(None, "Folder that 'evolve train' wrote; its progress is added to the page.")
+    further: Path | None = values.folder(None, "Folder of an evolution that began with these constants; as --training.")
     runs: int = values.count(30, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
     workers: int | None = values.workers()
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
@@ -88,6 +89,7 @@ def test(settings: TestSettings) -> None:
     with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
         evolve.evaluate(
             folder, pool, watch,
-            constants=settings.constants, training=settings.training, runs=settings.runs, force=settings.force,
+            constants=settings.constants, training=settings.training, further=settings.further,
+            runs=settings.runs, force=settings.force,
         )  # fmt: skip
     say(f"page, table and figure in {folder}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,10 +29,10 @@ class EvaluateSettings(Settings):
     """Settings of ``teamsight learn evaluate``."""
 
     memory: Path = values.file("Memory to learn from.", metavar="MEMORY", kind="argument", required=True)
-    learner: str = values.choice("lazy", "Learner: {names}.", values.LEARNERS)
-    reward: str = values.reward("own")
+    learner: str = values.choice("regression", "Learner: {names}.", values.LEARNERS)
+    reward: str | None = values.reward(None, "keep for regression, own for others")
     k: int | None = values.matches()
-    discount: float = values.discount(0.7)
+    discount: float | None = values.discount(None, "0.7; regression uses none")
     robots: int | None = values.agents(None, "Number of robots.", shown="as many as explored")
     targets: int = values.agents(15, "Number of targets.")
     radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
@@ -61,8 +62,8 @@ def evaluate(settings: EvaluateSettings) -> None:
     Examples:
       teamsight learn evaluate memory.safetensors
       teamsight learn evaluate memory.safetensors --learner tabular --reward team --robots 10 --radius 4
-      teamsight learn evaluate many.safetensors --sample 30000
-      teamsight learn evaluate memory.safetensors --k 20 --discount 0.9 --runs 100 --save runs.parquet
+      teamsight learn evaluate many.safetensors --learner lazy --sample 30000
+      teamsight learn evaluate memory.safetensors --learner lazy --k 20 --discount 0.9 --runs 100 --save runs.parquet
     """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation
@@ -72,12 +73,14 @@ def evaluate(settings: EvaluateSettings) -> None:
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
-    check_objective((settings.learner,), settings.reward, settings.k)
+    check = partial(check_objective, (settings.learner,), settings.reward, settings.k, discount=settings.discount)
+    check()
     memory = _memory(settings)
-    check_objective((settings.learner,), settings.reward, settings.k, len(memory))
+    check(len(memory))
     scenario = _scenario(settings, memory)
     about = settings.values(without=("save", "memory", "workers", "force"))
-    about |= {"robots": scenario.robots, "memory": memory.digest, "explored": dict(memory.settings)}
+    about |= {"reward": _reward(settings), "robots": scenario.robots}
+    about |= {"memory": memory.digest, "explored": dict(memory.settings)}
     if settings.save:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
@@ -91,6 +94,12 @@ def evaluate(settings: EvaluateSettings) -> None:
     if settings.save:  # before anything is printed, since printing may fail
         files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
     _print(table, settings, memory, scenario, time.perf_counter() - began)
+
+
+def _reward(settings: EvaluateSettings) -> str:
+    from teamsight.analysis.learning.learners import default_reward
+
+    return settings.reward or default_reward(settings.learner)
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
@@ -130,7 +139,7 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
     from teamsight.analysis.learning.registry import REWARDS
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
-    objective = Objective(REWARDS[settings.reward], settings.k, settings.discount)
+    objective = Objective(REWARDS[_reward(settings)], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, objective)
     if expected > _LONG:
         watch.emit(
@@ -139,11 +148,16 @@ def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Co
         )
     watch("learning", 0, 1)
     try:
-        return evaluation.contenders(settings.learner, memory, objective, partial(watch, "learning"))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = evaluation.contenders(settings.learner, memory, objective, partial(watch, "learning"))
+        for note in dict.fromkeys(str(warning.message) for warning in caught):
+            watch.emit(f"note: {note}")
+        return found
     except TooManyStatesError as error:
         wrong = str(error).partition(";")[0]
         raise ValueError(
-            f"learner={settings.learner}: {wrong}; give --learner linear or lazy, or explore with a degree of "
+            f"learner={settings.learner}: {wrong}; give --learner regression or linear, or explore with a degree of "
             "awareness that adds fewer inputs"
         ) from error
 
@@ -152,15 +166,18 @@ def _print(
     table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, scenario: Scenario, seconds: float
 ) -> None:
     from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.learners import default_of
     from teamsight.analysis.learning.provenance import differing
     from teamsight.cli.show import plural, say, wide_console
 
     for name, found in differing(memory).items():
         say(f"note: {name} differs between the explorations ({', '.join(map(str, found))}); the default is used here")
+    discount = default_of(settings.learner, "discount") if settings.discount is None else settings.discount
+    constants = f"reward {_reward(settings)}" + ("" if discount is None else f", discount {discount:g}")
     say(
-        f"{settings.learner} on {plural(len(memory), 'transition')}, reward {settings.reward}, discount "
-        f"{settings.discount:g}: {plural(scenario.robots, 'robot')}, {plural(scenario.targets, 'target')}, "
-        f"R = {scenario.radius:g}, {plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, "
+        f"{settings.learner} on {plural(len(memory), 'transition')}, {constants}: "
+        f"{plural(scenario.robots, 'robot')}, {plural(scenario.targets, 'target')}, R = {scenario.radius:g}, "
+        f"{plural(scenario.runs, 'world')} of {plural(scenario.steps, 'step')}, "
         f"seed {scenario.seed}{_unusual(scenario)}"
     )
     wide_console().print(_summary_table(evaluation.summary(table)), highlight=False)

@@ -106,12 +106,15 @@ def show_ledger(ledger: Ledger) -> None:
     table.add_column("its figure", max_width=16)
     for setting in ledger.settings:
         table.add_column(setting, max_width=40)
+    table.add_column("conditions", max_width=30)
     for name, claim in ledger.claims().items():
         found = [ledger.verdicts[setting][name] for setting in ledger.settings]
         words = (
-            f"[{'green' if v.holds else 'red'}]{'holds' if v.holds else 'differs'}[/]  {v.measured}" for v in found
+            f"[{'green' if v.holds else 'red'}]{'holds' if v.holds else 'differs'}[/]  "
+            + "; ".join((v.measured, *v.beside))
+            for v in found
         )
-        table.add_row(name, f"{claim.statement} ({claim.where})", claim.figure, *words)
+        table.add_row(name, f"{claim.statement} ({claim.where})", claim.figure, *words, ledger.scenarios[name])
     console.print(table)
     total = len(ledger.claims())
     for setting in ledger.settings:

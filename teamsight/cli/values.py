@@ -102,9 +102,13 @@ def workers() -> Any:
     return Option(_numeric(check), None, help, "INTEGER", "number of cores")
 
 
-def choice(default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = ()) -> Any:
+def choice(
+    default: str | None, help: str, names: Callable[[], Iterable[str]], more: tuple[str, ...] = (), shown: str = ""
+) -> Any:
     """Declare one of some names; ``{names}`` in the help does not list `more`."""
-    return Option(lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", names=names)
+    return Option(
+        lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", shown, names=names
+    )
 
 
 def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[str]], called: str) -> Any:
@@ -179,9 +183,9 @@ def preset() -> Any:
     return choice(None, "Settings for what the paper leaves open: {names}. See docs/calibration.md.", PRESETS)
 
 
-def reward(default: str) -> Any:
+def reward(default: str | None, shown: str = "") -> Any:
     """Declare a reward by name."""
-    return choice(default, "Reward of a transition: {names}. See docs/learning.md.", REWARDS)
+    return choice(default, "Reward of a transition: {names}. See docs/learning.md.", REWARDS, shown=shown)
 
 
 def matches() -> Any:
@@ -189,6 +193,6 @@ def matches() -> Any:
     return count(None, "Number k of nearest transitions that a learner uses.", shown="that of the learner")
 
 
-def discount(default: float) -> Any:
+def discount(default: float | None, shown: str = "") -> Any:
     """Declare the discount factor."""
-    return number(default, "Discount factor γ, in [0, 1].", least=0.0, most=1.0)
+    return number(default, "Discount factor γ, in [0, 1].", least=0.0, most=1.0, shown=shown)

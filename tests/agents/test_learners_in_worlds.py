@@ -17,7 +17,7 @@ from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.agents.awareness.interface import Width
 from teamsight.agents.recording.explore import explore
 from teamsight.core.kernel import kernel
-from teamsight.policies import LazyQ, PessimisticLazyQ, Policy, RandomWalk, SheppardLazyQ
+from teamsight.policies import LazyQ, LazyRegression, PessimisticLazyQ, Policy, RandomWalk, SheppardLazyQ
 from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import team_reward
@@ -43,6 +43,12 @@ LEARNERS = [
     (LazyQ(memory(RingAwareness(5))), RingAwareness(5)),
     (LazyQ(memory(PairwiseAwareness())), PairwiseAwareness()),
     (LazyQ(memory(SharedAwareness())), SharedAwareness()),
+    (LazyRegression(memory()), RingAwareness()),
+    (LazyRegression(memory(), inputs=16), NoAwareness()),
+    (LazyRegression(memory(), team_reward, significance=0), RingAwareness()),
+    (LazyRegression(memory(RingAwareness(5))), RingAwareness(5)),
+    (LazyRegression(memory(RingAwareness(70)), significance=0), RingAwareness(70)),
+    (LazyRegression(memory(PairwiseAwareness()), significance=0), PairwiseAwareness()),
     (PessimisticLazyQ(memory()), RingAwareness()),
     (PessimisticLazyQ(memory(), inputs=16), NoAwareness()),
     (SheppardLazyQ(), RingAwareness()),
@@ -101,7 +107,7 @@ def test_called_from_python_they_agree_with_their_kernel_in_the_loop(policy: Any
     assert fingerprint(compiled) == fingerprint(plain)
 
 
-@pytest.mark.parametrize("kind", [LazyQ, PessimisticLazyQ])
+@pytest.mark.parametrize("kind", [LazyQ, LazyRegression, PessimisticLazyQ])
 def test_without_teammates_cooperative_and_collective_agree_exactly(kind: Any) -> None:
     lonely = memory(robots=1)
     seed = seeds()
@@ -173,7 +179,7 @@ class Wrong(Awareness):
 @pytest.mark.parametrize("reading", [np.nan, np.inf, -1e31])
 @pytest.mark.parametrize(
     "policy",
-    [LazyQ(memory()), PessimisticLazyQ(memory()), SheppardLazyQ(), TabularQ(memory()), LinearQ(memory(), sweeps=1)],
+    [LazyQ(memory()), LazyRegression(memory()), PessimisticLazyQ(memory()), SheppardLazyQ(), TabularQ(memory()), LinearQ(memory(), sweeps=1)],
     ids=lambda policy: type(policy).__name__,
 )
 def test_an_invalid_situation_is_refused_on_both_paths(policy: Any, reading: float) -> None:

@@ -18,7 +18,12 @@ def test_inputs_are_those_of_figure_2(degree: str, one: int, thirty: int) -> Non
 
 def test_other_constants_are_used() -> None:
     given = {"own": 3, "delta": 5, "sigma": 7}
-    assert [search_space.inputs(degree, 2, **given) for degree in ("none", "ring", "pairwise", "shared")] == [3, 8, 17, 9]
+    assert [search_space.inputs(degree, 2, **given) for degree in ("none", "ring", "pairwise", "shared")] == [
+        3,
+        8,
+        17,
+        9,
+    ]
 
 
 def test_size_is_exact_where_floats_are_not() -> None:

@@ -225,7 +225,7 @@ def test_what_stands_at_out_is_named_with_its_cure(capsys: pytest.CaptureFixture
 def test_evaluate_learns_from_a_sample(capsys: pytest.CaptureFixture[str], small: Path) -> None:
     tests = ["--runs", "1", "--steps", "3"]
     status, out, _ = call(capsys, "evaluate", str(small), "--sample", "25", *tests)
-    assert (status, out.startswith("lazy on 25 transitions, ")) == (0, True)
+    assert (status, out.startswith("regression on 25 transitions, reward keep: ")) == (0, True)
     assert "3 robots, 15 targets, R = 3, 1 world of 3 steps" in out
     status, _, err = call(capsys, "evaluate", str(small), "--sample", "61", *tests)
     assert (status, "sample=61: the memory has only 60 transitions" in err) == (2, True)
@@ -237,7 +237,7 @@ def test_a_long_search_is_announced_with_its_cure(
     from teamsight.cli import learn_evaluate
 
     monkeypatch.setattr(learn_evaluate, "_LONG", 0)
-    _, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3")
+    _, _, err = call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3", "--learner", "lazy")
     assert "learning from 60 transitions takes about 0 min" in err
     assert "--sample 30000 takes seconds" in " ".join(err.split())
     assert call(capsys, "evaluate", str(small), "--runs", "1", "--steps", "3", "--learner", "linear")[2] == ""
@@ -344,8 +344,44 @@ def test_a_table_that_would_be_too_large_is_refused_with_a_cure_of_the_command_l
     status, _, err = call(capsys, "evaluate", str(shared), "--learner", "tabular", "--runs", "1")
     assert (status, err.count("\n")) == (2, 1)
     assert "learner=tabular: a table of 3^" in err
-    assert "give --learner linear or lazy" in err
+    assert "give --learner regression or linear" in err
     assert "sectors or levels" not in err
+
+
+def test_a_degree_that_shows_no_teammates_is_refused_by_the_regression_with_a_cure(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    shared = tmp_path / "shared.safetensors"
+    call(capsys, "explore", "--out", str(shared), *SMALL, "--awareness", "shared")
+    status, out, err = call(capsys, "evaluate", str(shared), "--runs", "1")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "the 32 inputs of its degree of awareness, 'shared', do not show where teammates are" in err
+    assert "(--awareness ring), use another learner (--learner linear)" in err
+
+
+def test_robots_that_learn_nothing_are_reported_once(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    few = tmp_path / "few.safetensors"
+    call(capsys, "explore", "--out", str(few), "--robots", "1", "--targets", "1", "--radius", "9", "--steps", "1")
+    status, out, err = call(capsys, "evaluate", str(few), "--runs", "1", "--steps", "3", "--workers", "1")
+    assert (status, "regression on 1 transition, reward keep" in out) == (0, True)
+    note = "note: LazyRegression: robots will go straight on, since keep_reward is 0 for all 1 transitions; explore longer"
+    assert " ".join(err.split()).count(note) == 1
+
+
+def test_the_reward_is_that_of_the_learner_unless_one_is_given(
+    capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path
+) -> None:
+    tests = ["--runs", "1", "--steps", "3", "--workers", "1"]
+    for options, shown in (
+        ([], "regression on 60 transitions, reward keep: "),
+        (["--learner", "linear"], "linear on 60 transitions, reward own, discount 0.7: "),
+        (["--reward", "team"], "regression on 60 transitions, reward team: "),
+        (["--learner", "linear", "--reward", "alone", "--discount", "0.2"], "linear on 60 transitions, reward alone, discount 0.2: "),
+    ):
+        saved = tmp_path / "runs.parquet"
+        status, out, _ = call(capsys, "evaluate", str(small), *tests, *options, "--save", str(saved), "--force")
+        assert (status, out.startswith(shown)) == (0, True)
+        assert f"reward {pd.read_parquet(saved).attrs['reward']}" in shown
 
 
 def test_learn_alone_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
@@ -404,6 +440,8 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
+        (["evaluate", "x", "--discount", "0.3"], ["discount=0.3: regression uses immediate rewards only; leave it out"]),
+        (["evaluate", "x", "--k", "3"], ["k=3: regression matches no fixed number of transitions; leave it out"]),
         (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of transitions; leave it out"]),
         (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard learns while it acts"]),
         (["figure", "--learners", "sheppard", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
@@ -434,7 +472,7 @@ def test_what_is_wrong_is_reported_in_one_line_each(
 def test_a_memory_too_small_for_k_and_a_team_of_another_size_are_refused(
     capsys: pytest.CaptureFixture[str], small: Path
 ) -> None:
-    status, _, err = call(capsys, "evaluate", str(small), "--k", "61")
+    status, _, err = call(capsys, "evaluate", str(small), "--learner", "lazy", "--k", "61")
     assert (status, err.count("\n")) == (2, 1)
     assert "k=61: lazy matches so many transitions, but the memory has only 60" in err
     pairwise = small.with_name("pairwise.safetensors")

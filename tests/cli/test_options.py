@@ -67,7 +67,7 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
         },
         learn_evaluate.EvaluateSettings: {
             **{name: value for name, value in defaults_of(Scenario).items() if name != "robots"},
-            "k": Objective().k, "discount": Objective().discount,
+            "reward": Objective().reward, "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
         evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed, "spread": Evolution.spread},
@@ -114,7 +114,7 @@ def test_the_help_shows_each_option_with_its_default(command: click.Command) -> 
             default = f"[default: {option.default_text()}]" if option.default_text() else ""
             assert record == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
             # Without a default, leaving the option out means that there is no such thing.
-            assert default or option.required or option.many or name in ("preset", "out", "save", "trajectories", "training")
+            assert default or option.required or option.many or name in ("preset", "out", "save", "trajectories", "training", "further")
 
 
 class Sample(Settings):

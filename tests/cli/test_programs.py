@@ -70,9 +70,13 @@ def test_evolve_test_passes_its_files_on(
 ) -> None:
     asked: dict[str, Any] = {}
     monkeypatch.setattr(evolve, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
-    options = ["--constants", "c.json", "--training", "t", "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
+    files = ["--constants", "c.json", "--training", "t", "--further", "f"]
+    options = [*files, "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
     assert call(capsys, "evolve", "test", *options)[0] == 0
-    assert asked == {"folder": tmp_path, "constants": Path("c.json"), "training": Path("t"), "runs": 2, "force": False}
+    assert asked == {
+        "folder": tmp_path, "constants": Path("c.json"), "training": Path("t"), "further": Path("f"), "runs": 2,
+        "force": False,
+    }  # fmt: skip
 
 
 def test_an_optional_package_that_is_missing_is_named_with_its_cure(

@@ -57,7 +57,7 @@ def test_an_evaluation_is_written_before_it_is_printed(tmp_path: Path, full: int
     assert teamsight(tmp_path, *EXPLORE, *WRITTEN[EXPLORE], output=subprocess.DEVNULL) == (0, "")
     for output, status in ((full, 2), (gone, 0)):
         place = f"{status}.parquet"
-        small = ("--runs", "1", "--steps", "5", "--workers", "1", "--discount", "0", "--save", place)
+        small = ("--runs", "1", "--steps", "5", "--workers", "1", "--save", place)
         assert teamsight(tmp_path, "learn", "evaluate", "out.safetensors", *small, output=output)[0] == status
         assert (tmp_path / place).exists()
 

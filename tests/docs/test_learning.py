@@ -41,7 +41,7 @@ def tables() -> list[list[str]]:
 def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     memory = str(tmp_path / "memory.safetensors")
     call(capsys, "learn", "explore", "--out", memory)
-    printed = numbers(call(capsys, "learn", "evaluate", memory, "--learner", "linear"))
+    printed = numbers(call(capsys, "learn", "evaluate", memory))
     (table,) = (lines for lines in tables() if any(numbers(line) for line in lines))
     assert len(printed) == 9
     assert numbers("\n".join(table)) == printed

@@ -19,6 +19,7 @@ from teamsight.core.kernel.guard import watched
 from teamsight.policies import (
     ACmommt,
     CompiledPolicy,
+    LazyRegression,
     LinearQ,
     PessimisticLazyQ,
     PolicyState,
@@ -122,10 +123,11 @@ def test_views_slices_loops_and_reductions_pass() -> None:
         lambda: ACmommt(idle="wander", weights="per-teammate", target_tracks=3),
         lambda: SheppardLazyQ(inputs=8, capacity=20),
         lambda: PessimisticLazyQ(shipped()),
+        lambda: LazyRegression(shipped(), significance=0),
         lambda: TabularQ(shipped(), sweeps=2),
         lambda: LinearQ(shipped(), sweeps=2),
     ],
-    ids=["random-walk", "a-cmommt", "sheppard", "pessimistic", "tabular", "linear"],
+    ids=["random-walk", "a-cmommt", "sheppard", "pessimistic", "regression", "tabular", "linear"],
 )
 def test_policies_that_go_by_no_name_pass(make: Any) -> None:
     check_policy(make())

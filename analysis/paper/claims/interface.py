@@ -33,17 +33,35 @@ class Verdict(NamedTuple):
         What was measured, in words.
     distance : float
         Distance of the measurement from the paper's figure, in tolerances of the rule; up to 1 the claim holds.
+    beside : tuple of str
+        What is reported beside it and decides nothing.
     """
 
     holds: bool
     measured: str
     distance: float
+    beside: tuple[str, ...] = ()
 
 
 #: What was measured, in words, and its distance from each part of a rule, in tolerances.
 Finding: TypeAlias = tuple[str, *tuple[float, ...]]
 #: Takes the table of each experiment that a claim reads, and returns what it finds there.
 Decide: TypeAlias = Callable[..., Finding]
+
+
+class Remark(NamedTuple):
+    """A further measurement, which decides nothing.
+
+    Attributes
+    ----------
+    needs : tuple of str
+        Names of the experiments that it reads.
+    say : callable
+        Takes their tables in this order and returns what was measured, in words.
+    """
+
+    needs: tuple[str, ...]
+    say: Callable[..., str]
 
 
 @dataclass(frozen=True)
@@ -65,6 +83,11 @@ class Claim:
     decide : callable
         Takes the tables of these experiments in this order. Returns what was measured, in words, and for each part of
         the rule the distance in tolerances; up to 1 the part holds.
+    trivial : tuple of str
+        Names of experiments to which the rule is applied as well, in the order of `needs`, with a random walk in the
+        place of the policy. A rule that holds there says little. Empty where a random walk is not comparable.
+    remark : Remark, optional
+        What is measured beside.
     """
 
     where: str
@@ -73,19 +96,51 @@ class Claim:
     rule: str
     needs: tuple[str, ...]
     decide: Decide
+    trivial: tuple[str, ...] = ()
+    remark: Remark | None = None
 
-    def judge(self, tables: Tables) -> Verdict:
-        """Return the verdict on tables by name of the experiment. All parts of the rule must hold."""
-        measured, *distances = self.decide(*(tables[name] for name in self.needs))
+    def reads(self, *, beside: bool) -> set[str]:
+        """Return the names of the experiments that decide, and of those that are reported beside."""
+        further = (*self.trivial, *(self.remark.needs if self.remark else ())) if beside else ()
+        return {*self.needs, *further}
+
+    def judge(self, tables: Tables, *, beside: bool = False) -> Verdict:
+        """Return the verdict on tables by name of the experiment. All parts of the rule must hold.
+
+        Parameters
+        ----------
+        tables : mapping of str to DataFrame
+            One row a run.
+        beside : bool
+            Also report what a random walk gives under the same rule, and the remark.
+        """
+        holds, measured, distance = self._apply(tables, self.needs)
+        found = []
+        if beside and self.remark:
+            found.append(self.remark.say(*(tables[name] for name in self.remark.needs)))
+        if beside and self.trivial:
+            as_well, walked, _ = self._apply(tables, self.trivial)
+            found.append(f"a random walk {'holds' if as_well else 'differs'}: {walked}")
+        return Verdict(holds, measured, distance, tuple(found))
+
+    def _apply(self, tables: Tables, names: tuple[str, ...]) -> tuple[bool, str, float]:
+        measured, *distances = self.decide(*(tables[name] for name in names))
         worst = max(distances)
-        return Verdict(worst <= 1.0, measured, min(worst, _LARGE))
+        return worst <= 1.0, measured, min(worst, _LARGE)
 
 
 def claim(
-    *, where: str, statement: str, figure: str, rule: str, needs: tuple[str, ...] = ()
+    *,
+    where: str,
+    statement: str,
+    figure: str,
+    rule: str,
+    needs: tuple[str, ...] = (),
+    trivial: tuple[str, ...] = (),
+    remark: Remark | None = None,
 ) -> Callable[[Decide], Claim]:
     """Return a decorator that turns the function which decides on a claim into the `Claim`."""
-    return partial(Claim, where, statement, figure, rule, needs)
+    return partial(Claim, where, statement, figure, rule, needs, trivial=trivial, remark=remark)
 
 
 def within(value: float, target: float, tolerance: float) -> float:

@@ -21,10 +21,16 @@ class Ledger:
         The verdicts by name of the claim, by name of the setting.
     conditions : mapping
         Seed, runs, steps, grid, settings and version behind the verdicts, fit for JSON.
+    scenarios : mapping of str to str
+        Worlds, runs and steps of each claim, in words, by its name.
+    options : mapping of str to mapping
+        Values in force in the experiments of each claim, in words, by its name, by name of the setting.
     """
 
     verdicts: Mapping[str, Mapping[str, Verdict]]
     conditions: Mapping[str, Any]
+    scenarios: Mapping[str, str]
+    options: Mapping[str, Mapping[str, str]]
 
     @property
     def settings(self) -> list[str]:
@@ -49,8 +55,14 @@ class Ledger:
                 "statement": claim.statement,
                 "paper": claim.figure,
                 "rule": claim.rule,
+                "scenario": self.scenarios[name],
                 "settings": {
-                    setting: {"holds": found[name].holds, "measured": found[name].measured}
+                    setting: {
+                        "holds": found[name].holds,
+                        "measured": found[name].measured,
+                        "beside": list(found[name].beside),
+                        "options": self.options[setting][name],
+                    }
                     for setting, found in self.verdicts.items()
                 },
             }
@@ -65,17 +77,23 @@ class Ledger:
         rows = (
             [name, claim.where, claim.statement, claim.figure]
             + [_in_words(verdicts[name]) for verdicts in self.verdicts.values()]
-            + [claim.rule]
+            + [claim.rule, self._conditions_of(name)]
             for name, claim in self.claims().items()
         )
         return markdown.page(
             "# The paper's claims",
             "; ".join(f"{setting}: {self.holding(setting)} of {total} hold" for setting in self.settings) + ".",
-            markdown.table(["claim", "where", "the paper says", "its figure", *self.settings, "rule"], rows),
+            markdown.table(
+                ["claim", "where", "the paper says", "its figure", *self.settings, "rule", "conditions"], rows
+            ),
             "## Conditions",
             "\n".join(f"- {name}: {value}" for name, value in self.conditions.items()),
         )
 
+    def _conditions_of(self, name: str) -> str:
+        values = (f"{setting}: {self.options[setting][name]}" for setting in self.settings)
+        return "; ".join((self.scenarios[name], *values)) if self.claims()[name].needs else self.scenarios[name]
+
 
 def _in_words(verdict: Verdict) -> str:
-    return f"{'holds' if verdict.holds else '**differs**'}: {verdict.measured}"
+    return "; ".join((f"{'holds' if verdict.holds else '**differs**'}: {verdict.measured}", *verdict.beside))

@@ -43,12 +43,20 @@ CLAIMS: Mapping[str, Claim] = MappingProxyType(
 )
 
 
-def needed(claims: Mapping[str, Claim] = CLAIMS) -> set[str]:
-    """Return the names of the experiments that the claims read."""
-    return {name for claim in claims.values() for name in claim.needs}
+def needed(claims: Mapping[str, Claim] = CLAIMS, *, beside: bool = True) -> set[str]:
+    """Return the names of the experiments that the claims read.
+
+    Parameters
+    ----------
+    claims : mapping of str to Claim
+        Which claims.
+    beside : bool
+        Include the experiments that decide nothing and are reported beside.
+    """
+    return set().union(*(claim.reads(beside=beside) for claim in claims.values()))
 
 
-def judge(tables: Tables, claims: Mapping[str, Claim] = CLAIMS) -> dict[str, Verdict]:
+def judge(tables: Tables, claims: Mapping[str, Claim] = CLAIMS, *, beside: bool = False) -> dict[str, Verdict]:
     """Return the verdict on each claim by its name.
 
     Parameters
@@ -57,5 +65,7 @@ def judge(tables: Tables, claims: Mapping[str, Claim] = CLAIMS) -> dict[str, Ver
         The tables of all experiments that the claims read, one row a run, by name of the experiment.
     claims : mapping of str to Claim
         Which claims.
+    beside : bool
+        Also report what decides nothing; see `Claim.judge`.
     """
-    return {name: claim.judge(tables) for name, claim in claims.items()}
+    return {name: claim.judge(tables, beside=beside) for name, claim in claims.items()}

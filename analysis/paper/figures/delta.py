@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _EXPERIMENTS = {"none": "delta-none", "ring": "delta-ring", "pairwise": "delta-pairwise"}
 _COLUMNS = 3
+# A mean over the worlds that is at most this far below that of Θ(N) counts as equal [share of the targets].
+_EQUAL = 0.01
 
 
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
@@ -36,17 +38,20 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     figure = canvas(14.2, height)
     head(
         figure,
-        "δ   Observed targets against the number of sectors of the ring: A-CMOMMT",
-        f"mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
+        f"Fig. δ   Observed targets against the sectors δ of the ring: {_finding(cells)}",
+        f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
         f"15 targets, ranges 1; setting {conditions.name}, seed {conditions.root}",
     )
+    low, high = _limits(cells)
     for number, (radius, robots) in enumerate(panels):
         row, column = divmod(number, _COLUMNS)
         axes = figure.add_axes((0.055 + 0.32 * column, 1 - (4.35 + 3.9 * row) / height, 0.265, 2.9 / height))
         of = cells[(cells["robots"] == robots) & (cells["radius"] == radius)]
         _panel(axes, of)
         most = _most_neighbours(tables[""], robots, radius)
-        axes.set_title(f"N = {robots}, R = {radius:g}   (at most {most} neighbours)", loc="left", size=11, color=INK)
+        axes.set_ylim(low, high)
+        title = f"N = {robots}, R = {radius:g}   (at most {most} neighbours)"
+        axes.set_title(title, loc="left", size=11, color=INK)
         if row == rows - 1:
             axes.set_xlabel("sectors δ of the ring")
         if column == 0:
@@ -54,6 +59,24 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 0.005))
     return figure
+
+
+def _finding(cells: pd.DataFrame) -> str:
+    """Return the smallest δ from which on the ring observes as much as Θ(N), in words."""
+    means = cells.groupby(["awareness", "delta"])["mean"].mean()
+    short = float(means["pairwise"].iloc[0]) - means["ring"].sort_index()
+    enough = short.index[::-1][(short[::-1] <= _EQUAL).cummin()]
+    if enough.empty:
+        return f"no ring of up to {short.index[-1]} sectors is as good as Θ(N)"
+    return f"{enough[-1]} sectors are as good as Θ(N), to 1 point on average"
+
+
+def _limits(cells: pd.DataFrame) -> tuple[float, float]:
+    """Return the range of all panels [%]."""
+    shown = 100 * cells[["low", "mean", "high"]].to_numpy()
+    shown = shown[np.isfinite(shown)]
+    margin = 0.05 * max(float(np.ptp(shown)), 4.0)
+    return max(0.0, shown.min() - margin), min(102.0, shown.max() + margin)
 
 
 def _label(name: str) -> str:
@@ -82,9 +105,6 @@ def _panel(axes: Axes, cells: pd.DataFrame) -> None:
     axes.set_xscale("log", base=2)
     axes.set_xticks(ring["delta"], [str(delta) for delta in ring["delta"]])
     axes.minorticks_off()
-    shown = 100 * cells[["low", "high"] if banded else ["mean"]].to_numpy()
-    margin = 0.06 * max(float(np.ptp(shown)), 4.0)
-    axes.set_ylim(max(0.0, shown.min() - margin), min(101.0, shown.max() + margin))
     axes.tick_params(colors=FAINT)
 
 

@@ -32,22 +32,26 @@ def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]
 
 def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     figure = canvas(9.6, 6.2)
-    head(figure, "Fig. 9   Repulsive force from a nearby robot", "in closed form")
+    head(
+        figure,
+        "Fig. 9   Repulsive force from a nearby robot",
+        "in closed form; constants in common use (1250 and 2000 for a sensing range of 2600): the paper prints none",
+    )
     axes = figure.add_axes((0.1, 0.12, 0.85, 0.7))
     plain(axes)
     labels = {
-        "sensing": "scaled with the sensing range 1 (the paper's)",
-        "awareness": "scaled with an awareness range of 0.5 (option of Fig. 10)",
+        "sensing": "scaled with the sensing range 1, the default",
+        "awareness": "scaled with an awareness range of 0.5, an option in Fig. 10",
     }
     for scaling, rows in tables[""].groupby("scaling", sort=False):
         colour, dashes = _LOOKS[str(scaling)]
         axes.plot(rows["distance"], rows["force"], dashes, color=colour, linewidth=2.6, label=labels[str(scaling)])
         if scaling == "sensing":
-            for name, bottom in (("d1", -1.0), ("d2", 0.0)):
+            for name, symbol, bottom in (("d1", "d₁", -1.0), ("d2", "d₂", 0.0)):
                 value = rows[name].iloc[0]
                 axes.vlines(value, bottom, 0.11, color=FAINT, linewidth=0.9, linestyle=":")
                 axes.annotate(
-                    f"{name} = {value:g}", (value, 0.07), (5, 0), textcoords="offset points", color=INK, va="center"
+                    f"{symbol} = {value:g}", (value, 0.07), (5, 0), textcoords="offset points", color=INK, va="center"
                 )
     axes.set(xlim=(0, 1.2), ylim=(-1.12, 0.14), xlabel="distance between the robots  [sensing ranges]")
     axes.set_ylabel("force along the line between them  [of the largest]")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
-from teamsight.analysis.plot.style import DEGREE, FAINT, ROBOTS_LABEL, canvas, head, plain
+from teamsight.analysis.plot.style import DEGREE, FAINT, ROBOTS_LABEL, canvas, head, plain, superscript
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,11 +31,13 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
     )
     for left, value, label in (
         (0.05, "inputs", "dimensions d of the search space  [inputs]"),
-        (0.565, "log10_size", "size of the search space p^d for p = 2  [log10]"),
+        (0.565, "log10_size", "size of the search space pᵈ for p = 2"),
     ):
         axes = figure.add_axes((left, 0.11, 0.32, 0.7))
         _lines(axes, tables[""], value)
         axes.set_ylabel(label)
+        if value == "log10_size":
+            axes.yaxis.set_major_formatter(lambda power, _: f"10{superscript(f'{power:.0f}')}")
     return figure
 
 
@@ -49,7 +51,7 @@ def _lines(axes: Axes, table: pd.DataFrame, value: str) -> None:
         last = rows.iloc[-1]
         number = f"{last[value]:.0f}"
         gaps = ends - last[value]
-        formula = f"d = {last['formula']}  ({number})" if value == "inputs" else f"10^{number}"
+        formula = f"d = {last['formula']}  ({number})" if value == "inputs" else f"10{superscript(number)}"
         axes.annotate(
             f"{last['growth']}:  {formula}",
             (last["team_size"], last[value]),

@@ -28,7 +28,7 @@ from numba.core.lowering import BaseLower
 from numba.extending import intrinsic, lower_builtin
 from numba.np import arrayobj
 
-from teamsight.core.kernel import array_at, below_64, scratch
+from teamsight.core.kernel import array_at, below_8, below_64, scratch
 from teamsight.core.kernel.digest import digest
 from teamsight.core.kernel.errors import shown
 
@@ -227,13 +227,12 @@ def _guarded_scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
     return found and (guarded_type(found[0].return_type)(*found[0].args), found[1])
 
 
-@intrinsic  # type: ignore[untyped-decorator]
-def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    signature, generate_plain = below_64._defn(typing_context, values, first, limit)
+def _below(plain: Any, count: int, typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    signature, generate_plain = plain._defn(typing_context, values, first, limit)
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = arrayobj.make_array(values)(context, builder, arguments[0])
-        for ahead in (0, 63):
+        for ahead in (0, count - 1):
             at = builder.add(arguments[1], _WORD(ahead))
             _check(context, builder, values, array, numba.types.int64, at, writes=False)
         return generate_plain(context, builder, signature, arguments)
@@ -241,8 +240,23 @@ def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) 
     return signature, generate
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def _guarded_below_8(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    return _below(below_8, 8, typing_context, values, first, limit)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    return _below(below_64, 64, typing_context, values, first, limit)
+
+
 #: A digest of the checks, which are in the machine code of every guarded kernel.
 VERSION = digest(_reading) + digest(_write)
 
 #: The guarded forms of the functions that make arrays, or read many elements at once.
-REPLACED: dict[Any, Any] = {array_at: _guarded_array_at, scratch: _guarded_scratch, below_64: _guarded_below_64}
+REPLACED: dict[Any, Any] = {
+    array_at: _guarded_array_at,
+    scratch: _guarded_scratch,
+    below_8: _guarded_below_8,
+    below_64: _guarded_below_64,
+}

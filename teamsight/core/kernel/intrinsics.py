@@ -75,16 +75,31 @@ def _in_all(builder: Any, lanes: Any, value: Any) -> Any:
     return builder.shuffle_vector(one, undefined, zeros)
 
 
+def _below(count: int, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Write code that compares `count` float32 with a limit; return the bits."""
+    lanes = ir.VectorType(ir.FloatType(), count)
+    data = make_array(signature.args[0])(context, builder, arguments[0]).data
+    place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
+    bits = builder.fcmp_ordered("<", builder.load(place, align=4), _in_all(builder, lanes, arguments[2]))
+    return builder.bitcast(bits, ir.IntType(count))
+
+
 @intrinsic  # type: ignore[untyped-decorator]
-def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32."""
+def below_8(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    """Return a word in which bit i is set if ``values[first + i] < limit``, for 8 float32 that lie side by side."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        lanes = ir.VectorType(ir.FloatType(), 64)
-        data = make_array(signature.args[0])(context, builder, arguments[0]).data
-        place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
-        bits = builder.fcmp_ordered("<", builder.load(place, align=4), _in_all(builder, lanes, arguments[2]))
-        return builder.bitcast(bits, ir.IntType(64))
+        return builder.zext(_below(8, context, builder, signature, arguments), ir.IntType(64))
+
+    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
+    """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32 that lie side by side."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _below(64, context, builder, signature, arguments)
 
     return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
 

@@ -76,11 +76,15 @@ def test_the_closed_form_is_for_one_team_that_stays_as_it_is() -> None:
     for make in (two_teams, coming_and_going):
         assert choose.choose_delta(make, runs=2, steps=40, risk=0.6, rng=1).prediction is None
     assert "several teams" in choose.choose_delta(two_teams, runs=2, steps=5, risk=0.6).to_markdown()
-    assert "N = 6 is the largest number" in choose.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6).to_markdown()
+    assert (
+        "N = 6 is the largest number" in choose.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6).to_markdown()
+    )
 
 
 def test_two_groups_are_one_team_of_as_many() -> None:
-    one = choose.choose_delta({"robots": 12, "radius": 2.0, "policy": "random-walk"}, runs=60, steps=60, risk=0.2, rng=2)
+    one = choose.choose_delta(
+        {"robots": 12, "radius": 2.0, "policy": "random-walk"}, runs=60, steps=60, risk=0.2, rng=2
+    )
 
     def split(seed: int) -> World:
         world = World(Disc(2.0), rng=seed)
@@ -99,7 +103,9 @@ def test_over_time_agrees_with_the_history(make: Callable[[int], World]) -> None
     table = neighbour_graph.over_time(world, 40)
     assert table["time"].tolist() == list(range(41))
     assert table["max_degree"].tolist()[1:] == world.recording.history["max_neighbours"].tolist(), world.seed_used
-    assert table["mean_degree"].tolist()[1:] == pytest.approx(world.recording.history["mean_neighbours"]), world.seed_used
+    assert table["mean_degree"].tolist()[1:] == pytest.approx(world.recording.history["mean_neighbours"]), (
+        world.seed_used
+    )
     networks = len(world.teammates.sizes)
     assert table["components"].iloc[-1] == networks
     assert table["largest_clique"].iloc[-1] == world.teammates.largest_team

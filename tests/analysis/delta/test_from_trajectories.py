@@ -215,7 +215,9 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
 
 def test_on_a_torus_the_line_goes_over_the_edge() -> None:
     record = pd.DataFrame({"time": [0.0, 2, 0, 1, 2], "robot": list("aabbb"), "x": [4.5, -4.5, 4.6, 5, 4.6], "y": 0.0})
-    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0)
+    found = trajectory_neighbours.neighbours_over_time(
+        trajectory_files.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0
+    )
     assert found.over_time["max_degree"].tolist() == [1, 1, 0]
 
 

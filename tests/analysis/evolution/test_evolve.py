@@ -49,12 +49,19 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
 
 def test_an_evolution_continues_from_constants_in_other_worlds(tmp_path: Path) -> None:
     start = Evolved().constants
+    # One generation with so small a spread finds the same constants.
     evolve.train(Evolution(population=4, spread=1e-9, start=start), 1, tmp_path)
     constants = tmp_path / "constants.json"
     assert Evolved.load(constants).constants == pytest.approx(start, abs=1e-6)
     command = "teamsight evolve train --generations 1 --population 4 --seed 1 --start constants.json --spread 1e-09"
     assert made(constants)["command"] == command
     assert Evolution(start=start).root != Evolution().root
+    evolve.evaluate(tmp_path, further=tmp_path, runs=2)
+    table = pd.read_parquet(tmp_path / "evolved.parquet")
+    assert table["part"].value_counts()["further"] == 2
+    text = (tmp_path / "evolved.md").read_text(encoding="utf-8")
+    assert "--further further" in text
+    assert command in text.replace("\n", " ")
 
 
 def test_the_shipped_constants_are_evaluated_without_their_training(tmp_path: Path) -> None:

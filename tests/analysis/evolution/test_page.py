@@ -7,9 +7,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.evolution import cma, compare
+from teamsight.analysis.evolution import cma, compare, generalise
 from teamsight.analysis.evolution.cma import GRID
-from teamsight.analysis.evolution.compare import OPTIONS, WORST
+from teamsight.analysis.evolution.compare import WORST, options_of
 from teamsight.analysis.evolution.page import page
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.experiment import Grid
@@ -28,12 +28,22 @@ def test_the_shipped_page_is_made_of_the_shipped_table(tmp_path: Path) -> None:
 def test_a_cell_of_the_shipped_table_is_what_the_comparison_makes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compare, "GRID", Grid((10,), (4.0,)))
     table = pd.read_parquet(DOCS / "evolved.parquet")
-    options = {name: table[table["part"] == "screen"][name].iloc[0] for name in OPTIONS}
+    (options, *_) = options_of(table[table["part"] == "screen"])
     runs = table.attrs["runs"]
     (found,) = compare.compare({"evolved": Evolved()}, options, root=cma.TEST, runs=runs).values()
     (cell,) = compare.by_cell(found).to_dict("records")
     shipped = table[(table["part"] == "cell") & (table["robots"] == 10) & (table["radius"] == 4.0)].iloc[0]
     assert cell == {name: shipped[name] for name in cell}
+
+
+def test_a_row_about_other_worlds_is_what_the_comparison_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = pd.read_parquet(DOCS / "evolved.parquet")
+    (options, *_) = options_of(table[table["part"] == "screen"])
+    shipped = table[table["part"] == "generalisation"].set_index("name")
+    assert shipped.index.tolist() == [one.name for one in generalise.VARIATIONS]
+    monkeypatch.setattr(generalise, "VARIATIONS", [one for one in generalise.VARIATIONS if one.name == "N = 3"])
+    (row,) = generalise.generalise(Evolved(), options, runs=table.attrs["runs"]).to_dict("records")
+    assert row == {"name": "N = 3"} | {name: shipped.loc["N = 3", name] for name in row if name != "name"}
 
 
 def test_the_page_is_about_the_constants_that_ship() -> None:

@@ -24,7 +24,13 @@ def table_of(curves: Curves) -> pd.DataFrame:
     rng = np.random.default_rng(1)
     place = {"replicate": 0, "seed": 0}
     rows = [
-        {"learner": learner, "degree": degree, "transitions": pairs, "inputs": inputs, "log10_size": inputs * np.log10(2)}
+        {
+            "learner": learner,
+            "degree": degree,
+            "transitions": pairs,
+            "inputs": inputs,
+            "log10_size": inputs * np.log10(2),
+        }
         | {"memory": memory, **place, "observed_fraction": rng.uniform(0.3, 0.5)}
         for learner in curves.learners
         for degree, inputs in WIDTHS.items()

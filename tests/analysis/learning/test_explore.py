@@ -125,7 +125,10 @@ def test_the_treatment_does_not_change_the_scenario() -> None:
         ({"seed": -1}, "seed=-1"),
         ({"runs": 10**12}, "runs=1000000000000: must be at most 1000000; give fewer"),
         ({"steps": 10**12}, "steps=1000000000000: must be at most 10000000; make more runs"),
-        ({"steps": 10**6, "runs": 10**6}, r"makes 5.0e.12 transitions, at most 1e.08 fit in memory; reduce one of them"),
+        (
+            {"steps": 10**6, "runs": 10**6},
+            r"makes 5.0e.12 transitions, at most 1e.08 fit in memory; reduce one of them",
+        ),
     ],
 )
 def test_bad_numbers_are_refused(settings: dict[str, float], message: str) -> None:

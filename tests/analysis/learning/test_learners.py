@@ -26,7 +26,14 @@ from teamsight.analysis.learning.evaluation import (
     summary,
 )
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.learning.learners import Objective, awareness_for, check_objective, learn
+from teamsight.analysis.learning.learners import (
+    Objective,
+    awareness_for,
+    check_objective,
+    default_of,
+    default_reward,
+    learn,
+)
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.policies import RandomWalk, check_policy
@@ -49,9 +56,19 @@ def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
             learn(name, pairs, Objective(REWARDS[reward]))
         return
     policy = learn(name, pairs, Objective(REWARDS[reward], discount=0.5))
-    assert (policy.inputs, policy.discount) == (32, 0.5)
+    assert (policy.inputs, getattr(policy, "discount", None)) == (32, None if name == "regression" else 0.5)
     assert learn(name, pairs, Objective(REWARDS[reward]), inputs=16).inputs == 16
     check_policy(policy)
+
+
+def test_without_an_objective_each_learner_has_its_own_defaults() -> None:
+    for name in LEARNERS:
+        policy = learn(name, memory())
+        assert policy.reward == REWARDS[default_reward(name)] == default_of(name, "reward")
+        for constant in ("k", "discount"):
+            assert getattr(policy, constant, None) == default_of(name, constant)
+    assert {name for name in LEARNERS if default_reward(name) == "keep"} == {"regression"}
+    assert {name for name in LEARNERS if default_of(name, "discount") is None} == {"regression"}
 
 
 def test_k_reaches_the_learners_that_match() -> None:
@@ -102,7 +119,9 @@ def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> N
 
 
 def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
-    with pytest.raises(ValueError, match=r"robots=4: awareness 'pairwise' gives 22 inputs in a team of 4.* has 20, from a team of 3"):
+    with pytest.raises(
+        ValueError, match=r"robots=4: awareness 'pairwise' gives 22 inputs in a team of 4.* has 20, from a team of 3"
+    ):
         check_team(memory("pairwise"), 4)
     check_team(memory("pairwise"), 3)
     check_team(memory("ring"), 40)
@@ -118,7 +137,13 @@ def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
         (("tabular", "linear"), "own", 5, None, "k=5: tabular and linear match no fixed number"),
         (("lazy",), "own", 129, None, "k=129: must be at most 128"),
         (("linear", "lazy"), "own", 61, 60, "k=61: lazy matches so many transitions, but the memory has only 60"),
-        (("pessimistic",), "own", None, 29, "k=30: pessimistic matches so many transitions, but the memory has only 29"),
+        (
+            ("pessimistic",),
+            "own",
+            None,
+            29,
+            "k=30: pessimistic matches so many transitions, but the memory has only 29",
+        ),
     ],
 )
 def test_what_a_learner_cannot_learn_is_refused(
@@ -127,6 +152,13 @@ def test_what_a_learner_cannot_learn_is_refused(
     with pytest.raises(ValueError, match=message):
         check_objective(learners, reward, k, pairs)
     check_objective(tuple(LEARNERS), "own", 20, 20)
+
+
+def test_a_discount_that_no_learner_uses_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"discount=0\.5: regression uses immediate rewards only; leave it out"):
+        check_objective(("regression",), "own", None, discount=0.5)
+    check_objective(("regression", "linear"), "own", None, discount=0.5)
+    check_objective(("regression",), None, None)
 
 
 def test_a_search_reports_how_far_it_is() -> None:

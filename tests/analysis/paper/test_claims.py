@@ -9,8 +9,12 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.paper.claims import CLAIMS, Ledger, Tables, Verdict, judge, needed
+from teamsight.analysis.paper.claims.awareness import smallest_delta
+from teamsight.analysis.paper.claims.conditions import options, scenario
 from teamsight.analysis.paper.claims.learned import _hurt, _largest, _shape, null_rate
+from teamsight.analysis.paper.claims.neighbours import exceeded
 from teamsight.analysis.paper.experiments import EXPERIMENTS
+from teamsight.analysis.paper.lazy_teams import LEARNED
 from teamsight.analysis.paper.learned_gain import Gains
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
 
@@ -104,6 +108,25 @@ def low_step(n: int, r: float) -> float:
     return (0.1 + 0.005 * n) * (1.0 if 2 <= r <= 6 else 0.25 if 6 < r <= 8 else 0.1)
 
 
+def measured_again(share: float) -> Tables:
+    """The cell with the largest gain of A-CMOMMT, which observes `share`, over centroid, which observes 0.28."""
+    grid = Grid((30,), (4.0,))
+    return {
+        "a-cmommt-largest-gain": table(lambda n, r: share, grid=grid, noise=0.01),
+        "centroid-largest-gain": table(lambda n, r: 0.28, grid=grid),
+    }
+
+
+def made(name: str, grid: Grid) -> pd.DataFrame:
+    """A table such as the runner makes of an experiment."""
+    design = EXPERIMENTS[name]
+    cells = ((30, 4.0),) if design.follows else design.cells(grid)
+    found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01)
+    for option, values in design.sweep.items():
+        found = pd.concat([found.assign(**{option: value}) for value in values], ignore_index=True)
+    return of_explorations(found) if name in LEARNED else found
+
+
 CASES: list[tuple[str, bool, Tables]] = [
     ("degrees", True, {}),
     ("neighbours-random", True, {"random-walk": table(most=walk)}),
@@ -111,8 +134,10 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("neighbours-small-arena", True, {"random-walk": table(most=walk)}),
     ("neighbours-small-arena", False, {"random-walk": table(most=lambda n, r: n - 1)}),
     ("neighbours-acmommt", True, {"a-cmommt": table(most=packed)}),
-    ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: packed(n, r) + 7 * (n == 20 and r == 6))}),
-    ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: packed(n, r) - 2 * (n == 30 and r == 3))}),
+    # One crowded cell does not decide; too few and too many in most cells do.
+    ("neighbours-acmommt", True, {"a-cmommt": table(most=lambda n, r: packed(n, r) + 7 * (n == 20 and r == 6))}),
+    ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: min(n - 1, 4))}),
+    ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: n - 1)}),
     ("neighbours-same-peak", True, {"random-walk": table(most=walk), "a-cmommt": table(most=packed)}),
     ("neighbours-same-peak", False, {"random-walk": table(most=walk), "a-cmommt": table(most=lambda n, r: 5)}),
     ("neighbours-targets", True, {f"targets-{m}": single(most=6 + (m == 5), radii=(3.0, 5.0)) for m in (5, 15, 30)}),
@@ -136,8 +161,8 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("collective-large", True, {"centroid": table(lambda n, r: 0.4 + 0.02 * r, noise=0.05)}),
     ("collective-large", False, {"centroid": table(lambda n, r: 0.6 - 0.02 * r, noise=0.05)}),
     ("collective-large", False, {"centroid": table(lambda n, r: 0.4 + 0.0002 * r, noise=0.3)}),
-    ("collective-flat", True, {"centroid": table(lambda n, r: 0.4 + 0.007 * (n - 10))}),
-    ("collective-flat", False, {"centroid": table(lambda n, r: 0.4 + 0.008 * (n - 10))}),
+    ("collective-flat", True, {"centroid-larger-teams": table(lambda n, r: 0.4 + 0.007 * (n - 10))}),
+    ("collective-flat", False, {"centroid-larger-teams": table(lambda n, r: 0.4 + 0.008 * (n - 10))}),
     (
         "small-arena-policy",
         True,
@@ -169,12 +194,9 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("stationary-r10", True, {"stationary-r10": single(0.29), "a-cmommt-r10": single(0.4)}),
     ("stationary-r10", False, {"stationary-r10": single(0.29), "a-cmommt-r10": single(0.28)}),
     ("stationary-r10", False, {"stationary-r10": single(0.36), "a-cmommt-r10": single(0.4)}),
-    ("awareness-gain", True, {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}),
-    (
-        "awareness-gain",
-        False,
-        {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r) / 2), "centroid": table(lambda n, r: 0.3)},
-    ),
+    ("awareness-gain", True, measured_again(0.9)),
+    ("awareness-gain", False, measured_again(0.75)),
+    ("awareness-gain", False, measured_again(1.0)),
     ("awareness-where", True, {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}),
     ("awareness-where", False, {"a-cmommt": table(lambda n, r: 0.4 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}),
     (
@@ -260,14 +282,74 @@ def test_every_rule_is_tested_both_ways(name: str) -> None:
 
 @pytest.mark.parametrize("grid", [PAPER, QUICK])
 def test_every_rule_can_be_applied_to_either_grid(grid: Grid) -> None:
-    tables = {}
-    for name in needed():
-        cells = EXPERIMENTS[name].cells(grid)
-        found = table(
-            falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01
-        )
-        tables[name] = of_explorations(found)
-    assert all(isinstance(claim.judge(tables), Verdict) for claim in CLAIMS.values())
+    tables = {name: made(name, grid) for name in needed()}
+    for name, claim in CLAIMS.items():
+        found = claim.judge(tables, beside=True)
+        assert len(found.beside) == bool(claim.trivial) + bool(claim.remark)
+        assert claim.judge(tables) == found._replace(beside=())
+        one, two = (scenario(claim, dict.fromkeys(settings, tables), 600) for settings in ("a", "ab"))
+        assert one == two, name
+
+
+@pytest.mark.parametrize("name", [name for name, claim in CLAIMS.items() if claim.trivial])
+def test_a_random_walk_takes_the_place_of_the_policy(name: str) -> None:
+    claim = CLAIMS[name]
+    assert len(claim.trivial) == len(claim.needs)
+    for need, instead in zip(claim.needs, claim.trivial, strict=True):
+        if need != instead:
+            one, walk = EXPERIMENTS[need], EXPERIMENTS[instead]
+            assert walk.treatment_under({})["policy"] == "random-walk"
+            assert (one.cells(QUICK), one.targets, one.replicates) == (walk.cells(QUICK), walk.targets, walk.replicates)
+
+
+def test_what_a_random_walk_gives_is_reported_and_decides_nothing() -> None:
+    walk = table(lambda n, r: 0.5 + 0.02 * r, noise=0.001)
+    found = CLAIMS["acmommt-monotonic"].judge({"a-cmommt": table(falling), "random-walk": walk}, beside=True)
+    assert found.holds
+    assert found.beside[0].startswith("a random walk differs: worst pair")
+    assert CLAIMS["acmommt-monotonic"].decide(walk)[1] > 1
+
+
+def test_the_probability_that_16_is_exceeded_is_reported() -> None:
+    most = pd.DataFrame({"max_neighbours": [15] * 60 + [16] * 32 + [17] * 8})
+    assert "8.0% (3.5% to 15.2%)" in exceeded(most)  # scipy.stats.binomtest(8, 100).proportion_ci()
+
+
+def test_the_smallest_delta_that_is_as_good_is_reported() -> None:
+    whole = table(lambda n, r: 0.5, grid=QUICK)
+    loss = {1: 0.05, 2: 0.005, 4: 0.02, 8: 0.008, 16: 0.0}
+    ring = pd.concat([table(lambda n, r: 0.5 - lost, grid=QUICK).assign(delta=delta) for delta, lost in loss.items()])
+    assert "every δ ≥ 8 (-0.80 pp at 8) of those tried, 1, 2, 4, 8, 16" in smallest_delta(ring, whole)
+    assert "no δ" in smallest_delta(ring[ring["delta"] < 8], whole)
+
+
+def test_the_cell_with_the_largest_gain_is_measured_again_on_fresh_worlds() -> None:
+    gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
+    for name in ("a-cmommt-largest-gain", "centroid-largest-gain"):
+        design = EXPERIMENTS[name]
+        found = design.experiment(name, {}, *(gains[need] for need in design.follows))
+        assert found.cells == ((30, 4.0),)
+        rows = [columns for columns, _ in found.rows({}, 1, 5, 600)]
+        assert [row["replicate"] for row in rows] == list(range(5, 45))
+
+
+def test_a_row_prints_its_conditions_with_values() -> None:
+    tables = {name: made(name, QUICK) for name in ("stationary-r10", "a-cmommt-r10")}
+    claim = CLAIMS["stationary-r10"]
+    assert scenario(claim, {"one": tables}, 300) == "N = 30, R = 10, 15 targets, 5 runs a cell; 300 steps"
+    assert options(claim, {"robot_speed": 0.2, "policy_options": {"idle": "stay", "gain": 0.5}}) == (
+        "robot_speed=0.2, target_speed=0.075, uniform_target_speed=False, sensing_range=1.0, awareness_range=1.0; "
+        "stationary (awareness=none); a-cmommt (awareness=pairwise, idle=stay, idle_when=no-force, weights=nearest, "
+        "gain=0.5, turn_probability=0.05, repulsion_scale=sensing)"
+    )
+    assert "awareness_range=0.5" in options(CLAIMS["range-gain"], {})
+
+
+def test_a_row_prints_the_cell_that_each_setting_chose() -> None:
+    chosen = {name: measured_again(0.9) for name in ("one", "other")}
+    other = {name: of.assign(radius=3.0) for name, of in chosen["other"].items()}
+    found = scenario(CLAIMS["awareness-gain"], chosen | {"other": other}, 600)
+    assert "one: N = 30, R = 4, 15 targets, 5 runs a cell; other: N = 30, R = 3," in found
 
 
 def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -300,17 +382,25 @@ def test_a_row_on_learning_says_what_both_readings_give_and_from_which_explorati
 
 
 def ledger() -> Ledger:
-    found = dict.fromkeys(CLAIMS, Verdict(True, "measured | so", 0.5))
+    found = dict.fromkeys(CLAIMS, Verdict(True, "measured | so", 0.5, ("a random walk holds: too",)))
     other = found | {"degrees": Verdict(False, "otherwise", 2.0)}
-    return Ledger({"touzet2000": found, "defaults": other}, {"seed": 1})
+    named = dict.fromkeys(CLAIMS, "gain=0.5")
+    return Ledger(
+        {"touzet2000": found, "defaults": other},
+        {"seed": 1},
+        dict.fromkeys(CLAIMS, "N = 30, 600 steps"),
+        {"touzet2000": named, "defaults": named},
+    )
 
 
 def test_the_ledger_shows_both_numbers_side_by_side() -> None:
     lines = ledger().to_markdown().splitlines()
     row = next(line for line in lines if line.startswith("| degrees"))
-    assert row.count("holds: measured \\| so") == 1
+    assert row.count("holds: measured \\| so; a random walk holds: too") == 1
     assert "**differs**: otherwise" in row
     assert "n = 16, δ = 16, σ = 2" in row
+    of_an_experiment = next(line for line in lines if line.startswith("| acmommt-full"))
+    assert "N = 30, 600 steps; touzet2000: gain=0.5; defaults: gain=0.5 |" in of_an_experiment
     count = len(CLAIMS)
     assert f"touzet2000: {count} of {count} hold; defaults: {count - 1} of {count} hold." in lines
 
@@ -319,7 +409,13 @@ def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
     content = ledger().to_json()
     assert content["holding"] == {"touzet2000": len(CLAIMS), "defaults": len(CLAIMS) - 1}
     assert [record["claim"] for record in content["claims"]] == list(CLAIMS)
-    assert content["claims"][0]["settings"]["defaults"] == {"holds": False, "measured": "otherwise"}
+    assert content["claims"][0]["settings"]["defaults"] == {
+        "holds": False,
+        "measured": "otherwise",
+        "beside": [],
+        "options": "gain=0.5",
+    }
+    assert content["claims"][0]["scenario"] == "N = 30, 600 steps"
     assert all(record["rule"] and record["where"] and record["paper"] for record in content["claims"])
 
 
@@ -334,11 +430,7 @@ def test_noise_alone_does_not_decide_a_claim_on_many_cells(seed: int) -> None:
 
 
 def test_a_single_run_leaves_the_spread_unknown_and_no_claim_without_a_verdict() -> None:
-    tables = {}
-    for name in needed():
-        cells = EXPERIMENTS[name].cells(QUICK)
-        found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})))
-        tables[name] = of_explorations(found[found["replicate"] == 0])
-    verdicts = judge(tables)
+    tables = {name: made(name, QUICK).query("replicate == 0") for name in needed()}
+    verdicts = judge(tables, beside=True)
     assert verdicts["acmommt-monotonic"].holds
     assert all(np.isfinite(found.distance) for found in verdicts.values())

@@ -156,6 +156,31 @@ def test_no_text_of_a_figure_leaves_it_or_runs_into_a_heat_map() -> None:
             assert not any(box.overlaps(other) for other in flat), text.get_text()
 
 
+def test_the_delta_figure_has_one_range_and_the_smallest_sufficient_delta_in_its_title() -> None:
+    cells = [(10, 2.0), (20, 5.0)]
+    ring = {1: (0.5, 0.6), 2: (0.795, 0.9), 3: (0.7, 0.9), 4: (0.79, 0.895), 8: (0.8, 0.9)}
+    values = {"delta-none": {0: (0.3, 0.2)}, "delta-ring": ring, "delta-pairwise": {0: (0.8, 0.9)}}
+    tables = {
+        name: pd.DataFrame(
+            {"robots": n, "radius": r, "targets": 15, "delta": delta, "replicate": k, "seed": k, "max_neighbours": 3}
+            | {"observed_fraction": mean + 0.01 * (k - 1)}
+            for delta, means in of.items()
+            for (n, r), mean in zip(cells, means, strict=True)
+            for k in range(3)
+        )
+        for name, of in values.items()
+    }
+    figure = FIGURES["delta"].draw(FIGURES["delta"].tabulate(tables, CONDITIONS), CONDITIONS)
+    # 2 sectors are enough but 3 are not: from 4 on all are.
+    assert figure.texts[0].get_text().endswith(": 4 sectors are as good as Θ(N), to 1 point on average")
+    low, high = figure.axes[0].get_ylim()
+    assert (low, high) == figure.axes[1].get_ylim()
+    assert low < 20 < 90 < high
+    tables["delta-ring"]["observed_fraction"] -= 0.1
+    worse = FIGURES["delta"].draw(FIGURES["delta"].tabulate(tables, CONDITIONS), CONDITIONS)
+    assert worse.texts[0].get_text().endswith("no ring of up to 8 sectors is as good as Θ(N)")
+
+
 def test_the_delta_figure_has_both_limits_and_every_delta() -> None:
     found = make(Job("delta", tables_for("delta"), CONDITIONS)).tables[""]
     assert set(found["awareness"]) == {"none", "ring", "pairwise"}

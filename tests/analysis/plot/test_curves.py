@@ -31,5 +31,9 @@ def test_a_curve_for_each_of_a_few_radii(radii: int, shown: list[int]) -> None:
 def test_an_unknown_interval_is_not_drawn() -> None:
     axes = canvas(8, 4).add_subplot()
     draw_curves(axes, cells(2, np.inf), "observed targets  [%]")
-    assert all(len(path.vertices) == 0 or np.isfinite(path.vertices).all() for band in axes.collections for path in band.get_paths())
+    assert all(
+        len(path.vertices) == 0 or np.isfinite(path.vertices).all()
+        for band in axes.collections
+        for path in band.get_paths()
+    )
     assert len(axes.lines) == 2

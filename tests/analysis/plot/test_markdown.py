@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 from teamsight.analysis.plot.markdown import WIDTH, page, table, wrapped
 
-WORDS = st.lists(st.sampled_from(["word", "-", "+", "*", "#", "7.", "12.", "more", "a-b", "|", "δ", "`code`", "x" * 130]), min_size=1)
+WORDS = st.lists(
+    st.sampled_from(["word", "-", "+", "*", "#", "7.", "12.", "more", "a-b", "|", "δ", "`code`", "x" * 130]), min_size=1
+)
 
 
 @given(WORDS, st.sampled_from(["", "- ", "3. ", "  - "]))

@@ -100,7 +100,9 @@ def test_all_code_that_decides_results_is_digested() -> None:
     assert not any(name.startswith(("tests/", "cli/", "paper/", "plot/")) for name in names)
 
 
-@pytest.mark.parametrize("content", [b"", b"[]", b"1", b'["x",1.0]', b"[[1.0],2]", b"[1.0,null]", b"[1,2]", b"[" * 100_000])
+@pytest.mark.parametrize(
+    "content", [b"", b"[]", b"1", b'["x",1.0]', b"[[1.0],2]", b"[1.0,null]", b"[1,2]", b"[" * 100_000]
+)
 def test_entries_of_another_form_are_ignored_though_their_checksum_is_right(content: bytes, tmp_path: Path) -> None:
     kept = Checkpoint(tmp_path / "kept", OUTCOMES)
     Checkpoint(kept.path, Codec(bytes, bytes)).add({("b",): content})
@@ -110,7 +112,11 @@ def test_entries_of_another_form_are_ignored_though_their_checksum_is_right(cont
 
 def test_content_may_be_any_bytes(tmp_path: Path) -> None:
     kept = Checkpoint(tmp_path / "kept", Codec(bytes, bytes))
-    contents = {("a",): b'\n["0123456789abcdef0123456789abcdef",9,"01234567"]\n', ("b",): b"", ("c",): bytes(range(256))}
+    contents = {
+        ("a",): b'\n["0123456789abcdef0123456789abcdef",9,"01234567"]\n',
+        ("b",): b"",
+        ("c",): bytes(range(256)),
+    }
     kept.add(contents)
     assert kept.results(contents) == contents
 

@@ -75,7 +75,12 @@ def test_a_sweep_runs_every_combination_on_the_same_scenario() -> None:
 
 def test_runs_are_the_same_when_their_settings_are_equal() -> None:
     assert Run({"robots": 2, "radius": 2}, 1, 10).key == Run({"radius": 2.0, "robots": 2}, 1, 10).key
-    keys = {Run({"robots": 2}, seed, steps, measure).key for seed in (1, 2) for steps in (10, 11) for measure in (outcome, repr)}
+    keys = {
+        Run({"robots": 2}, seed, steps, measure).key
+        for seed in (1, 2)
+        for steps in (10, 11)
+        for measure in (outcome, repr)
+    }
     assert len(keys) == 8
     one, other = ({"policy_options": options} for options in ({"a": 1, "b": 2}, {"b": 2.0, "a": 1.0}))
     assert Run(one, 1, 10).key == Run(other, 1, 10).key

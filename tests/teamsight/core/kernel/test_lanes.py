@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from teamsight.core.kernel import Entry, array_at, below_64, ones, scratch
+from teamsight.core.kernel import Entry, array_at, below_8, below_64, ones, scratch
 
 
 def _reverse(address: int) -> int:
@@ -23,6 +23,11 @@ def _reverse(address: int) -> int:
 def _count(address: int) -> int:
     row = array_at(address, 70, np.float32)
     return ones(below_64(row, 5, row[0]))
+
+
+def _eight(address: int) -> int:
+    row = array_at(address, 70, np.float32)
+    return np.int64(below_8(row, 5, row[0]))
 
 
 def _unknown(address: int) -> int:
@@ -46,3 +51,12 @@ def test_comparisons_are_strict_and_false_for_nan() -> None:
     assert Entry(_count)(row.ctypes.data) == 3
     row[0] = np.inf
     assert Entry(_count)(row.ctypes.data) == 62
+
+
+def test_eight_comparisons_are_the_lowest_bits_of_a_word() -> None:
+    row = np.full(70, 2.0, np.float32)
+    row[[4, 13]] = -1.0
+    row[6] = np.nan
+    assert Entry(_eight)(row.ctypes.data) == 0
+    row[[5, 7, 12]] = 1.0
+    assert Entry(_eight)(row.ctypes.data) == 0b10000101
