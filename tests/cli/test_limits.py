@@ -35,9 +35,9 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         (["reproduce", "--workers", "100000"], ["workers=100000: must be at most "]),
         (["reproduce", "--runs", "1000000"], ["runs=1000000: must be at most 1000"]),
         (["learn", "evaluate", "x", "--workers", "100000", "--runs", "1e9"], ["runs=1000000000: must be at most 1000000", "workers=100000: must be at most "]),
-        (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 transitions of 171 numbers"]),
+        (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 transitions of 75 numbers"]),
         (["learn", "figure", "--samples", ",".join(map(str, range(1, 300)))], ["samples: are 299 numbers, at most 100; leave some out"]),
-        (["learn", "figure", "--memories", "1000", "--worlds", "1000"], ["memories=1000, worlds=1000, 9 samples: makes 1.1e+08 rows, at most 2e+06"]),
+        (["learn", "figure", "--memories", "1000", "--worlds", "1000"], ["memories=1000, worlds=1000, 6 scenarios, 11 samples: makes 5.4e+08 rows, at most 2e+06"]),
     ],
 )  # fmt: skip
 def test_what_is_too_much_is_refused_with_its_count(

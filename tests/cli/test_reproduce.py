@@ -107,7 +107,7 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
     hooks.mkdir()
     os.mkfifo(tmp_path / "begun")
     (hooks / "sitecustomize.py").write_text(ANNOUNCE.format(pipe=str(tmp_path / "begun")))
-    command = [sys.executable, "-m", "teamsight", "reproduce", "--steps", "10000000", "--out", str(out)]
+    command = [sys.executable, "-m", "teamsight", "reproduce", "7", "--steps", "10000000", "--out", str(out)]
     begun = os.open(tmp_path / "begun", os.O_RDWR | os.O_NONBLOCK)
     with subprocess.Popen(
         [*command, "--preset", "defaults", "--workers", "2"], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,

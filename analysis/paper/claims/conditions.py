@@ -14,7 +14,7 @@ from teamsight.analysis.paper.experiments import EXPERIMENTS
 # Parameters of CMOMMT that are the same in all experiments of a setting, unless the experiment says otherwise.
 _WORLD = ("robot_speed", "target_speed", "uniform_target_speed", "sensing_range", "awareness_range")
 # Options of policies that decide what a robot does; the constants of the forces are those of docs/model.md.
-_OPTIONS = ("idle", "idle_when", "weights", "gain", "turn_probability", "repulsion_scale")
+_OPTIONS = ("idle", "idle_when", "weights", "gain", "turn_probability", "repulsion_scale", "k", "discount", "bandwidth")
 
 
 def scenario(claim: Claim, tables: Mapping[str, Tables], steps: int) -> str:
