@@ -32,6 +32,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: generalise": (-26,),
         "evolution: train further": (-27,),
         "designed feature": (-51,),
+        "toward the evolved policy": (-43,),
     }
 )
 
