@@ -19,6 +19,7 @@ from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import policy_of
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -160,15 +161,38 @@ class World(mesa.Model):  # type: ignore[misc]
         )  # fmt: skip
         return self._host.add(agent_class, count, plan)
 
-    def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
+    def senses(
+        self,
+        observers: Group,
+        observed: Group,
+        *,
+        as_: str = "targets",
+        sensor: Sensor | None = None,
+        counts: bool | None = None,
+    ) -> None:
+        """Let one group sense another.
 
         Parameters
         ----------
         observers, observed : Group
-            Groups of this world; others raise a ValueError.
+            Groups of this world.
+        as_ : str
+            The channel, under which policies see them: ``percept.targets`` by default, and otherwise
+            ``percept.channels.NAME``. Several groups can be sensed in one channel.
+        sensor : Sensor, optional
+            The sensor of the channel. By default all within the observers' sensing range are sensed, unless an obstacle
+            or a wall blocks the line of sight. See also `Group.sensors`.
+        counts : bool, optional
+            Whether what is sensed counts in `observed_fraction`; by default that of the channel "targets" of groups on
+            a team.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a group is of another world, the name cannot be an attribute, or the sensor or `counts` differ from those
+            of the same channel.
         """
-        self._engine.senses(observers, observed)
+        self._engine.senses(observers, observed, as_, sensor, counts)
 
     def adjust(
         self,

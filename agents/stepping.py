@@ -8,6 +8,7 @@ from collections.abc import Callable
 import mesa
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector, Rows
@@ -136,7 +137,21 @@ class Stepper:
         self._engine.prepare()
         collector = self._recording.collector
         if isinstance(collector, HistoryCollector) and not collector.has_begun:
+            self._warn_if_blind()
             collector.collect(self._model)
+
+    def _warn_if_blind(self) -> None:
+        """Warn at the start of a run if there is something to observe, and no group senses anything."""
+        groups = self._data.groups
+        senses = any(name != TEAMMATES for group in groups for name in group.channels)
+        targets = [group.name for group in groups if group.team is None]
+        robots = [group.name for group in groups if group.team is not None]
+        if targets and robots and not senses:
+            warnings.warn(
+                f"no group senses another, so observed_fraction is NaN; if the robots are to sense {targets[0]!r}, "
+                f"declare it: world.senses({robots[0]}, {targets[0]})",
+                stacklevel=2,
+            )
 
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from teamsight.agents.channel import TEAMMATES, Channel, changed
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_RELATION, OUTSIDE
+from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -53,7 +55,6 @@ class Engine:
 
     def __init__(self, data: WorldData) -> None:
         self._data = data
-        self._sensed: list[tuple[Group, Group]] = []
         self._every = 0
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
@@ -65,19 +66,43 @@ class Engine:
         self.deliberations: dict[Group, Deliberation] = {}
         self.stretch: Stretch = data.history.begin([])
 
-    def senses(self, observers: Group, observed: Group) -> None:
+    def senses(
+        self, observers: Group, observed: Group, name: str, sensor: Sensor | None, counts: bool | None
+    ) -> None:
         """Let one group sense another; see `World.senses`."""
         for group in (observers, observed):
             if group not in self._data.groups:
                 shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
                 raise ValueError(f"{shown}: both groups must have been added to this world")
-        if (observers, observed) not in self._sensed:
-            self._sensed.append((observers, observed))
+        self._data.timeline.check_undecided("senses()", "declare it before the run")
+        channel = changed(observers.channels.get(name), name, sensor, counts, observers.team is not None)
+        self._check_range(channel.sensor)
+        if observed not in channel.observed:
+            channel.observed.append(observed)
+        with deferred():
+            observers.channels[name] = channel
             self.is_bound = False
+
+    def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
+        """Replace the sensor of a channel."""
+        self._data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
+        self._check_range(sensor)
+        with deferred():
+            channel.sensor = sensor
+            self.is_bound = False
+
+    def _check_range(self, sensor: Sensor | None) -> None:
+        if sensor is not None and sensor.range is not None:
+            self._data.limits.range("sensor.range", sensor.range)
 
     def leave_out(self, group: Group) -> None:
         """Forget a group that could not be added."""
-        self._sensed = [pair for pair in self._sensed if group not in pair]
+        for other in self._data.groups:
+            for channel in other.channels.values():
+                channel.observed = [observed for observed in channel.observed if observed is not group]
+            for name in [name for name, channel in other.channels.items() if not channel.observed]:
+                if name != TEAMMATES:
+                    del other.channels[name]
         self.transitions.groups = [other for other in self.transitions.groups if other is not group]
         self.is_bound = False
 
@@ -85,7 +110,7 @@ class Engine:
         """Prepare a step: bind the records and search for neighbours, where either is out of date."""
         if not self.is_bound:
             with deferred():
-                self.relations = connect(self._data, self._sensed)
+                self.relations = connect(self._data)
                 self.stretch = self._data.history.begin(self.relations)
                 trail = None
                 if self._every:
@@ -197,9 +222,11 @@ class Engine:
         self.stretch = self._data.history.begin([])
 
     @property
-    def extras(self) -> tuple[int, int, bool]:
-        """The number of sensing relations, and what is recorded; `ReusedWorlds` compares them."""
-        return len(self._sensed), self._every, bool(self.transitions.groups)
+    def extras(self) -> tuple[Any, int, bool]:
+        """The channels of all groups, and what is recorded; `ReusedWorlds` compares them."""
+        channels = [channel for group in self._data.groups for channel in group.channels.values()]
+        declared = tuple((channel.name, len(channel.observed), channel.sensor) for channel in channels)
+        return declared, self._every, bool(self.transitions.groups)
 
     def adapt(self) -> None:
         """Adapt to a new arena size and new ranges, which have been written into the arrays."""
@@ -262,8 +289,8 @@ class Engine:
 
     def _grow(self, status: int, where: int, need: int) -> None:
         """Enlarge a buffer and bind it; the loop continues where it stopped."""
-        if status == GROW_RELATION:
-            self.relations[where].grow(need)
+        if status in (GROW_RELATION, GROW_DETECTION):
+            self.relations[where].grow(need, detection=status == GROW_DETECTION)
             self._binding.rebind(where)
         else:
             self._data.groups[where].perception.grow(need)
