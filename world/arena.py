@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world import limits
+from teamsight.world.sight import Sight, open_sight
 from teamsight.world.walls import confine_box, confine_disc, confine_torus
 
 Points = npt.NDArray[np.float64]
@@ -62,6 +63,11 @@ class Arena(ABC):
     def period(self) -> tuple[float, float]:
         """The distance after which the arena repeats along x and along y; 0 along an axis that does not repeat."""
         return 0.0, 0.0
+
+    @property
+    def sight(self) -> Sight:
+        """What blocks sight; by default nothing, which suits convex arenas."""
+        return open_sight()
 
     @abstractmethod
     def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
