@@ -17,7 +17,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
-from teamsight.agents.resolve import awareness_of, check_fit, policy_of
+from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -80,6 +80,7 @@ class WorldHost:
             awareness = awareness_of(given["awareness"])
         if "policy" in given:
             policy = policy_of(given["policy"], given.get("policy_options"))
+            check_channels(group, policy)
         elif "policy_options" in given:
             shown = checks.shown(given["policy_options"])
             raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import mesa
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.channel import TEAMMATES
+from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector, Rows
@@ -16,6 +16,8 @@ from teamsight.agents.recording.recording import Recording
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.policies.interface import Policy
+from teamsight.policies.registry import label
 
 
 class Stepper:
@@ -141,17 +143,28 @@ class Stepper:
             collector.collect(self._model)
 
     def _warn_if_blind(self) -> None:
-        """Warn at the start of a run if there is something to observe, and no group senses anything."""
+        """Warn at the start of a run of a declaration that seems to be forgotten."""
         groups = self._data.groups
         senses = any(name != TEAMMATES for group in groups for name in group.channels)
         targets = [group.name for group in groups if group.team is None]
         robots = [group.name for group in groups if group.team is not None]
         if targets and robots and not senses:
-            warnings.warn(
-                f"no group senses another, so observed_fraction is NaN; if the robots are to sense {targets[0]!r}, "
-                f"declare it: world.senses({robots[0]}, {targets[0]})",
-                stacklevel=2,
+            self._warn(
+                f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, declare "
+                f"it: world.senses({robots[0]}, {targets[0]})"
             )
+        for group in groups:
+            if isinstance(group.policy, Policy) and TARGETS in group.policy.needs and TARGETS not in group.channels:
+                self._warn(
+                    f"the policy of {group.name}, {label(group.policy)}, reads targets, and the group senses none; "
+                    f"declare what it senses: world.senses({group.name}, others)"
+                )
+
+    def _warn(self, message: str) -> None:
+        """Warn once."""
+        if message not in self.warned:
+            self.warned.add(message)
+            warnings.warn(message, stacklevel=5)
 
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""
