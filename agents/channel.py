@@ -77,6 +77,14 @@ def check_sensor_of(channel: str, sensor: object) -> None:
         )
 
 
+def leave(channels: dict[str, Channel], group: object) -> None:
+    """Remove a group from all channels, and channels that are then without a group."""
+    for channel in list(channels.values()):
+        channel.observed = [observed for observed in channel.observed if observed is not group]
+        if not channel.observed and channel.name != TEAMMATES:
+            del channels[channel.name]
+
+
 class Sensors(MutableMapping[str, Sensor]):
     """The sensors of a group by channel. Setting one replaces it from the next step on; deleting makes it perfect.
 

@@ -18,6 +18,7 @@ from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
+from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -180,4 +181,4 @@ class WorldHost:
 
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
         """Replace the sensor of a channel; None makes it perfect."""
-        self._engine.set_sensor(channel, sensor)
+        set_sensor(self._data, self._engine, channel, sensor)

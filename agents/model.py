@@ -19,6 +19,7 @@ from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import policy_of
+from teamsight.agents.senses import declare
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
@@ -192,7 +193,7 @@ class World(mesa.Model):  # type: ignore[misc]
             If a group is of another world, the name cannot be an attribute, or the sensor or `counts` differ from those
             of the same channel.
         """
-        self._engine.senses(observers, observed, as_, sensor, counts)
+        declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
 
     def adjust(
         self,

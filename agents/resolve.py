@@ -170,7 +170,7 @@ def check_channels(group: Group, policy: Any) -> None:
     for name in policy.channels if isinstance(policy, Policy) else ():
         if name not in group.channels:
             raise ValueError(
-                f"policy={label(policy)}: reads the channel {name!r}, in which the group {group.name!r} senses nothing; "
+                f"policy={label(policy)}: reads the channel {name!r}, in which {group.name!r} senses nothing; "
                 f"declare it first: world.senses({group.name}, others, as_={name!r})"
             )
 

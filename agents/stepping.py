@@ -150,8 +150,8 @@ class Stepper:
         robots = [group.name for group in groups if group.team is not None]
         if targets and robots and not senses:
             self._warn(
-                f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, declare "
-                f"it: world.senses({robots[0]}, {targets[0]})"
+                f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, "
+                f"declare it: world.senses({robots[0]}, {targets[0]})"
             )
         for group in groups:
             if isinstance(group.policy, Policy) and TARGETS in group.policy.needs and TARGETS not in group.channels:

@@ -42,7 +42,7 @@ def channels_type(names: tuple[str, ...]) -> Any:
 
 def channels_of(names: tuple[str, ...], lists: Iterable[Any]) -> Any:
     """Return the channels with these names and neighbour lists."""
-    return channels_type(names)._make(lists)
+    return channels_type(names)._make(lists) if names else NO_CHANNELS
 
 
 def selected(channels: Any, names: tuple[str, ...], reader: str) -> Channels[NeighbourList]:
@@ -59,7 +59,7 @@ def selected(channels: Any, names: tuple[str, ...], reader: str) -> Channels[Nei
     missing = [name for name in names if name not in have]
     if missing:
         raise ValueError(
-            f"{reader}: reads the channel {missing[0]!r}, and the percept has {', '.join(have) or 'no further channel'}; "
+            f"{reader}: reads the channel {missing[0]!r}, and the percept has {', '.join(have) or 'none'}; "
             f"declare it in the world: world.senses(group, others, as_={missing[0]!r})"
         )
     return channels_of(names, (getattr(channels, name) for name in names))  # type: ignore[no-any-return]

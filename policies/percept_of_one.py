@@ -58,8 +58,10 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
 
 
 def _each_channel(channels: Any, change: Callable[[str, Any], Any]) -> Any:
-    names = channels._fields
-    return channels_of(names, map(change, names, channels)) if names else NO_CHANNELS
+    names = getattr(channels, "_fields", None)
+    if not isinstance(channels, tuple) or names is None:
+        raise TypeError("percept.channels: must be a NamedTuple; change one with percept.channels._replace(name=…)")
+    return channels_of(names, map(change, names, channels))
 
 
 def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.channel import TEAMMATES, Channel, changed
+from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
@@ -15,7 +15,6 @@ from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
-from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -66,43 +65,10 @@ class Engine:
         self.deliberations: dict[Group, Deliberation] = {}
         self.stretch: Stretch = data.history.begin([])
 
-    def senses(
-        self, observers: Group, observed: Group, name: str, sensor: Sensor | None, counts: bool | None
-    ) -> None:
-        """Let one group sense another; see `World.senses`."""
-        for group in (observers, observed):
-            if group not in self._data.groups:
-                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
-                raise ValueError(f"{shown}: both groups must have been added to this world")
-        self._data.timeline.check_undecided("senses()", "declare it before the run")
-        channel = changed(observers.channels.get(name), name, sensor, counts, observers.team is not None)
-        self._check_range(channel.sensor)
-        if observed not in channel.observed:
-            channel.observed.append(observed)
-        with deferred():
-            observers.channels[name] = channel
-            self.is_bound = False
-
-    def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
-        """Replace the sensor of a channel."""
-        self._data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
-        self._check_range(sensor)
-        with deferred():
-            channel.sensor = sensor
-            self.is_bound = False
-
-    def _check_range(self, sensor: Sensor | None) -> None:
-        if sensor is not None and sensor.range is not None:
-            self._data.limits.range("sensor.range", sensor.range)
-
     def leave_out(self, group: Group) -> None:
         """Forget a group that could not be added."""
         for other in self._data.groups:
-            for channel in other.channels.values():
-                channel.observed = [observed for observed in channel.observed if observed is not group]
-            for name in [name for name, channel in other.channels.items() if not channel.observed]:
-                if name != TEAMMATES:
-                    del other.channels[name]
+            leave(other.channels, group)
         self.transitions.groups = [other for other in self.transitions.groups if other is not group]
         self.is_bound = False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.failures import check_places
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.group import Group, team_of
+from teamsight.agents.group import team_of
 from teamsight.agents.resolve import check_channels, check_fit
 from teamsight.agents.world_data import WorldData
 

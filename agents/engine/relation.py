@@ -19,6 +19,9 @@ from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.search import Search
 
 
+_PERFECT = Sensor()
+
+
 class Members(Protocol):
     """The part of `Group` that a relation uses; groups import this file."""
 
@@ -66,7 +69,7 @@ class Relation:
     def __init__(self, channel: Channel, observers: Members, data: Surroundings) -> None:
         self.name, self.counts = channel.name, channel.counts
         self.observers, self.observed = observers, list(channel.observed)
-        sensor = channel.sensor or Sensor()
+        sensor = channel.sensor or _PERFECT
         reach = observers.ranges[channel.name == TEAMMATES]
         if sensor.range is not None:
             reach = np.full(len(observers), float(sensor.range))
@@ -167,5 +170,7 @@ class Relation:
 
 def needs_detection(sensor: Sensor, arena: Any) -> bool:
     """Whether a sensor shows anything else than all in range."""
+    if sensor is not _PERFECT and not sensor.is_perfect:
+        return True
     sight = arena.sight
-    return not sensor.is_perfect or sensor.delay > 0 or (sensor.occluded and len(sight.segments) + len(sight.discs) > 0)
+    return sensor.occluded and len(sight.segments) + len(sight.discs) > 0

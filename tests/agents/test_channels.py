@@ -71,7 +71,7 @@ def test_a_kernel_reads_the_channels_that_it_declares_on_both_paths():
 
 
 def test_channels_show_who_is_in_range():
-    world, robots, predators, beacons = hunt(Flee())
+    _, robots, predators, beacons = hunt(Flee())
     percept = robots[0].percept
     for name, group, reach in (("predators", predators, 1.0), ("beacons", beacons, 2.0)):
         way = group.position - robots[0].position
@@ -106,7 +106,7 @@ def test_a_forgotten_declaration_is_said():
     world = World(Box(6, 6), rng=1)
     world.add(Robot, 5, policy="a-cmommt")
     world.add(Target, 10, policy="evasive")
-    with pytest.warns(UserWarning) as said:
+    with pytest.warns(UserWarning, match="declare") as said:
         world.run(2)
     texts = [str(each.message) for each in said]
     assert any("observed_fraction is NaN" in text and "world.senses(robots, targets)" in text for text in texts)
