@@ -18,7 +18,6 @@ from teamsight.world.bodies import Bodies
 from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.search import Search
 
-
 _PERFECT = Sensor()
 
 
