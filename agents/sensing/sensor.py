@@ -13,6 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.sensing import standard
 from teamsight.agents.sensing.binding import detect
 from teamsight.agents.sensing.interface import View, salt_of
+from teamsight.agents.sensing.parameters import PER_RADIAN
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
@@ -103,8 +104,8 @@ class Sensor:
         """The constants that the kernel reads, shape (p,)."""
         is_all_round = self.field_of_view >= _FULL_TURN
         return np.array([
-            -2.0 if is_all_round else math.cos(0.5 * self.field_of_view), self.field_of_view * standard.PER_RADIAN,
-            self.range_noise, self.bearing_noise * standard.PER_RADIAN,
+            -2.0 if is_all_round else math.cos(0.5 * self.field_of_view), self.field_of_view * PER_RADIAN,
+            self.range_noise, self.bearing_noise * PER_RADIAN,
             self.missed, self.false_positives, self.occluded,
         ])  # fmt: skip
 

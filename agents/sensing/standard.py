@@ -1,102 +1,154 @@
-"""The kernel of `Sensor`: field of view, occlusion, missed detections, noise and false detections."""
+"""The kernel of `Sensor`: field of view, occlusion, missed detections, noise and false detections.
+
+The agents in range are processed in chunks: select those in view, draw their noise in SIMD lanes, write what is sensed.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
-from teamsight.agents.sensing.noise import NOBODY, normal, uniform, words_of
+import numpy as np
+
+from teamsight.agents.sensing.false_detections import close_rows
+from teamsight.agents.sensing.interface import Floats, Integers, Words
+from teamsight.agents.sensing.noise import is_tail, middle_normal, tail_normal, uniform
+from teamsight.agents.sensing.parameters import (
+    BEARING_NOISE,
+    COSINE,
+    FALSE_POSITIVES,
+    MISSED,
+    NEAREST,
+    OCCLUDED,
+    RANGE_NOISE,
+)
+from teamsight.agents.sensing.writing import put
 from teamsight.core.angles import direction
-from teamsight.core.kernel import inlined, kernel
+from teamsight.core.kernel import inlined, kernel, scratch
+from teamsight.world.noise import philox
 from teamsight.world.sight import is_blocked
 
-PER_RADIAN = 1.0 / (2.0 * math.pi)
+#: The number of agents in range that are processed at once.
+CHUNK = 64
 
-#: The least distance of a noisy reading [range]: an agent that seems to be at the same place would have no bearing.
-NEAREST = 1e-6
 
-#: The parameters of the kernel: the cosine of half the field of view (−2 if that is a full turn), the field of view
-#: [turns], standard deviations of distance [length] and bearing [turns], probabilities, and whether sight is blocked.
-COSINE, WIDTH, RANGE_NOISE, BEARING_NOISE, MISSED, FALSE_POSITIVES, OCCLUDED = range(7)
+class Chunk(NamedTuple):
+    """The selected entries of a chunk of the agents in range, and their noise.
+
+    Attributes
+    ----------
+    entry, row : ndarray, shape (CHUNK,), int64
+        The entry of `View.in_range`, and its observer.
+    member, identity : ndarray, shape (CHUNK,), uint64
+        What selects the noise.
+    away, turn, chance : ndarray, shape (CHUNK,), float64
+        Two normal numbers, for distance and bearing, and a uniform one.
+    cosine, sine : ndarray, shape (CHUNK,), float64
+        Of the error of the bearing.
+    """
+
+    entry: Integers
+    row: Integers
+    member: Words
+    identity: Words
+    away: Floats
+    turn: Floats
+    chance: Floats
+    cosine: Floats
+    sine: Floats
 
 
 @inlined
-def _rotated(x: float, y: float, turns: float) -> tuple[float, float]:
-    """Return (x, y) turned anticlockwise by any number of turns."""
-    cosine, sine = direction(turns - math.floor(turns))
-    return cosine * x - sine * y, sine * x + cosine * y
+def _select(view: Any, parameters: Any, span: tuple[int, int, int], chunk: Any) -> tuple[int, int]:
+    """Select the entries in view from the first to the last of the span, and note what their noise depends on.
 
-
-@inlined
-def _put(sensed: Any, edge: int, index: int, x: float, y: float, distance: float) -> None:
-    sensed.identity[edge] = index
-    sensed.offset[edge, 0] = x
-    sensed.offset[edge, 1] = y
-    sensed.distance[edge] = distance
-
-
-@inlined
-def _put_noisy(view: Any, i: int, k: int, words: Any, parameters: Any, sensed: Any, edge: int) -> None:
-    """Write what observer `i` measures of entry `k` of the agents in range."""
+    The span's third number is the observer of the first entry. Returns the number of entries selected, and the observer
+    of the last entry.
+    """
     seen = view.in_range
+    is_blind = view.sight.segments.shape[0] + view.sight.discs.shape[0] > 0 and parameters[OCCLUDED] > 0.0
+    # Unsigned here and below: numba would check each signed index for a negative value.
+    count = np.uint64(0)
+    i = np.uint64(span[2])
+    for k in range(np.uint64(span[0]), np.uint64(span[1])):
+        while k >= np.uint64(seen.start[i + np.uint64(1)]):
+            i += np.uint64(1)
+        x = seen.offset[k, 0]
+        y = seen.offset[k, 1]
+        ahead = x * view.heading[i, 0] + y * view.heading[i, 1]
+        is_seen = ahead >= seen.distance[k] * parameters[COSINE]
+        if is_blind and is_seen:
+            is_seen = not is_blocked(view.position[i, 0], view.position[i, 1], x, y, view.sight)
+        # Written in any case, since a branch would be mispredicted.
+        chunk.entry[count] = k
+        chunk.row[count] = i
+        chunk.member[count] = np.uint64(view.member[i])
+        chunk.identity[count] = np.uint64(view.everyone[np.uint64(seen.identity[k])])
+        count += np.uint64(is_seen)
+    found: Any = np.int64(count)
+    last: Any = np.int64(i)
+    return found, last
+
+
+@inlined
+def _draw(view: Any, parameters: Any, count: int, chunk: Any) -> None:
+    """Write the random numbers of the selected entries: two normal, one uniform; and cosine and sine of the turn."""
+    tick = np.uint64(view.tick[0])
+    stream = np.uint64(view.stream)
+    k0 = view.key[0] ^ view.salt[0]
+    k1 = view.key[1] ^ view.salt[1]
+    lanes = np.uint64((count + 7) & ~7)
+    for c in range(np.uint64(count), lanes):
+        chunk.member[c] = np.uint64(0)
+        chunk.identity[c] = np.uint64(0)
+    for c in range(lanes):
+        first, second, third, _ = philox(tick, chunk.member[c], chunk.identity[c], stream, k0, k1)
+        chunk.away[c] = uniform(first) - 0.5
+        chunk.turn[c] = uniform(second) - 0.5
+        chunk.chance[c] = uniform(third)
+    if parameters[RANGE_NOISE] > 0.0:
+        _normal(chunk.away, count, lanes, chunk.cosine)
+    if parameters[BEARING_NOISE] > 0.0:
+        _normal(chunk.turn, count, lanes, chunk.cosine)
+        for c in range(lanes):
+            turns = parameters[BEARING_NOISE] * chunk.turn[c]
+            chunk.cosine[c], chunk.sine[c] = direction(turns - math.floor(turns))
+
+
+@inlined
+def _normal(numbers: Any, count: int, lanes: Any, room: Any) -> None:
+    """Turn uniform numbers, less ½, into normal ones."""
+    for c in range(lanes):
+        room[c] = middle_normal(numbers[c])
+    for c in range(np.uint64(count)):
+        if is_tail(numbers[c]):
+            room[c] = tail_normal(numbers[c])
+    for c in range(lanes):
+        numbers[c] = room[c]
+
+
+@inlined
+def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge: Any) -> None:
+    """Write what an observer measures of the selected entry `c`."""
+    seen = view.in_range
+    k = np.uint64(chunk.entry[c])
+    i = np.uint64(chunk.row[c])
     x = seen.offset[k, 0]
     y = seen.offset[k, 1]
     distance = seen.distance[k]
     if parameters[RANGE_NOISE] > 0.0:
         least = NEAREST * view.reach[i]
+        scale = 1.0 / distance
         if distance < least:
             x = view.heading[i, 0]
             y = view.heading[i, 1]
             scale = 1.0
-        else:
-            scale = 1.0 / distance
-        distance += parameters[RANGE_NOISE] * normal(words[0])
-        distance = min(max(distance, least), view.reach[i])
+        distance = min(max(distance + parameters[RANGE_NOISE] * chunk.away[c], least), view.reach[i])
         x *= distance * scale
         y *= distance * scale
     if parameters[BEARING_NOISE] > 0.0:
-        x, y = _rotated(x, y, parameters[BEARING_NOISE] * normal(words[1]))
-    _put(sensed, edge, seen.identity[k], x, y, distance)
-
-
-@inlined
-def _candidate(view: Any, i: int, first: int, edge: int, sensed: Any, word: Any) -> int:
-    """Return a random agent that is not the observer and not among those that it senses; −1 if there is none."""
-    myself = view.own + i if view.own >= 0 else -1
-    count = view.everyone.shape[0] - (edge - first) - (myself >= 0)
-    if count <= 0:
-        return -1
-    index = int(uniform(word) * count)
-    # Skip those that are excluded, in ascending order; the observer is one of them.
-    for k in range(first, edge):
-        if 0 <= myself < sensed.identity[k]:
-            index += myself <= index
-            myself = -1
-        index += sensed.identity[k] <= index
-    return index + (0 <= myself <= index)
-
-
-@kernel
-def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: Any) -> int:
-    """Write the false detection of observer `i`, if it has one; return the next entry."""
-    words = words_of(view, i, NOBODY)
-    if uniform(words[0]) >= parameters[FALSE_POSITIVES]:
-        return edge
-    index = _candidate(view, i, first, edge, sensed, words[1])
-    if index < 0:
-        return edge
-    at = edge
-    while at > first and sensed.identity[at - 1] > index:
-        x = sensed.offset[at - 1, 0]
-        y = sensed.offset[at - 1, 1]
-        _put(sensed, at, sensed.identity[at - 1], x, y, sensed.distance[at - 1])
-        at -= 1
-    # Uniform over the area in view.
-    distance = view.reach[i] * math.sqrt(uniform(words[2]))
-    turns = (uniform(words[3]) - 0.5) * parameters[WIDTH]
-    x, y = _rotated(view.heading[i, 0], view.heading[i, 1], turns)
-    _put(sensed, at, ~index, distance * x, distance * y, distance)
-    return edge + 1
+        x, y = chunk.cosine[c] * x - chunk.sine[c] * y, chunk.sine[c] * x + chunk.cosine[c] * y
+    put(sensed, edge, seen.identity[k], x, y, distance)
 
 
 @kernel
@@ -104,34 +156,34 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
     """Write what a `Sensor` senses; see there."""
     seen = view.in_range
     size = view.heading.shape[0]
-    is_false = parameters[FALSE_POSITIVES] > 0.0
-    most = seen.start[size] + (size if is_false else 0)
+    total = seen.start[size]
+    most = total + (size if parameters[FALSE_POSITIVES] > 0.0 else 0)
     if most > sensed.distance.shape[0]:
         return int(most)
-    is_blind = view.sight.segments.shape[0] + view.sight.discs.shape[0] > 0 and parameters[OCCLUDED] > 0.0
+    chunk = Chunk(
+        scratch(CHUNK, np.int64), scratch(CHUNK, np.int64), scratch(CHUNK, np.uint64), scratch(CHUNK, np.uint64),
+        scratch(CHUNK, np.float64), scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
+        scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
+    )  # fmt: skip
     is_random = parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0 or parameters[MISSED] > 0.0
+    last = 0
+    here = 0
     edge = 0
-    for i in range(size):
-        first = edge
-        sensed.start[i] = first
-        ahead_x = view.heading[i, 0]
-        ahead_y = view.heading[i, 1]
-        for k in range(seen.start[i], seen.start[i + 1]):
-            x = seen.offset[k, 0]
-            y = seen.offset[k, 1]
-            if x * ahead_x + y * ahead_y < seen.distance[k] * parameters[COSINE]:
-                continue
-            if is_blind and is_blocked(view.position[i, 0], view.position[i, 1], x, y, view.sight):
-                continue
-            if not is_random:
-                _put(sensed, edge, seen.identity[k], x, y, seen.distance[k])
+    sensed.start[0] = 0
+    for first in range(0, total, CHUNK):
+        count, last = _select(view, parameters, (first, min(first + CHUNK, total), last), chunk)
+        if is_random:
+            _draw(view, parameters, count, chunk)
+        for c in range(np.uint64(count)):
+            if here < chunk.row[c]:
+                edge = close_rows(view, parameters, here, chunk.row[c], edge, sensed)
+                here = chunk.row[c]
+            if is_random:
+                if chunk.chance[c] >= parameters[MISSED]:
+                    _put_noisy(view, parameters, c, chunk, sensed, np.uint64(edge))
+                    edge += 1
+            else:
+                k = np.uint64(chunk.entry[c])
+                put(sensed, np.uint64(edge), seen.identity[k], seen.offset[k, 0], seen.offset[k, 1], seen.distance[k])
                 edge += 1
-                continue
-            words = words_of(view, i, view.everyone[seen.identity[k]])
-            if uniform(words[2]) >= parameters[MISSED]:
-                _put_noisy(view, i, k, words, parameters, sensed, edge)
-                edge += 1
-        if is_false:
-            edge = _imagine(view, i, first, edge, parameters, sensed)
-    sensed.start[size] = edge
-    return edge
+    return int(close_rows(view, parameters, here, size, edge, sensed))

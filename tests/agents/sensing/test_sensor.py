@@ -59,15 +59,19 @@ def cut_by(sight: Sight, sensor: Sensor) -> Any:
 
 @given(
     sensor=sensors, seed=st.integers(0, 2**32), sizes=st.tuples(st.integers(0, 6), st.integers(0, 12)), among=st.booleans(),
-    discs=st.integers(0, 2),
+    discs=st.integers(0, 2), side=st.just(2.0),
 )  # fmt: skip
-@example(sensor=Sensor(false_positives=1.0), seed=0, sizes=(1, 0), among=True, discs=0)
-@example(sensor=Sensor(false_positives=1.0, missed=1.0), seed=3, sizes=(6, 2), among=True, discs=1)
+@example(sensor=Sensor(false_positives=1.0), seed=0, sizes=(1, 0), among=True, discs=0, side=2.0)
+@example(sensor=Sensor(false_positives=1.0, missed=1.0), seed=3, sizes=(6, 2), among=True, discs=1, side=2.0)
+# More agents in range than a chunk has: of all observers together, and of one.
+@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=1, sizes=(12, 40), among=True, discs=0, side=0.8)
+@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=2, sizes=(3, 300), among=False, discs=1, side=1.0)
+@example(sensor=Sensor(), seed=2, sizes=(3, 300), among=False, discs=0, side=0.1)
 def test_the_kernel_equals_its_slow_twin(
-    sensor: Sensor, seed: int, sizes: tuple[int, int], among: bool, discs: int
+    sensor: Sensor, seed: int, sizes: tuple[int, int], among: bool, discs: int, side: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    view = sample_view(*sizes, 2.0, rng, among=among)
+    view = sample_view(*sizes, side, rng, among=among)
     blockers = np.column_stack([rng.uniform(0, 2, (discs, 2)), rng.uniform(0.05, 0.3, discs)])
     view = view._replace(sight=view.sight._replace(discs=blockers))
     ahead = view.heading @ np.array([1, 1j])
