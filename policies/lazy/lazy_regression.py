@@ -215,8 +215,8 @@ class LazyRegression(Learner):
             raise ValueError(
                 f"memory: the {added} inputs of its degree of awareness, {degree}, do not show where teammates are "
                 f"(teammate_layout={checks.shown(layout)}); explore with awareness='ring' or 'pairwise' "
-                f"(--awareness ring), use another learner (--learner linear), or give inputs={self.memory.own}, which uses "
-                "targets only"
+                f"(--awareness ring), use another learner (--learner linear), or give inputs={self.memory.own}, which "
+                "uses targets only"
             )
         return str(layout)
 
@@ -259,7 +259,8 @@ class LazyRegression(Learner):
 
     def _warn(self, rewards: Floats) -> None:
         within = f" within bandwidth={self.bandwidth:g}; give a larger bandwidth, such as 1, or"
-        why = f"{len(rewards)} transitions are too few for a slope{within if self.bandwidth < 1 else ';'} explore longer"
+        near = within if self.bandwidth < 1 else ";"
+        why = f"{len(rewards)} transitions are too few for a slope{near} explore longer"
         if (rewards == rewards[0]).all():
             same = f"{name_of(self.reward)} is {rewards[0] + 0.0:g} for all {len(rewards)} transitions"
             why = f"{same}; explore longer, or give another reward"
