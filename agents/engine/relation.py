@@ -18,10 +18,11 @@ class Members(Protocol):
     """The part of `Group` that a relation uses; groups import this file."""
 
     number: int
-    team: str | None
     bodies: Bodies
     agents: list[Any]
 
+    @property
+    def team(self) -> str | None: ...
     def __len__(self) -> int: ...
 
 
