@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import mesa
 import numpy as np
@@ -23,6 +24,9 @@ from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.percept_of_one import PerceptOfOne
 
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
+
 
 class WorldHost:
     """Operations of a world on its groups and agents; implements `Host`, through which these reach their world.
@@ -32,6 +36,21 @@ class WorldHost:
 
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine) -> None:
         self._model, self._data, self._engine = model, data, engine
+
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The space of the world for mesa, made when it is first used."""
+        from teamsight.agents.space import WorldSpace
+
+        return WorldSpace(self._model, self._data)
+
+    def agents_near(self, agent: Body, radius: float) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents within a radius of an agent, and their distances."""
+        return self.space.get_neighbors_in_radius(agent, radius)
+
+    def nearest_agents(self, agent: Body, count: int) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents that are nearest to an agent, and their distances."""
+        return self.space.get_nearest_neighbors(agent, count)
 
     def add(self, agent_class: type[Body], count: int, plan: Plan) -> Group:
         """Add a group; see `World.add`. The identities of its agents are their ``unique_id``."""

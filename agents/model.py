@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import mesa
 import numpy.typing as npt
@@ -26,6 +27,9 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
 
 
 class World(mesa.Model):  # type: ignore[misc]
@@ -97,6 +101,11 @@ class World(mesa.Model):  # type: ignore[misc]
     def arena(self) -> Arena:
         """The arena. It cannot be changed: all agents were placed in it."""
         return self._data.arena
+
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The agents' places under the names of mesa's spaces; mesa's visualisation reads it. You may set your own."""
+        return self._host.space
 
     @property
     def seed_used(self) -> int:
