@@ -214,12 +214,13 @@ class World(mesa.Model):  # type: ignore[misc]
         """Make one step, unless an event before it stops the model."""
         self._stepper.step()
 
-    def run(self, steps: int) -> None:
+    def run(self, steps: int, *, progress: bool = True) -> None:
         """Make `steps` steps, in one compiled call unless something needs Python in between.
 
-        It stops early when `running` becomes False.
+        It stops early when `running` becomes False. After two seconds, a terminal or a notebook shows how far it is,
+        unless `progress` is False.
         """
-        self._stepper.run(steps)
+        self._stepper.run(steps, progress=progress)
 
     def run_for(self, duration: int) -> None:
         """Make this many steps; mesa's name for `run`."""
