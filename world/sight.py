@@ -9,6 +9,7 @@ A line of sight is blocked if it enters a disc or crosses a segment. At the edge
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -40,6 +41,7 @@ class Sight(NamedTuple):
     slack: float
 
 
+@cache
 def open_sight() -> Sight:
     """Return the sight in an arena where nothing blocks it."""
     return Sight(np.empty((0, 4)), np.empty((0, 3)), np.zeros(2), 0.0)
