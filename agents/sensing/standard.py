@@ -139,13 +139,35 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
     put(sensed, edge, seen.identity[k], x, y, distance)
 
 
+@inlined
+def _append(view: Any, parameters: Any, c: Any, chunk: Any, sensed: Any, edge: Any) -> Any:
+    """Write the selected entry `c`, unless it is missed; return the next entry."""
+    if parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0:
+        _put_noisy(view, parameters, c, chunk, sensed, edge)
+    else:
+        seen = view.in_range
+        k = np.uint64(chunk.entry[c])
+        put(sensed, edge, seen.identity[k], seen.offset[k, 0], seen.offset[k, 1], seen.distance[k])
+    # Missed ones are written too, and overwritten by the next, since a branch would be mispredicted.
+    return edge + (np.uint64(chunk.chance[c] >= parameters[MISSED]) if parameters[MISSED] > 0.0 else np.uint64(1))
+
+
+@inlined
+def _fill_starts(start: Any) -> None:
+    """Write where the entries of each observer begin; so far only those that follow an observer with entries do."""
+    end = 0
+    for i in range(np.uint64(1), np.uint64(start.shape[0])):
+        end = max(end, start[i])
+        start[i] = end
+
+
 @kernel
 def sense(view: Any, parameters: Any, sensed: Any) -> int:
     """Write what a `Sensor` senses; see there."""
-    seen = view.in_range
     size = view.heading.shape[0]
-    total = seen.start[size]
-    most = total + (size if parameters[FALSE_POSITIVES] > 0.0 else 0)
+    total = view.in_range.start[size]
+    is_false = parameters[FALSE_POSITIVES] > 0.0
+    most = total + (size if is_false else 0)
     if most > sensed.distance.shape[0]:
         return int(most)
     chunk = Chunk(
@@ -154,7 +176,6 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
         scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
     )  # fmt: skip
     is_random = parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0 or parameters[MISSED] > 0.0
-    is_false = parameters[FALSE_POSITIVES] > 0.0
     last = 0
     here = 0
     edge = np.uint64(0)
@@ -165,21 +186,13 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
         if is_random:
             _draw(view, parameters, count, chunk)
         for c in range(np.uint64(count)):
-            if is_false and here < chunk.row[c]:
-                edge = np.uint64(close_rows(view, parameters, here, chunk.row[c], np.int64(edge), sensed))
-                here = chunk.row[c]
-            if is_random:
-                _put_noisy(view, parameters, c, chunk, sensed, edge)
-                edge += np.uint64(chunk.chance[c] >= parameters[MISSED])
-            else:
-                k = np.uint64(chunk.entry[c])
-                put(sensed, edge, seen.identity[k], seen.offset[k, 0], seen.offset[k, 1], seen.distance[k])
-                edge += np.uint64(1)
-            sensed.start[np.uint64(chunk.row[c]) + np.uint64(1)] = edge
+            row = chunk.row[c]
+            if is_false and here < row:
+                edge = np.uint64(close_rows(view, parameters, here, row, np.int64(edge), sensed))
+                here = row
+            edge = _append(view, parameters, c, chunk, sensed, edge)
+            sensed.start[np.uint64(row) + np.uint64(1)] = edge
     if is_false:
         return int(close_rows(view, parameters, here, size, np.int64(edge), sensed))
-    end = 0
-    for i in range(np.uint64(1), np.uint64(size + 1)):
-        end = max(end, sensed.start[i])
-        sensed.start[i] = end
-    return end
+    _fill_starts(sensed.start)
+    return int(sensed.start[size])
