@@ -56,7 +56,7 @@ class Stepper:
         timeline.check_outside("run()")
         # An event may reset the tick; the number of steps to make stays the same.
         end = timeline.tick - timeline.jumps + checks.count("steps", steps, least=0)
-        reason = self._needs_python()
+        reason = self.needs_python()
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
@@ -93,7 +93,7 @@ class Stepper:
             if not self._process_events():
                 return ""
             # An event may have added something that needs Python.
-            reason = self._needs_python()
+            reason = self.needs_python()
             if reason or mesa_compat.has_events(model):
                 self._make_step()
                 mesa_compat.end_step(model)
@@ -178,7 +178,7 @@ class Stepper:
                 tick = self._timeline.tick
                 collector.collect_rows(Rows(stretch, first, stretch.rows, tick, observed, largest, earlier))
 
-    def _needs_python(self) -> str:
+    def needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""
         if self._overrides_step:
             return f"{type(self._model).__name__} overrides step"

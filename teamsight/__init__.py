@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.circle import Circle
+    from teamsight.world.contract import Obstructed
+    from teamsight.world.polygon import Polygon
 
 __version__ = "0.1.0"
 
@@ -37,6 +40,9 @@ _HOMES = {
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
+    "Circle": "teamsight.world.circle",
+    "Obstructed": "teamsight.world.contract",
+    "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_policy": "teamsight.policies.check",
@@ -45,8 +51,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Box", "Disc", "Robot", "Sensor", "Target", "Torus", "World", "__version__", "check_arena",
-    "check_awareness", "check_policy", "check_sensor", "run_many",
+    "CMOMMT", "Box", "Circle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus", "World",
+    "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

@@ -30,7 +30,7 @@ class Sight(NamedTuple):
     discs : ndarray, shape (d, 3), float64
         Discs: x, y and radius of each [length].
     period : ndarray, shape (2,), float64
-        The period of the arena, from `kernel_period`; both are 0 if neither axis repeats.
+        The period of the arena [length]; 0 along an axis that does not repeat.
     slack : float
         A position beyond a wall by at most this distance is on the wall [length].
     """

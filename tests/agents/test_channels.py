@@ -168,3 +168,10 @@ def test_sensors_are_a_mapping_by_channel():
         robots.sensors["prey"] = Sensor()
     with pytest.raises(KeyError, match="no such channel"):
         robots[0].sensed("prey")
+
+
+def test_a_world_says_on_which_path_it_runs():
+    world, robots, *_ = hunt(Flee())
+    assert world.path == "compiled"
+    robots.policy = FleeInPython()
+    assert world.path == "step by step: the policy of prey is Python"
