@@ -6,7 +6,8 @@ import contextlib
 import math
 import pickle
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -39,7 +40,8 @@ def choose_delta(
     Parameters
     ----------
     model : mapping or callable
-        Keyword parameters of `CMOMMT` (without rng and seed), or a function that makes a `World` from a seed.
+        Keyword parameters of `CMOMMT` (without rng and seed), or a class or function that makes a `World` from a seed,
+        which it is given as ``rng`` or ``seed`` if it has a parameter of that name, otherwise as its first argument.
     runs : int, optional
         Number of runs; 10 / risk when not given, of which about ten exceed δ.
     steps : int
@@ -111,7 +113,7 @@ def choose_delta(
         awareness_range=team_conditions.awareness_range(met),
         length=float(steps),
         unit="steps",
-        notes=team_conditions.notes(met, size),
+        notes=(*team_conditions.notes(met, size), *_of_short_runs([one.steps for one in found], steps)),
     )
 
 
@@ -150,4 +152,19 @@ def _check_can_be_sent(model: Factory) -> None:
 def _name(model: Factory | Mapping[str, Any], robots: int) -> str:
     if isinstance(model, Mapping):
         return f"CMOMMT({', '.join(f'{name}={value}' for name, value in model.items())})"
-    return f"{getattr(model, '__name__', type(model).__name__)}, {robots} robots"
+    given = ""
+    if isinstance(model, partial):
+        given = ", ".join([*map(repr, model.args), *(f"{name}={value!r}" for name, value in model.keywords.items())])
+        given, model = f"({given})", model.func
+    return f"{getattr(model, '__name__', type(model).__name__)}{given}, {robots} robots"
+
+
+def _of_short_runs(made: Sequence[int], steps: int) -> tuple[str, ...]:
+    """Return a note on runs that a model ended before the last step."""
+    short = [number for number in made if number < steps]
+    if not short:
+        return ()
+    return (
+        f"{len(short):,} of {len(made):,} runs ended before step {steps:,}, the first after {min(short):,} steps: the "
+        "stated probability is that of runs that may end so.",
+    )

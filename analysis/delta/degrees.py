@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,12 +19,13 @@ from teamsight.analysis.delta.team_conditions import Conditions, conditions
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
 
-#: Takes a seed and returns a model.
-Factory = Callable[[int], "World"]
+#: Takes a seed, as ``rng``, as ``seed`` or as its first argument, and returns a model.
+Factory = Callable[..., "World"]
 
 # How many times in a run the bearings are sampled.
 _SAMPLES = 10
@@ -34,12 +36,14 @@ _ENOUGH_SAMPLES = 500_000
 class Degrees(NamedTuple):
     """Result of a run.
 
-    ``met`` holds the conditions before and after the run, ``largest_team`` the size of the largest team at any sample.
-    Without samples it is 0 and ``bearings`` is None.
+    ``met`` holds the conditions before and after the run, ``steps`` is the number of steps made, which is smaller if
+    the model stopped, and ``largest_team`` the size of the largest team at any sample. Without samples it is 0 and
+    ``bearings`` is None.
     """
 
     max_neighbours: int
     met: frozenset[Conditions]
+    steps: int
     largest_team: int = 0
     bearings: Bearings | None = None
 
@@ -59,22 +63,34 @@ class FromSeed:
         """Return the world of a seed, after checking that it is one."""
         from teamsight.agents.model import World
 
-        world: Any = self.factory(rng)
+        world: Any = _called_with(self.factory, rng)
         if not isinstance(world, World):
-            raise TypeError(f"model({rng}) is {world!r}: must be a World, such as CMOMMT(rng={rng})")
+            raise TypeError(f"model({rng}) is {checks.shown(world)}: must be a World, such as CMOMMT(rng={rng})")
         return world
+
+
+def _called_with(factory: Factory, seed: int) -> Any:
+    """Call a class or function with a seed: as ``rng`` or ``seed`` if it has a parameter of that name."""
+    try:
+        parameters = inspect.signature(factory).parameters
+    except (TypeError, ValueError):
+        return factory(seed)
+    for name in ("rng", "seed"):
+        if name in parameters and parameters[name].kind is not inspect.Parameter.POSITIONAL_ONLY:
+            return factory(**{name: seed})
+    return factory(seed)
 
 
 def degrees(world: World, steps: int) -> Degrees:
     """Run a world and return its degrees; steps that the world has made before do not count."""
-    before, made = conditions(world), _steps_made(world)
+    before, made, first = conditions(world), _steps_made(world), world.tick
     world.run(steps)
-    return Degrees(_largest(world, made), frozenset({before, conditions(world)}))
+    return Degrees(_largest(world, made), frozenset({before, conditions(world)}), world.tick - first)
 
 
 def degrees_with_bearings(world: World, steps: int) -> Degrees:
     """Run a world in stretches, which changes nothing in the run, and sample the bearings after each."""
-    before, made = conditions(world), _steps_made(world)
+    before, made, first = conditions(world), _steps_made(world), world.tick
     ends = np.linspace(0, steps, min(_SAMPLES, steps) + 1).astype(int)
     samples, largest_team = [], 0
     for stretch in np.diff(ends).tolist():
@@ -83,7 +99,7 @@ def degrees_with_bearings(world: World, steps: int) -> Degrees:
         largest_team = max(largest_team, members.largest_team)
         samples.append(sector_occupancy.bearings(world.neighbours, members.heading))
     met = frozenset({before, conditions(world)})
-    return Degrees(_largest(world, made), met, largest_team, sector_occupancy.gather(samples))
+    return Degrees(_largest(world, made), met, world.tick - first, largest_team, sector_occupancy.gather(samples))
 
 
 def _steps_made(world: World) -> int:
@@ -117,7 +133,7 @@ def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progre
         found += run_all(some, pool, progress=show)
     earlier = accumulate((one.samples for one in found[:-1]), initial=0)
     return [
-        one if samples < _ENOUGH_SAMPLES else Degrees(one.max_neighbours, one.met)
+        one if samples < _ENOUGH_SAMPLES else Degrees(one.max_neighbours, one.met, one.steps)
         for one, samples in zip(found, earlier, strict=True)
     ]
 

@@ -136,8 +136,8 @@ def _size(value: object) -> int:
 
 
 def _name(function: object) -> str:
-    """Return the full name of a class or function; or the repr of what has no name."""
+    """Return the full name of a class or function; or the repr of what has no name, or shares it, as lambdas do."""
     if function is None:
         return "CMOMMT"
     name = getattr(function, "__qualname__", None)
-    return repr(function) if name is None else f"{getattr(function, '__module__', '')}:{name}"
+    return repr(function) if name is None or "<" in name else f"{getattr(function, '__module__', '')}:{name}"
