@@ -9,12 +9,14 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
@@ -151,7 +153,25 @@ class Body(mesa.Agent):  # type: ignore[misc]
             self.group.host.remove(self, leave)
             self._row = -1
 
-    def _within(self, kind: str) -> list[Any]:
+    def sensed(self, channel: str) -> list[Any]:
+        """Return the agents that it senses now in a channel of its group, without false detections.
+
+        Parameters
+        ----------
+        channel : str
+            "targets", "teammates", or a name given to `World.senses`.
+
+        Raises
+        ------
+        KeyError
+            If the group has no such channel.
+        """
+        relation = self._relation(channel)
+        if relation is None and channel not in (TARGETS, TEAMMATES):
+            have = ", ".join(map(repr, self.group.channels)) or "none"
+            raise KeyError(f"{channel!r}: the group {self.group.name!r} has no such channel, but {have}")
+        return relation.agents_sensed(self.row) if relation else []
+
+    def _relation(self, channel: str) -> Relation | None:
         self.group.host.find_neighbours()
-        relation = self.group.relations.get(kind)
-        return relation.observed_by(self.row) if relation else []
+        return self.group.relations.get(channel)

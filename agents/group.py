@@ -11,9 +11,13 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
+from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
 from teamsight.agents.columns import Column, Columns, install, is_free
+from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.policies.channels import OWN_FIELDS, channels_of
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
@@ -37,6 +41,8 @@ class Host(Protocol):
     def perceive(self, group: Group) -> None: ...
     def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
     def observers_of(self, agent: Any) -> list[Any]: ...
+    def is_observed(self, agent: Any) -> bool: ...
+    def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None: ...
 
 
 def _setting(name: str, get: Callable[[Group], Any], doc: str) -> Any:
@@ -67,6 +73,10 @@ class Group:
         The arrays behind `sensing_range` and `awareness_range`; not checked either.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
+    channels : dict of str to Channel
+        What the group senses, by name; `World.senses` declares it.
+    readings : dict of str to Readings
+        What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
     policy_state : object
@@ -99,6 +109,8 @@ class Group:
         self.decides_alone = False
         self.founders: Founders
         self.first_abilities: Abilities
+        self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
+        self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host
         self.begin(first_state(policy, len(bodies)))
@@ -132,6 +144,8 @@ class Group:
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
+        for readings in self.readings.values():
+            readings.forget()
         self.has_decided = False
 
     def __len__(self) -> int:
@@ -145,6 +159,11 @@ class Group:
 
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
+
+    @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
 
     policy = _setting("policy", lambda group: group.rules[0], "The policy of all agents.")
     awareness = _setting("awareness", lambda group: group.rules[1], "What they perceive of teammates.")
@@ -238,25 +257,32 @@ class Group:
         """Whether a decision reads the lists of teammates or of relayed targets."""
         return not self.is_compiled or self.policy.reads_teammates
 
-    def neighbours(self, kind: str) -> NeighbourList:
-        """Return all neighbours of a kind, "targets" or "teammates", whatever the degree of awareness shows."""
-        return self.relations[kind].neighbours if kind in self.relations else self.perception.nothing
+    def neighbours(self, channel: str) -> NeighbourList:
+        """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
+        return filled(self.room(channel))
 
-    def room(self, kind: str) -> NeighbourList:
+    def room(self, channel: str) -> NeighbourList:
         """Return the arrays behind `neighbours`, including the unused room."""
-        return self.relations[kind].room if kind in self.relations else self.perception.nothing
+        return self.relations[channel].room if channel in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """The present percept, as views that the next step overwrites."""
-        teammates = self.neighbours("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
-        return self.percept_of(self.neighbours("targets"), teammates, filled(self.perception.relayed))
+        teammates = self.neighbours(TEAMMATES) if self.awareness.shows_teammates else filled(self.perception.shown)
+        names = tuple(name for name in self.channels if name not in OWN_FIELDS)
+        percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
+        return percept._replace(
+            targets=filled(percept.targets), channels=channels_of(names, map(filled, percept.channels))
+        )
 
-    def percept_of(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
-        """Return a percept that shows these neighbours."""
+    def percept_of(
+        self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList, channels: tuple[str, ...]
+    ) -> Percept:
+        """Return a percept that shows these neighbours, and the arrays of further channels."""
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
-        return Percept(*body, targets, teammates, relayed, self.perception.situation)
+        others = channels_of(channels, map(self.room, channels))
+        return Percept(*body, targets, teammates, relayed, self.perception.situation, others)
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""

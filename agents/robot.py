@@ -22,12 +22,13 @@ class Robot(Body):
     @property
     def neighbours(self) -> list[Any]:
         """The teammates within awareness range, whether or not the degree of awareness shows them."""
-        return self._within("teammates")
+        relation = self._relation("teammates")
+        return relation.agents_in_range(self.row) if relation else []
 
     @property
     def observed_targets(self) -> list[Any]:
-        """The agents within sensing range, of the groups that this robot senses."""
-        return self._within("targets")
+        """The agents that it senses as "targets"."""
+        return self.sensed("targets")
 
     @property
     def situation(self) -> npt.NDArray[np.float32]:

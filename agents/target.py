@@ -12,10 +12,10 @@ class Target(Body):
 
     @property
     def observers(self) -> list[Any]:
-        """The agents that have this target in sensing range."""
+        """The agents that sense this one, except teammates."""
         return self.group.host.observers_of(self)
 
     @property
     def is_observed(self) -> bool:
-        """Whether at least one robot has it in sensing range."""
-        return bool(self.observers)
+        """Whether it is sensed in a channel that counts in the observed fraction."""
+        return self.group.host.is_observed(self)
