@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csgraph
 
 from teamsight.analysis.cliques import largest_clique
+from teamsight.analysis.teams import check_team, team_graph
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.proximity.search import proximity_graph
@@ -123,7 +124,9 @@ def to_networkx(
     return network
 
 
-def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
+def over_time(
+    model: World, steps: int, *, every: int = 1, cliques: bool = True, team: str | None = None, sensed: bool = False
+) -> pd.DataFrame:
     """Run a model and return the numbers of the neighbour graph of its teams, from its present step on.
 
     Parameters
@@ -136,6 +139,10 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
         Steps between frames.
     cliques : bool
         Whether to find the largest clique in each frame.
+    team : str, optional
+        The only team that counts; by default all do.
+    sensed : bool
+        Count only the teammates that a robot's sensor detects, not all within its awareness range; see `Group.sensors`.
 
     Returns
     -------
@@ -146,27 +153,24 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
     Raises
     ------
     TypeError, ValueError
-        If a number is not whole or outside its limits, or no group of the model is on a team; the model stays as it is.
+        If a number is not whole or outside its limits, or no group of the model is on a team, or on the given one;
+        the model stays as it is.
     """
     from teamsight.agents.model import World
 
     if not isinstance(model, World):
         raise TypeError(f"model={checks.shown(model)}: must be a World, such as CMOMMT(robots=5)")
     steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
-    if all(group.team is None for group in model.groups):
-        raise ValueError(
-            f"model={model!r}: no group is on a team at tick {model.tick}, so no agent has neighbours; add a group of "
-            "Robot, or of an agent class with a team"
-        )
+    check_team(model, team, f"model={checks.shown(model)}")
 
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
-        yield model.tick, model.neighbours
+        yield model.tick, team_graph(model, team, sensed=sensed)
         end = model.tick + steps
         while (before := model.tick) < end:
             model.run(min(every, end - before))
             if model.tick == before:
                 return  # the model has stopped
-            yield model.tick, model.neighbours
+            yield model.tick, team_graph(model, team, sensed=sensed)
 
     return table(graphs(), cliques=cliques)
 

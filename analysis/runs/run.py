@@ -113,9 +113,13 @@ class Run:
 
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
+        return self.measure(self.begin(worlds), self.steps)
+
+    def begin(self, worlds: ReusedWorlds) -> World:
+        """Return the world before its first step."""
         from teamsight.agents.cmommt import CMOMMT
 
-        return self.measure(worlds.begin(self.model or CMOMMT, self.parameters, self.seed), self.steps)
+        return worlds.begin(self.model or CMOMMT, self.parameters, self.seed)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight import CMOMMT, Robot, Target, World, run_many
+from teamsight import CMOMMT, Robot, Sensor, Target, World, run_many
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.recording.explore import explore
 from teamsight.analysis import neighbour_graph
@@ -23,6 +23,7 @@ from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import OUTCOMES, Run
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import JobError, WorkerPool
+from teamsight.analysis.teams import team_graph
 from teamsight.policies import RandomWalk
 
 sys.path.insert(0, str(Path(__file__).parent))  # the suite is imported by file, so helpers are found by path
@@ -54,6 +55,69 @@ def test_delta_does_not_depend_on_the_workers() -> None:
         two = choose_delta(Zoo, runs=6, steps=12, risk=0.5, rng=1, pool=pool)
     pd.testing.assert_frame_equal(one.maxima, two.maxima)
     pd.testing.assert_frame_equal(one.ring, two.ring)
+
+
+def test_delta_of_one_team_counts_that_team_alone() -> None:
+    reports = {team: choose_delta(Zoo, runs=4, steps=20, risk=0.7, rng=1, team=team) for team in (None, "robots", "rivals")}
+    assert [report.robots for report in reports.values()] == [9, 9, 5]
+    largest = [report.maxima["max_neighbours"].to_numpy() for report in reports.values()]
+    assert (np.maximum(largest[1], largest[2]) == largest[0]).all()
+    assert "Zoo, 5 robots of team rivals, 4 runs" in reports["rivals"].subject
+    assert reports["rivals"].notes == ()
+    assert "give team to choose δ for one of them" in " ".join(reports[None].notes)
+    for row in reports["rivals"].maxima.itertuples():
+        table = neighbour_graph.over_time(Zoo(rng=row.seed), 20, team="rivals")
+        assert table["max_degree"].iloc[1:].max() == row.max_neighbours
+        assert (table["robots"] == 5).all()
+    with pytest.raises(ValueError, match=r"team='wolves': no group of the world of seed \d+ is on it .*known are 'robots', 'rivals'"):
+        choose_delta(Zoo, runs=2, steps=5, team="wolves")
+    with pytest.raises(ValueError, match=r"team='wolves': .* known are 'robots', 'rivals'"):
+        neighbour_graph.over_time(Zoo(rng=1), 5, team="wolves")
+
+
+def test_steps_that_were_made_before_do_not_count_for_one_team_either() -> None:
+    def begun(seed: int) -> World:
+        world = Zoo(rng=seed)
+        world.run(12)
+        for foe in list(world.foes)[1:]:
+            foe.remove()
+        return world
+
+    report = choose_delta(begun, runs=2, steps=5, risk=0.9, rng=1, team="rivals")
+    assert report.maxima["max_neighbours"].tolist() == [0, 0]
+
+
+def half_blind(rng: int) -> World:
+    """Return a team of which five robots see only what is ahead of them."""
+    world = Two(rng=rng)
+    world.first.sensors["teammates"] = Sensor(field_of_view=2.0, missed=0.2)
+    return world
+
+
+def test_the_graph_of_whom_robots_really_sense() -> None:
+    worlds = [half_blind(rng=3), half_blind(rng=3)]
+    near = neighbour_graph.over_time(worlds[0], 10)
+    sensed = neighbour_graph.over_time(worlds[1], 10, sensed=True)
+    assert (sensed["mean_degree"] <= near["mean_degree"]).all()
+    assert (sensed["mean_degree"] < near["mean_degree"]).any()
+    world = worlds[1]
+    graph = team_graph(world, sensed=True)
+    rows = {identity: row for row, identity in enumerate(world.teammates.identity.tolist())}
+    for row, robot in enumerate([*world.first, *world.second]):
+        own = slice(graph.start[row], graph.start[row + 1])
+        assert graph.identity[own].tolist() == [rows[other.unique_id] for other in robot.sensed("teammates")]
+        positions = world.teammates.position[graph.identity[own]]
+        assert graph.distance[own] == pytest.approx(np.hypot(*(positions - robot.position).T))
+    # Without a sensor nothing changes.
+    plain = [neighbour_graph.over_time(Two(rng=3), 5, sensed=given) for given in (False, True)]
+    pd.testing.assert_frame_equal(*plain)
+
+
+def test_delta_says_that_a_sensor_shows_fewer_than_the_neighbours() -> None:
+    report = choose_delta(half_blind, runs=2, steps=5, risk=0.9, rng=1)
+    assert "also those that the robots' sensor does not detect" in " ".join(report.notes)
+    without = choose_delta(Two, runs=2, steps=5, risk=0.9, rng=1)
+    assert without.notes == ()
 
 
 def stopping(seed: int) -> World:
