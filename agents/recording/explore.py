@@ -68,11 +68,11 @@ def _settings_met(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[s
     """Return the settings before a run, with both values where they differ after it."""
     met = dict(before)
     for name, value in after.items():
-        if value in (None, "", before[name]):
+        if value in (None, "", before.get(name)):
             continue  # as before, or nobody is left
-        if before[name] in (None, ""):
+        if before.get(name) in (None, ""):
             met[name] = value
-        elif isinstance(value, str):
+        elif isinstance(value, str | dict):
             met[name] = f"{before[name]}, then {value}"
         else:
             met[name] = _range(np.hstack([before[name], value]))
@@ -112,6 +112,8 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
     group.host.find_neighbours()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     team_size = sum(map(len, team_of(world.groups, group) or [group]))
+    # Situations come from what sensors show. Without sensors the settings are those of older memories.
+    sensors = {name: repr(channel.sensor) for name, channel in group.channels.items() if channel.sensor is not None}
     return {
         "awareness": repr(group.awareness),
         "degree": group.awareness.name,
@@ -127,7 +129,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
         "sensing_range": _range(group.sensing_range),
         "awareness_range": _range(group.awareness_range),
-    }
+    } | ({"sensors": sensors} if sensors else {})
 
 
 def _described(policy: Any) -> str:

@@ -20,7 +20,7 @@ class Conditions(NamedTuple):
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
     if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
-    ``is_sensed`` is False if some robots have a sensor that may not detect a teammate within their range.
+    ``is_sensed`` is False if a sensor or an obstacle may hide teammates within the range.
     """
 
     robots: int
@@ -104,7 +104,7 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
         said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
     if not all(one.is_sensed for one in met):
         said.append(
-            "Neighbours are teammates within the awareness range, also those that the robots' sensor does not detect: "
-            "the number that a robot really senses is at most as large."
+            "Neighbours are teammates within the awareness range, also those that a robot does not sense because of "
+            "its sensor or an obstacle: the number that it really senses is at most as large."
         )
     return tuple(said)

@@ -27,7 +27,7 @@ from teamsight.analysis.teams import team_graph
 from teamsight.policies import RandomWalk
 
 sys.path.insert(0, str(Path(__file__).parent))  # the suite is imported by file, so helpers are found by path
-from every_world import Two, Zoo, only_by_seed, without_a_world
+from every_world import Two, Zoo, obstructed, only_by_seed, without_a_world
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_delta_of_one_team_counts_that_team_alone() -> None:
     largest = [report.maxima["max_neighbours"].to_numpy() for report in reports.values()]
     assert (np.maximum(largest[1], largest[2]) == largest[0]).all()
     assert "Zoo, 5 robots of team rivals, 4 runs" in reports["rivals"].subject
-    assert reports["rivals"].notes == ()
+    assert not any("teams" in note for note in reports["rivals"].notes)
     assert "give team to choose δ for one of them" in " ".join(reports[None].notes)
     for row in reports["rivals"].maxima.itertuples():
         table = neighbour_graph.over_time(Zoo(rng=row.seed), 20, team="rivals")
@@ -115,9 +115,14 @@ def test_the_graph_of_whom_robots_really_sense() -> None:
 
 def test_delta_says_that_a_sensor_shows_fewer_than_the_neighbours() -> None:
     report = choose_delta(half_blind, runs=2, steps=5, risk=0.9, rng=1)
-    assert "also those that the robots' sensor does not detect" in " ".join(report.notes)
-    without = choose_delta(Two, runs=2, steps=5, risk=0.9, rng=1)
-    assert without.notes == ()
+    hidden = "also those that a robot does not sense because of its sensor or an obstacle"
+    assert hidden in " ".join(report.notes)
+    assert choose_delta(Two, runs=2, steps=5, risk=0.9, rng=1).notes == ()
+    annulus = choose_delta(obstructed, runs=2, steps=5, risk=0.9, rng=1)
+    assert hidden in " ".join(annulus.notes)
+    assert annulus.prediction is None
+    near, sensed = (neighbour_graph.over_time(obstructed(1), 5, sensed=given) for given in (False, True))
+    assert sensed["mean_degree"].mean() < near["mean_degree"].mean()
 
 
 def stopping(seed: int) -> World:
@@ -227,12 +232,16 @@ def test_what_one_group_learns_drives_it_beside_the_other(name: str, group: str)
     assert np.array_equal(worlds[0].first.position, worlds[1].first.position)
 
 
-@pytest.mark.parametrize(("group", "robots"), [("scouts", [7, 9]), ("foes", 5), ("beacons", 6)])
-def test_exploring_across_arrivals_keeps_a_row_for_each_step_and_robot(group: str, robots: Any) -> None:
+@pytest.mark.parametrize(
+    ("group", "robots", "rows"), [("scouts", [7, 9], 100), ("foes", 5, 100), ("prey", 6, 120), ("beacons", 2, 40)]
+)
+def test_exploring_across_arrivals_keeps_a_row_for_each_step_and_robot(group: str, robots: Any, rows: int) -> None:
     world = Zoo(rng=1)
     memory = explore(world, 20, getattr(world, group))
-    assert len(memory) == 20 * len(getattr(world, group))
+    assert len(memory) == rows
     assert memory.settings["robots"] == robots
+    sensors = {"scouts": {"targets"}, "foes": {"teammates"}}.get(group, set())
+    assert set(memory.settings.get("sensors", ())) == sensors
     # Recording changes nothing.
     other = Zoo(rng=1)
     other.run(20)
@@ -294,3 +303,28 @@ def test_nobody_on_a_team_explores_only_when_named() -> None:
     assert len(explore(world, 5, prey)) == 15
     world.add(Robot, 2, policy=RandomWalk(), awareness="ring")
     assert len(explore(world, 5)) == 10
+
+
+def test_rows_across_arrivals_are_those_of_the_robots_that_are_there() -> None:
+    worlds = [Zoo(rng=1), Zoo(rng=1)]
+    for world in worlds:
+        world.recording.record_transitions(world.scouts)
+    worlds[0].run(20)
+    for _ in range(20):
+        worlds[1].step()
+    found, stepped = (world.recording.transitions(world.scouts) for world in worlds)
+    assert np.array_equal(found.situation, stepped.situation)
+    # A robot's next situation is its situation of the step after; two robots more from tick 10 on.
+    before, after = found.situation[:40].reshape(10, 4, -1), found.next_situation[:40].reshape(10, 4, -1)
+    assert np.array_equal(before[1:], after[:-1])
+    before, after = found.situation[40:].reshape(10, 6, -1), found.next_situation[40:].reshape(10, 6, -1)
+    assert np.array_equal(before[1:], after[:-1])
+
+
+def test_what_does_not_count_is_in_no_observed_fraction() -> None:
+    world = Zoo(rng=1)
+    world.run(5)
+    sensing = [*world.scouts, *world.foes]
+    seen = {target.unique_id for robot in sensing for target in robot.sensed("targets")}
+    assert world.observed == len(seen) / 6
+    assert any(robot.sensed("rivals") for robot in world.guards)
