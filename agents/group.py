@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.columns import Column, Columns, new_column
+from teamsight.agents.column_attributes import new_column
+from teamsight.agents.columns import Column, Columns
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.given import PlacementName
 from teamsight.agents.host_protocol import Host
