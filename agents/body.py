@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
 from teamsight.agents.places import checked_headings
 from teamsight.agents.settings import Ability, OfGroup, Team
@@ -17,6 +18,7 @@ from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
@@ -149,22 +151,23 @@ class Body(mesa_bases.Agent):
     @property
     def neighbours(self) -> list[Body]:
         """The teammates within awareness range, whether or not the degree of awareness shows them."""
-        return self._within("teammates")
+        relation = self._relation(TEAMMATES)
+        return relation.agents_in_range(self.row) if relation else []
 
     @property
     def observed_targets(self) -> list[Body]:
-        """The agents that it senses as targets."""
-        return self._within("targets")
+        """The agents that it senses as "targets"."""
+        return self.sensed(TARGETS)
 
     @property
     def observers(self) -> list[Body]:
-        """The agents that sense this one as a target."""
+        """The agents that sense this one, except teammates."""
         return self.group.host.observers_of(self)
 
     @property
     def is_observed(self) -> bool:
-        """Whether at least one agent senses this one as a target."""
-        return bool(self.observers)
+        """Whether it is sensed in a channel that counts in the observed fraction."""
+        return self.group.host.is_observed(self)
 
     @property
     def situation(self) -> npt.NDArray[np.float32]:
@@ -181,7 +184,25 @@ class Body(mesa_bases.Agent):
             self.group.host.remove(self, leave)
             self._row = -1
 
-    def _within(self, kind: str) -> list[Body]:
+    def sensed(self, channel: str) -> list[Body]:
+        """Return the agents that it senses now in a channel of its group, without false detections.
+
+        Parameters
+        ----------
+        channel : str
+            "targets", "teammates", or a name given to `World.senses`.
+
+        Raises
+        ------
+        KeyError
+            If the group has no such channel.
+        """
+        relation = self._relation(channel)
+        if relation is None and channel not in (TARGETS, TEAMMATES):
+            have = ", ".join(map(repr, self.group.channels)) or "none"
+            raise KeyError(f"{channel!r}: the group {self.group.name!r} has no such channel, but {have}")
+        return relation.agents_sensed(self.row) if relation else []
+
+    def _relation(self, channel: str) -> Relation | None:
         self.group.host.find_neighbours()
-        relation = self.group.relations.get(kind)
-        return relation.observed_by(self.row) if relation else []
+        return self.group.relations.get(channel)

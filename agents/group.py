@@ -10,15 +10,19 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
+from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
+from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.given import PlacementName
 from teamsight.agents.host_protocol import Host
+from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.policies.compiled import CompiledPolicy, check_state
+from teamsight.policies.channels import OWN_FIELDS, channels_of
+from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -51,6 +55,8 @@ class Group(Settings, Generic[A]):
         Groups of the same team are teammates.
     agent_class : type
         The class of its agents.
+    first_size : int
+        The number of agents with which it was added.
     agents : list of Body
         The agents, one for each row of the arrays.
     bodies : Bodies
@@ -63,6 +69,10 @@ class Group(Settings, Generic[A]):
         The abilities at the start of a run, by member.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
+    channels : dict of str to Channel
+        What the group senses, by name; `World.senses` declares it.
+    readings : dict of str to Readings
+        What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
     policy_state : object
@@ -88,7 +98,7 @@ class Group(Settings, Generic[A]):
         host: Host,
     ) -> None:
         self.name, self.number, self._team = name, number, team
-        self.agent_class = agent_class
+        self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
         self.rules: tuple[Any, Awareness] = policy, awareness
@@ -97,6 +107,8 @@ class Group(Settings, Generic[A]):
         self.decides_alone = self.is_growing = False
         self.founders: list[Founders] = []
         self.first_abilities: Abilities
+        self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
+        self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host
         self.begin(first_state(policy, len(bodies)))
@@ -130,6 +142,8 @@ class Group(Settings, Generic[A]):
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
+        for readings in self.readings.values():
+            readings.forget()
         self.has_decided = False
 
     def __len__(self) -> int:
@@ -206,6 +220,11 @@ class Group(Settings, Generic[A]):
         }  # fmt: skip
         return self.host.extend(self, count, given, arguments)
 
+    @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
+
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Add a property of your own, which is saved and restored with the world.
 
@@ -232,21 +251,6 @@ class Group(Settings, Generic[A]):
         return new_column(self, name, fill)
 
     @property
-    def position(self) -> Floats:
-        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
-        return readonly(self.bodies.position)
-
-    @property
-    def heading(self) -> Floats:
-        """The directions, shape (n, 2): unit vectors."""
-        return readonly(self.bodies.heading)
-
-    @property
-    def identity(self) -> npt.NDArray[np.int64]:
-        """The `unique_id` of each agent, shape (n,)."""
-        return readonly(self.bodies.identity)
-
-    @property
     def is_compiled(self) -> bool:
         """Whether the group decides in a kernel, without Python."""
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
@@ -267,25 +271,32 @@ class Group(Settings, Generic[A]):
         """Whether a decision reads the lists of teammates or of relayed targets."""
         return not self.is_compiled or bool(self.rules[0].reads_teammates)
 
-    def neighbours(self, kind: str) -> NeighbourList:
-        """Return all neighbours of a kind, "targets" or "teammates", whatever the degree of awareness shows."""
-        return self.relations[kind].neighbours if kind in self.relations else self.perception.nothing
+    def neighbours(self, channel: str) -> NeighbourList:
+        """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
+        return filled(self.room(channel))
 
-    def room(self, kind: str) -> NeighbourList:
+    def room(self, channel: str) -> NeighbourList:
         """Return the arrays behind `neighbours`, including the unused room."""
-        return self.relations[kind].room if kind in self.relations else self.perception.nothing
+        return self.relations[channel].room if channel in self.relations else self.perception.nothing
 
     @property
     def percept(self) -> Percept:
         """The present percept, as views that the next step overwrites."""
-        teammates = self.neighbours("teammates") if self.awareness.shows_teammates else filled(self.perception.shown)
-        return self.percept_of(self.neighbours("targets"), teammates, filled(self.perception.relayed))
+        teammates = self.neighbours(TEAMMATES) if self.awareness.shows_teammates else filled(self.perception.shown)
+        names = tuple(name for name in self.channels if name not in OWN_FIELDS)
+        percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
+        return percept._replace(
+            targets=filled(percept.targets), channels=channels_of(names, map(filled, percept.channels))
+        )
 
-    def percept_of(self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList) -> Percept:
-        """Return a percept that shows these neighbours."""
+    def percept_of(
+        self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList, channels: tuple[str, ...]
+    ) -> Percept:
+        """Return a percept that shows these neighbours, and the arrays of further channels."""
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
-        return Percept(*body, targets, teammates, relayed, self.perception.situation)
+        others = channels_of(channels, map(self.room, channels))
+        return Percept(*body, targets, teammates, relayed, self.perception.situation, others)
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""
@@ -295,17 +306,3 @@ class Group(Settings, Generic[A]):
 def team_of(groups: list[Group], group: Group) -> list[Group]:
     """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []
-
-
-def first_state(policy: Any, size: int) -> Any:
-    """Return the state of a policy for `size` agents before their first decision.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the policy has a kernel that cannot read the state.
-    """
-    state = policy.start(size) if isinstance(policy, Policy) else None
-    if isinstance(policy, CompiledPolicy):
-        check_state(policy, state, size)
-    return state

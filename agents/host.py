@@ -13,13 +13,16 @@ from teamsight.agents.arguments import OWN_OF_GROUP, divided
 from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, column, turn_columns
+from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.mesa_bases import Model
 from teamsight.agents.places import checked_positions
-from teamsight.agents.resolve import awareness_of, check_fit, policy_of
+from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
+from teamsight.agents.senses import set_sensor
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -67,6 +70,7 @@ class WorldHost:
                 join(group, new)
                 self._engine.is_bound = False
             self._make_agents(group, own.each)
+            self._engine.is_bound = False
         except BaseException:
             undo.undo()
             raise
@@ -123,6 +127,7 @@ class WorldHost:
             awareness = awareness_of(given["awareness"])
         if "policy" in given:
             policy = policy_of(given["policy"], given.get("policy_options"))
+            check_channels(group, policy)
         elif "policy_options" in given:
             shown = checks.shown(given["policy_options"])
             raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
@@ -209,7 +214,18 @@ class WorldHost:
         return deliberation.policy_decides(row, percept, rng)
 
     def observers_of(self, agent: Body) -> list[Body]:
-        """Return the agents that have this one in sensing range."""
+        """Return the agents that sense this one in a channel other than "teammates"."""
         self._engine.prepare()
-        sensing = [relation for relation in self._engine.relations if relation.kind == "targets"]
-        return [observer for relation in sensing for observer in relation.observers_of(agent)]
+        sensing = [relation for relation in self._engine.relations if relation.name != TEAMMATES]
+        found = [observer for relation in sensing for observer in relation.observers_of(agent)]
+        # One that senses it in two channels is one observer.
+        return list(dict.fromkeys(found))
+
+    def is_observed(self, agent: Body) -> bool:
+        """Whether an agent is sensed in a channel that counts in the observed fraction."""
+        self._engine.prepare()
+        return any(relation.observers_of(agent) for relation in self._engine.relations if relation.counts)
+
+    def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
+        """Replace the sensor of a channel; None makes it perfect."""
+        set_sensor(self._data, self._engine, channel, sensor)

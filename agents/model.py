@@ -22,6 +22,8 @@ from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
+from teamsight.agents.senses import declare
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -190,15 +192,38 @@ class World(mesa_bases.Model):
         )  # fmt: skip
         return self._host.add(agent_class, size, plan, each)
 
-    def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
+    def senses(
+        self,
+        observers: Group,
+        observed: Group,
+        *,
+        as_: str = "targets",
+        sensor: Sensor | None = None,
+        counts: bool | None = None,
+    ) -> None:
+        """Let one group sense another.
 
         Parameters
         ----------
         observers, observed : Group
-            Groups of this world; others raise a ValueError.
+            Groups of this world.
+        as_ : str
+            The channel, under which policies see them: ``percept.targets`` by default, and otherwise
+            ``percept.channels.NAME``. Several groups can be sensed in one channel.
+        sensor : Sensor, optional
+            The sensor of the channel. By default all within the observers' sensing range are sensed, unless an obstacle
+            or a wall blocks the line of sight. See also `Group.sensors`.
+        counts : bool, optional
+            Whether what is sensed counts in `observed_fraction`; by default that of the channel "targets" of groups on
+            a team.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a group is of another world, the name cannot be an attribute, or the sensor or `counts` differ from those
+            of the same channel.
         """
-        self._engine.senses(observers, observed)
+        declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
 
     def adjust(
         self,
@@ -249,6 +274,16 @@ class World(mesa_bases.Model):
     def run_until(self, end_time: int) -> None:
         """Make steps until `tick` is `end_time`."""
         self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
+
+    @property
+    def path(self) -> str:
+        """How `run` makes its steps now: ``"compiled"``, or ``"step by step: "`` and the reason.
+
+        The results are the same to the last bit; compiled steps take less time. With mesa's own events pending, single
+        steps are made too.
+        """
+        reason = self._stepper.needs_python()
+        return f"step by step: {reason}" if reason else "compiled"
 
     @property
     def observed(self) -> float:

@@ -199,6 +199,22 @@ def check_needs(group: Group) -> None:
             )
 
 
+def check_channels(group: Group, policy: Any) -> None:
+    """Refuse a policy that reads a channel in which its group senses nothing.
+
+    Raises
+    ------
+    ValueError
+        Naming the declaration that is missing.
+    """
+    for name in policy.channels if isinstance(policy, Policy) else ():
+        if name not in group.channels:
+            raise ValueError(
+                f"policy={label(policy)}: reads the channel {name!r}, in which {group.name!r} senses nothing; "
+                f"declare it first: world.senses({group.name}, others, as_={name!r})"
+            )
+
+
 def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = None) -> str:
     """Return the cure: a degree, of this name if given, with this number of inputs."""
     for degree in AWARENESS.values():

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout, take_rows
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
@@ -26,7 +27,7 @@ from teamsight.world.starts import Starts
 
 
 class GroupState(NamedTuple):
-    """The state of a group, and its description: name, policy and degree of awareness.
+    """The state of a group, and its description: name, policy, degree of awareness and first size.
 
     Attributes
     ----------
@@ -37,9 +38,11 @@ class GroupState(NamedTuple):
     name: str
     policy: str
     awareness: str
+    first_size: int
     bodies: Bodies
     ranges: Any
     policy_state: Any
+    readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
     members_so_far: int
 
@@ -79,8 +82,8 @@ class StateKeeper:
         """Return a copy of all that changes in a run."""
         groups = tuple(
             GroupState(
-                *_identified(group), group.bodies, group.ranges, group.policy_state, group.columns.arrays(),
-                group.members_so_far,
+                *_identified(group), group.bodies, group.ranges, group.policy_state, group.readings,
+                group.columns.arrays(), group.members_so_far,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -101,7 +104,7 @@ class StateKeeper:
             for group, old in zip(data.groups, saved.groups, strict=True):
                 self._let_go(group, old)
                 old.bodies.identity[:] = group.bodies.identity
-                group.bodies, group.ranges = old.bodies, old.ranges
+                group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 group.columns.replace(old.columns)
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
@@ -166,7 +169,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
             "it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
-    theirs = [(old.name, old.policy, old.awareness) for old in saved.groups]
+    theirs = [old[:4] for old in saved.groups]
     if mine != theirs:
         raise ValueError(
             f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
@@ -196,11 +199,12 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _identified(group: Group) -> tuple[str, str, str]:
-    """Return the description of a group: its name, policy and degree of awareness, with their constants."""
+def _identified(group: Group) -> tuple[str, str, str, int]:
+    """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
     policy = repr(group.policy)
     # A repr that contains a memory address differs between processes.
-    return group.name, type(group.policy).__name__ if " at 0x" in policy else policy, repr(group.awareness)
+    name = type(group.policy).__name__ if " at 0x" in policy else policy
+    return group.name, name, repr(group.awareness), group.first_size
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:
