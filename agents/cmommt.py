@@ -11,12 +11,14 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
+from teamsight.agents.channel import TARGETS
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.robot import Robot
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
@@ -34,6 +36,7 @@ DEFAULTS: dict[str, Any] = {
     "delta": 16,
     "sensing_range": 1.0,
     "awareness_range": 1.0,
+    "sensor": None,
     "robot_speed": 0.1,
     "target_speed": 0.075,
     "uniform_target_speed": False,
@@ -77,6 +80,9 @@ class CMOMMT(World):
         The number of sectors of "ring"; by default 16.
     sensing_range, awareness_range : float
         Distances within which they sense targets and teammates [length]; by default 1.
+    sensor : Sensor, optional
+        The sensor with which robots sense targets; by default exact. That of teammates is
+        ``robots.sensors["teammates"]``.
     robot_speed, target_speed : float
         The largest distance of a step [length]; by default 0.1 and 0.075.
     uniform_target_speed : bool
@@ -118,6 +124,7 @@ class CMOMMT(World):
         delta: int = _DEFAULT["delta"],
         sensing_range: float = _DEFAULT["sensing_range"],
         awareness_range: float = _DEFAULT["awareness_range"],
+        sensor: Sensor | None = _DEFAULT["sensor"],
         robot_speed: float = _DEFAULT["robot_speed"],
         target_speed: float = _DEFAULT["target_speed"],
         uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
@@ -131,6 +138,7 @@ class CMOMMT(World):
         values = {
             "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
             "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
+            "sensor": sensor,
             "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
             "target_policy": target_policy, "policy_options": policy_options,
             "target_policy_options": target_policy_options,
@@ -161,7 +169,7 @@ class CMOMMT(World):
             Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
             sensing_range=numbers.sensing_range,
         )  # fmt: skip
-        self.senses(self.robots, self.targets)
+        self.senses(self.robots, self.targets, sensor=plan["sensor"])
         self._let_targets_sense()
         self._stepper.begin_to_collect()
 
@@ -190,6 +198,15 @@ class CMOMMT(World):
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
     policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
     target_policy_options = FixedSetting("give the targets another policy, as in model.target_policy = RandomWalk(0.1)")
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor with which robots sense targets: ``robots.sensors["targets"]``."""
+        return self.robots.sensors[TARGETS]
+
+    @sensor.setter
+    def sensor(self, value: Sensor) -> None:
+        self.robots.sensors[TARGETS] = value
 
     @property
     def target_policy(self) -> Any:
@@ -224,7 +241,10 @@ class CMOMMT(World):
 
     def _draw_target_speeds(self) -> None:
         if self.settings["uniform_target_speed"]:
-            self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+            bodies = self.targets.bodies
+            # Those that arrived later have the speeds that they were given.
+            drawn = bodies.member < self.settings["targets"]
+            bodies.speed[drawn] = self._target_speeds(bodies.member[drawn])
 
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
         """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
@@ -237,7 +257,7 @@ class CMOMMT(World):
         for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
             group.first_abilities.speed[:] = speed
             group.first_abilities.sensing_range[:] = numbers.sensing_range
-            group.founders = group.founders._replace(spacing=numbers.sensing_range)
+            group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
             group.bodies.arena_size[:] = numbers.arena.size
         self.robots.first_abilities.awareness_range[:] = numbers.awareness_range
         self._engine.adapt()

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mesa
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
-from teamsight.agents.awareness import Awareness
+from teamsight.agents import mesa_bases, mesa_compat
+from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
-from teamsight.agents.building import Plan
+from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.given import AwarenessLike, PlacementName, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
-from teamsight.agents.resolve import policy_of
+from teamsight.agents.resolve import awareness_of, policy_or_none
+from teamsight.agents.senses import declare
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -28,11 +33,13 @@ from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 
+A = TypeVar("A", bound=Body)
 if TYPE_CHECKING:
     from teamsight.agents.space import WorldSpace
 
 
-class World(mesa.Model):  # type: ignore[misc]
+
+class World(mesa_bases.Model):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -119,73 +126,116 @@ class World(mesa.Model):  # type: ignore[misc]
 
     def add(
         self,
-        agent_class: type[Body],
+        agent_class: type[A],
         count: int,
         *,
-        policy: Any,
+        policy: PolicyLike | None = None,
         policy_options: Mapping[str, Any] | None = None,
-        awareness: Awareness | str = "none",
+        awareness: AwarenessLike = "none",
+        team: str | EllipsisType | None = ...,
         sensing_range: npt.ArrayLike = 1.0,
         awareness_range: npt.ArrayLike = 1.0,
         speed: npt.ArrayLike = 0.1,
         turn_limit: npt.ArrayLike | None = None,
-        placement: str | npt.ArrayLike = "uniform",
+        placement: PlacementName | npt.ArrayLike = "uniform",
+        position: npt.ArrayLike | None = None,
+        heading: npt.ArrayLike | None = None,
         name: str | None = None,
-    ) -> Group:
+        **arguments: Any,
+    ) -> Group[A]:
         """Add a group of agents.
 
         Parameters
         ----------
         agent_class : type
-            `Robot`, `Target`, or a subclass.
+            `Robot`, `Target`, `Body`, or a subclass.
         count : int
-            The number of agents, at least 1.
-        policy : Policy, callable or str
+            The number of agents, at least 1. More can join later; see `Group.add`.
+        policy : Policy, callable or str, optional
             The policy of all agents: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or
-            the name of a policy.
+            the name of a policy. It may be left out if the class overrides `Body.decide`.
         policy_options : mapping of str to object, optional
             The options of a policy given by name: the parameters of its class.
         awareness : Awareness or str
             What they perceive of teammates: an object or a name.
+        team : str or None, optional
+            The name of their team; agents of groups of one team are teammates. None for no team. By default that of the
+            class: "robots" for `Robot`, None for others.
         sensing_range, awareness_range : float or array_like, shape (count,)
             Distances within which they sense targets and teammates [length].
         speed : float or array_like, shape (count,)
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
             The largest angle they can turn in a step [rad]; unlimited by default.
-        placement : {"uniform", "spread"} or array_like, shape (count, 2)
-            The initial positions: uniform over the area, spread so that sensing discs do not overlap, or given.
+        placement : {"uniform", "spread"}
+            The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
+        position : array_like, shape (count, 2) or (2,), optional
+            The initial positions themselves, or one for all [length].
+        heading : array_like, shape (count, 2) or (2,), optional
+            The initial directions, or one for all; they are normalised. By default they are drawn.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
+        **arguments
+            Passed on to the ``__init__`` of the class. As with mesa's ``create_agents``, a list, tuple or array of
+            `count` values gives one to each agent, and any other value is for all.
 
         Raises
         ------
         TypeError, ValueError
-            If a value is of the wrong type, shape or size, or the policy does not fit the degree of awareness.
+            If a value is of the wrong type, shape or size, the policy does not fit the degree of awareness, or the
+            class does not take an argument. Nothing is changed then.
         """
+        check_class(agent_class)
+        size = checks.count("count", count, most=MOST_AGENTS)
+        each = divided(agent_class, size, arguments, OWN_OF_WORLD).each
+        decides_alone = agent_class.decide is not Body.decide
         plan = Plan(
-            policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit, placement,
-            name,
+            policy_or_none(policy, policy_options, agent_class.__name__, decides_alone), awareness_of(awareness),
+            team_given(team, agent_class), name, Places(placement, position, heading),
+            speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range,
         )  # fmt: skip
-        return self._host.add(agent_class, count, plan)
+        return self._host.add(agent_class, size, plan, each)
 
-    def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another within the observers' sensing range; policies see it in ``percept.targets``.
+    def senses(
+        self,
+        observers: Group,
+        observed: Group,
+        *,
+        as_: str = "targets",
+        sensor: Sensor | None = None,
+        counts: bool | None = None,
+    ) -> None:
+        """Let one group sense another.
 
         Parameters
         ----------
         observers, observed : Group
-            Groups of this world; others raise a ValueError.
+            Groups of this world.
+        as_ : str
+            The channel, under which policies see them: ``percept.targets`` by default, and otherwise
+            ``percept.channels.NAME``. Several groups can be sensed in one channel.
+        sensor : Sensor, optional
+            The sensor of the channel. By default all within the observers' sensing range are sensed, unless an obstacle
+            or a wall blocks the line of sight. See also `Group.sensors`.
+        counts : bool, optional
+            Whether what is sensed counts in `observed_fraction`; by default that of the channel "targets" of groups on
+            a team.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a group is of another world, the name cannot be an attribute, or the sensor or `counts` differ from those
+            of the same channel.
         """
-        self._engine.senses(observers, observed)
+        declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
 
     def adjust(
         self,
         group: Group,
         *,
-        policy: Any = None,
+        policy: PolicyLike | None = None,
         policy_options: Mapping[str, Any] | None = None,
-        awareness: Awareness | str | None = None,
+        awareness: AwarenessLike | None = None,
         sensing_range: npt.ArrayLike | None = None,
         awareness_range: npt.ArrayLike | None = None,
         speed: npt.ArrayLike | None = None,
@@ -229,6 +279,16 @@ class World(mesa.Model):  # type: ignore[misc]
     def run_until(self, end_time: int) -> None:
         """Make steps until `tick` is `end_time`."""
         self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
+
+    @property
+    def path(self) -> str:
+        """How `run` makes its steps now: ``"compiled"``, or ``"step by step: "`` and the reason.
+
+        The results are the same to the last bit; compiled steps take less time. With mesa's own events pending, single
+        steps are made too.
+        """
+        reason = self._stepper.needs_python()
+        return f"step by step: {reason}" if reason else "compiled"
 
     @property
     def observed(self) -> float:

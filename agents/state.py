@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
@@ -34,6 +35,7 @@ class GroupState(NamedTuple):
     bodies: Bodies
     ranges: Any
     policy_state: Any
+    readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
 
 
@@ -71,7 +73,10 @@ class StateKeeper:
     def save(self) -> State:
         """Return a copy of all that changes in a run."""
         groups = tuple(
-            GroupState(*_identified(group), group.bodies, group.ranges, group.policy_state, group.columns.arrays())
+            GroupState(
+                *_identified(group), group.bodies, group.ranges, group.policy_state, group.readings,
+                group.columns.arrays(),
+            )
             for group in self._data.groups
         )
         collector = self._recording.collector
@@ -90,7 +95,7 @@ class StateKeeper:
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
                 old.bodies.identity[:] = group.bodies.identity
-                group.bodies, group.ranges = old.bodies, old.ranges
+                group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 group.columns.replace(old.columns)
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):

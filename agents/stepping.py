@@ -9,6 +9,7 @@ from time import monotonic
 import mesa
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
 from teamsight.agents.progress import RunProgress
@@ -17,6 +18,8 @@ from teamsight.agents.recording.recording import Recording
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.policies.interface import Policy
+from teamsight.policies.registry import label
 
 
 class Stepper:
@@ -56,7 +59,7 @@ class Stepper:
         shown = RunProgress(checks.count("steps", steps, least=0), checks.flag("progress", progress))
         # An event may reset the tick; the number of steps to make stays the same.
         end = timeline.tick - timeline.jumps + shown.steps
-        reason = self._needs_python()
+        reason = self.needs_python()
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
@@ -98,7 +101,7 @@ class Stepper:
             if not self._process_events():
                 return ""
             # An event may have added something that needs Python.
-            reason = self._needs_python()
+            reason = self.needs_python()
             if reason or mesa_compat.has_events(model):
                 self._make_step()
                 mesa_compat.end_step(model)
@@ -144,7 +147,32 @@ class Stepper:
         self._engine.prepare()
         collector = self._recording.collector
         if isinstance(collector, HistoryCollector) and not collector.has_begun:
+            self._warn_if_blind()
             collector.collect(self._model)
+
+    def _warn_if_blind(self) -> None:
+        """Warn at the start of a run of a declaration that seems to be forgotten."""
+        groups = self._data.groups
+        senses = any(name != TEAMMATES for group in groups for name in group.channels)
+        targets = [group.name for group in groups if group.team is None]
+        robots = [group.name for group in groups if group.team is not None]
+        if targets and robots and not senses:
+            self._warn(
+                f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, "
+                f"declare it: world.senses({robots[0]}, {targets[0]})"
+            )
+        for group in groups:
+            if isinstance(group.policy, Policy) and TARGETS in group.policy.needs and TARGETS not in group.channels:
+                self._warn(
+                    f"the policy of {group.name}, {label(group.policy)}, reads targets, and the group senses none; "
+                    f"declare what it senses: world.senses({group.name}, others)"
+                )
+
+    def _warn(self, message: str) -> None:
+        """Warn once."""
+        if message not in self.warned:
+            self.warned.add(message)
+            warnings.warn(message, stacklevel=5)
 
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""
@@ -158,7 +186,7 @@ class Stepper:
                 tick = self._timeline.tick
                 collector.collect_rows(Rows(stretch, first, stretch.rows, tick, observed, largest, earlier))
 
-    def _needs_python(self) -> str:
+    def needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""
         if self._overrides_step:
             return f"{type(self._model).__name__} overrides step"

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from teamsight.agents.body import Body
 
 
 class Target(Body):
     """A target, on no team. To avoid robots it must sense them: ``world.senses(targets, robots)``."""
-
-    @property
-    def observers(self) -> list[Any]:
-        """The agents that have this target in sensing range."""
-        return self.group.host.observers_of(self)
-
-    @property
-    def is_observed(self) -> bool:
-        """Whether at least one robot has it in sensing range."""
-        return bool(self.observers)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.group import Group
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 
@@ -80,7 +81,7 @@ def neighbours(groups: list[Group]) -> NeighbourList:
         row += len(group)
     found, edges = [no_neighbours(0)], 0
     for group in teams:
-        relation = group.relations["teammates"]
+        relation = group.relations[TEAMMATES]
         graph = relation.graph
         # The relation numbers the agents of this team only.
         row_of = np.concatenate([rows[other.number] for other in relation.observed])

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timeline import Timeline
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
@@ -28,6 +29,8 @@ class WorldData:
         The limits of ranges and speeds in the arena.
     key : ndarray, shape (2,), uint64
         The key of the noise.
+    moment : ndarray, shape (1,), int64
+        The tick of the positions to which sensors are applied.
     groups : list of Group
         The groups, in the order in which they were added.
     timeline : Timeline
@@ -40,6 +43,7 @@ class WorldData:
         self.arena, self.seed = arena, seed
         self.limits = Limits(arena)
         self.key = key_of(seed)
+        self.moment = np.zeros(1, np.int64)
         self.groups: list[Group] = []
         self.timeline = Timeline()
         self.history = History()
@@ -53,7 +57,7 @@ class WorldData:
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""
-        return starts(self.arena, [group.founders for group in self.groups], keys)
+        return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
 
     def first_states(self) -> list[Any]:
         """Return the state of each group's policy before its first decision; see `first_state`."""
@@ -74,7 +78,7 @@ class WorldData:
         """
         first = 0
         for group, state in zip(self.groups, states, strict=True):
-            last = first + group.founders.size
+            last = first + group.members_so_far
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
             if is_kept and isinstance(group.policy_state, PolicyState):
@@ -91,4 +95,5 @@ def _is_shipped(group: Group) -> bool:
         and isinstance(policy, CompiledPolicy)
         and type(policy).__module__.startswith("teamsight.policies.")
         and type(awareness).__module__.startswith("teamsight.agents.awareness.")
+        and all(channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values())
     )

@@ -13,6 +13,7 @@ from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.answers import check_action, check_answer
+from teamsight.policies.channels import channels_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.guarded_decision import try_decision
 from teamsight.policies.interface import Percept, Policy
@@ -26,7 +27,9 @@ _LARGE_TABLE = 1_000_000
 _MOST_SEEN = (3, 40, 0, 250)
 
 
-def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3) -> Percept:
+def sample_percept(
+    size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3, channels: tuple[str, ...] = ()
+) -> Percept:
     """Return a random percept of `size` robots, some of which see nothing.
 
     Parameters
@@ -38,7 +41,9 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most
     inputs : int, default 0
         Width of the situation vector.
     most : int, default 3
-        Largest number of targets, of teammates and of relayed targets that a robot sees.
+        Largest number of targets, of teammates and of relayed targets that a robot sees, and of each channel.
+    channels : tuple of str, default ()
+        The names of further channels.
     """
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -52,6 +57,7 @@ def sample_percept(size: int, rng: np.random.Generator, inputs: int = 0, *, most
         teammates=_sample_neighbours(size, rng, most),
         relayed=_sample_neighbours(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
+        channels=channels_of(channels, [_sample_neighbours(size, rng, most) for _ in channels]),
     )
 
 
@@ -131,7 +137,8 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
-    percept = sample_percept(size, rng, policy.inputs, most=_MOST_SEEN[step % len(_MOST_SEEN)])
+    most = _MOST_SEEN[step % len(_MOST_SEEN)]
+    percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels)
     if step % 2:
         # Some degrees of awareness hide the identities of teammates.
         percept.teammates.identity[:] = -1

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
+from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, specialise
+from teamsight.policies.channels import channels_type, selected
 from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
 
@@ -33,19 +35,22 @@ class Decision(NamedTuple):
     action: Action
 
 
-DECISION = Record(Decision)
-decision_at = DECISION.at
+
+@cache
+def decision_record(channels: tuple[str, ...]) -> Record[Decision]:
+    """Return the record of decisions of policies that read these channels."""
+    return Record(Decision, {"percept.channels": channels_type(channels)})
 
 
 def decide_at(address: int) -> int:
     """Call a policy's kernel on the arrays of a decision record."""
-    decision = decision_at(address)
+    decision = decision_at(address)  # type: ignore[name-defined]  # noqa: F821
     noise = decision.noise[decision.tick[0] % decision.noise.shape[0]]
     decision_kernel(decision.percept, decision.arrays, noise, decision.action)  # type: ignore[name-defined]  # noqa: F821
     return 0
 
 
-_ENTRIES: dict[Callable[..., Any], Entry] = {}
+_ENTRIES: dict[tuple[Any, ...], Entry] = {}
 
 #: If set, called with the arguments of `CompiledPolicy.decide` before the kernel runs; `check_policy` sets it.
 before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] | None = None
@@ -93,12 +98,14 @@ class CompiledPolicy(Policy):
     def check_percept(self, percept: Percept) -> None:
         """Raise an error for a percept, not made by a world, that the kernel cannot read."""
 
-    @classmethod
-    def entry(cls) -> Entry:
+    def entry(self) -> Entry:
         """Return the compiled decision of this kind of policy."""
-        if cls.kernel not in _ENTRIES:
-            _ENTRIES[cls.kernel] = specialise(decide_at, cls.__name__.lower(), decision_kernel=cls.kernel)
-        return _ENTRIES[cls.kernel]
+        kernel = type(self).kernel
+        kind = kernel, self.channels
+        if kind not in _ENTRIES:
+            name, read = type(self).__name__.lower(), decision_record(self.channels).at
+            _ENTRIES[kind] = specialise(decide_at, name, decision_kernel=kernel, decision_at=read)
+        return _ENTRIES[kind]
 
     def decide(self, percept: Percept, state: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:
         """Return the robots' actions and their new state; the arguments are not changed.
@@ -144,7 +151,10 @@ def pack_decision(
     """Return the record of a decision; parameters as for `Decision`."""
     check_state(policy, state, len(percept.heading))
     parameters, table = np.array(policy.parameters, float), np.ascontiguousarray(policy.table, np.float32)
-    return DECISION.pack(Decision(_dense(percept), PolicyArrays(parameters, table, state), noise, tick, action))
+    channels = selected(percept.channels, policy.channels, type(policy).__name__)
+    dense = _dense(percept if channels is percept.channels else percept._replace(channels=channels))
+    arrays = PolicyArrays(parameters, table, state)
+    return decision_record(policy.channels).pack(Decision(dense, arrays, noise, tick, action))
 
 
 def _dense(value: Any) -> Any:

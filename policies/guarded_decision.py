@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from teamsight.core.kernel.fences import Fences
 from teamsight.core.kernel.guarded_arrays import Axis, machine_code, run_guarded
 from teamsight.core.kernel.guarded_copy import guarded
 from teamsight.core.kernel.guarded_record import GuardedRecord
-from teamsight.policies.compiled import DECISION, CompiledPolicy, check_state, decide_at, pack_decision
+from teamsight.policies.compiled import CompiledPolicy, check_state, decide_at, decision_record, pack_decision
 from teamsight.policies.interface import Action, Floats, Percept, PolicyState
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
@@ -29,39 +29,40 @@ PERCEPT_AXES = {
     "p": Axis("parameters", "add what it needs to `parameters`"),
 }
 
-_GUARDED = GuardedRecord(
-    DECISION,
-    ("arrays.state", "action"),
-    PERCEPT_AXES
-    | {
-        "rows": Axis("rows", _TABLE), "columns": Axis("columns", _TABLE),
-        "slots": Axis("slots", _DECLARED), "fields": Axis("fields", _DECLARED),
-        "intslots": Axis("slots", _DECLARED), "intfields": Axis("fields", _DECLARED),
-        "ticks": Axis("ticks", "the kernel receives one"), "1": Axis("ticks", "there is one"),
-        "draws": Axis("draws", "declare as many as it needs as `draws`"),
-        "lanes": Axis(
-            "robots", "rows of noise can be longer than there are robots: stop at percept.heading.shape[0]"
-        ),
-    },
-    {"noise": "n"},
-)  # fmt: skip
+_AXES = PERCEPT_AXES | {
+    "rows": Axis("rows", _TABLE), "columns": Axis("columns", _TABLE),
+    "slots": Axis("slots", _DECLARED), "fields": Axis("fields", _DECLARED),
+    "intslots": Axis("slots", _DECLARED), "intfields": Axis("fields", _DECLARED),
+    "ticks": Axis("ticks", "the kernel receives one"), "1": Axis("ticks", "there is one"),
+    "draws": Axis("draws", "declare as many as it needs as `draws`"),
+    "lanes": Axis(
+        "robots", "rows of noise can be longer than there are robots: stop at percept.heading.shape[0]"
+    ),
+}  # fmt: skip
+
+
+@cache
+def _guarded_record(channels: tuple[str, ...]) -> GuardedRecord:
+    return GuardedRecord(decision_record(channels), ("arrays.state", "action"), _AXES, {"noise": "n"})
+
 
 # A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
-_ENTRIES: dict[Callable[..., Any], Entry | None] = {}
+_ENTRIES: dict[tuple[Any, ...], Entry | None] = {}
 
 
 def _entry(policy: CompiledPolicy) -> Entry | None:
     kernel = getattr(type(policy), "kernel", None)
     if kernel is None:
         raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
-    if kernel not in _ENTRIES:
+    kind = kernel, policy.channels
+    if kind not in _ENTRIES:
         name = type(policy).__name__
-        guards = {"decision_kernel": guarded(kernel), "decision_at": _GUARDED.at}
+        guards = {"decision_kernel": guarded(kernel), "decision_at": _guarded_record(policy.channels).at}
         made = specialise(decide_at, f"{name.lower()}-guarded", **guards)
-        _ENTRIES[kernel] = machine_code(name, "its kernel", made, policy.entry())
-    return _ENTRIES[kernel]
+        _ENTRIES[kind] = machine_code(name, "its kernel", made, policy.entry())
+    return _ENTRIES[kind]
 
 
 def check_declared(policy: CompiledPolicy) -> None:
@@ -136,5 +137,5 @@ def _run(
     fenced: Percept = fences.put("percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
-    run_guarded(name, "its kernel", entry, record, _GUARDED.arrays, fences)
+    run_guarded(name, "its kernel", entry, record, _guarded_record(policy.channels).arrays, fences)
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())

@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.neighbour_list import Filled
+from teamsight.core.neighbour_list import Filled, NeighbourList
+from teamsight.policies.channels import NO_CHANNELS, Channels
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -28,13 +29,16 @@ class Percept(NamedTuple):
     sensing_range, awareness_range : ndarray, shape (n,), float64
         Ranges within which targets and teammates are perceived [length].
     targets : NeighbourList
-        The agents of the groups that this group senses.
+        The agents that this group senses as "targets".
     teammates : NeighbourList
         Teammates as the degree of awareness shows them.
     relayed : NeighbourList
         Targets that perceived teammates sense, o(N) only; offsets are from the robot itself.
     situation : ndarray, shape (n, width), float32
         The situation vector for learners; width 0 unless the policy declares `inputs`.
+    channels : NamedTuple of NeighbourList
+        What the group senses under other names: ``percept.channels.beacons``. In kernels, those that the policy
+        declares as `Policy.channels`.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -46,6 +50,7 @@ class Percept(NamedTuple):
     teammates: Filled
     relayed: Filled
     situation: Annotated[npt.NDArray[np.float32], "n", "width"]
+    channels: Channels[NeighbourList] = NO_CHANNELS
 
 
 class Action(NamedTuple):
@@ -110,6 +115,9 @@ class Policy(ABC):
     degree : str or None, default None
         Name of the only degree of awareness under which the policy works. Learners declare it, because situations of
         equal width can mean different things.
+    channels : tuple of str, default ()
+        Channels that the policy reads as ``percept.channels.NAME``. A world in which the group does not sense them
+        refuses the policy.
     needs : tuple of str, default ()
         Fields of the percept that the policy requires: "targets", "teammates", "relayed". A world whose degree of
         awareness never fills them refuses the policy.
@@ -122,6 +130,7 @@ class Policy(ABC):
     draws: int = 0
     inputs: int = 0
     degree: str | None = None
+    channels: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     effort: int = 0
 

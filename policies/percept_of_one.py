@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
+from teamsight.policies.channels import NO_CHANNELS, Channels, channels_of
 from teamsight.policies.interface import Floats, Integers, Percept
 
 
@@ -33,6 +34,7 @@ class PerceptOfOne(NamedTuple):
     teammates: NeighboursOfOne
     relayed: NeighboursOfOne
     situation: npt.NDArray[np.float32]
+    channels: Channels[NeighboursOfOne] = NO_CHANNELS
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).
@@ -51,7 +53,15 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         _neighbours_of_one(percept.teammates, i),
         _neighbours_of_one(percept.relayed, i),
         percept.situation[i],
+        _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
     )
+
+
+def _each_channel(channels: Any, change: Callable[[str, Any], Any]) -> Any:
+    names = getattr(channels, "_fields", None)
+    if not isinstance(channels, tuple) or names is None:
+        raise TypeError("percept.channels: must be a NamedTuple; change one with percept.channels._replace(name=…)")
+    return channels_of(names, map(change, names, channels))
 
 
 def _neighbours_of_one(seen: NeighbourList, i: int) -> NeighboursOfOne:
@@ -77,6 +87,7 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         _neighbour_list_of_one("teammates", percept.teammates),
         _neighbour_list_of_one("relayed", percept.relayed),
         np.ascontiguousarray(situation[None]),
+        _each_channel(percept.channels, lambda name, seen: _neighbour_list_of_one(f"channels.{name}", seen)),
     )
 
 

@@ -15,34 +15,46 @@ from teamsight.core.lazy_names import lazy_names
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
+    from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
+    from teamsight.agents.sensing.check import check_sensor
+    from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.target import Target
     from teamsight.analysis.runs.run_many import run_many
     from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.circle import Circle
+    from teamsight.world.contract import Obstructed
+    from teamsight.world.polygon import Polygon
 
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
+    "Sensor": "teamsight.agents.sensing.sensor",
     "Target": "teamsight.agents.target",
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
+    "Circle": "teamsight.world.circle",
+    "Obstructed": "teamsight.world.contract",
+    "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_policy": "teamsight.policies.check",
+    "check_sensor": "teamsight.agents.sensing.check",
     "run_many": "teamsight.analysis.runs.run_many",
 }
 
 __all__ = [
-    "CMOMMT", "Box", "Disc", "Robot", "Target", "Torus", "World", "__version__", "check_arena", "check_awareness",
-    "check_policy", "run_many",
+    "CMOMMT", "Body", "Box", "Circle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus", "World",
+    "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

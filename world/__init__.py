@@ -12,17 +12,33 @@ if __name__ != "teamsight.world":
     )
 
 if TYPE_CHECKING:
-    from teamsight.world.arena import Arena, Box, Disc, Torus
+    from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.circle import Circle
+    from teamsight.world.contract import Arena, Obstructed
+    from teamsight.world.obstacles import Obstacle, Outline
+    from teamsight.world.polygon import Polygon
+    from teamsight.world.sight import Sight
+    from teamsight.world.wall_contacts import Walls
 
 _HOMES = {
-    "Arena": "teamsight.world.arena",
+    "Arena": "teamsight.world.contract",
     "Box": "teamsight.world.arena",
+    "Circle": "teamsight.world.circle",
     "Disc": "teamsight.world.arena",
+    "Obstacle": "teamsight.world.obstacles",
+    "Obstructed": "teamsight.world.contract",
+    "Outline": "teamsight.world.obstacles",
+    "Polygon": "teamsight.world.polygon",
+    "Sight": "teamsight.world.sight",
     "Torus": "teamsight.world.arena",
+    "Walls": "teamsight.world.wall_contacts",
     "check_arena": "teamsight.world.check",
 }
 
-__all__ = ["Arena", "Box", "Disc", "Torus", "check_arena"]
+__all__ = [
+    "Arena", "Box", "Circle", "Disc", "Obstacle", "Obstructed", "Outline", "Polygon", "Sight", "Torus", "Walls",
+    "check_arena",
+]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -1,170 +1,22 @@
-"""Arenas: where bodies can be, what happens at the wall, and the shortest way between two positions.
-
-A new arena is a subclass of `Arena` in a file of its own; `teamsight.check_arena` checks whether it keeps the contract.
-"""
+"""The arenas without corners and obstacles: a disc, a box, a torus."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.world import limits
+from teamsight.world.circle import round_boundary
+from teamsight.world.contract import Arena, Points
+from teamsight.world.period import ENDLESS, kernel_period
+from teamsight.world.polygons import walls_of
+from teamsight.world.wall_contacts import Walls, no_walls
 from teamsight.world.walls import confine_box, confine_disc, confine_torus
 
-Points = npt.NDArray[np.float64]
-
-#: A period longer than any distance: ``way - ENDLESS * rint(way / ENDLESS)`` is `way`, to the last bit.
-ENDLESS = 1e300
-
-# For arenas that do not override `inside`.
-_HALVINGS = 50
-_DIRECTIONS = 64
-
-
-class Arena(ABC):
-    """A bounded part of the plane, centred on the origin.
-
-    A subclass defines `confine`, `size`, `area`, `bounds`, `contains` and `place`. If the arena repeats, it also
-    defines `period`; if it is not star-shaped around the origin, `inside`.
-
-    Attributes
-    ----------
-    confine : kernel
-        ``confine(x, y, step_x, step_y, heading_x, heading_y, size)`` returns the position that a step from a position
-        inside reaches, and the heading there, after any contact with the wall: four numbers. `size` is an array of the
-        arena's `size`.
-    """
-
-    confine: ClassVar[Callable[..., Any]]
-
-    @property
-    @abstractmethod
-    def size(self) -> tuple[float, ...]:
-        """The numbers that `confine` reads, such as lengths of sides [length]; any number of them."""
-
-    @property
-    @abstractmethod
-    def area(self) -> float:
-        """The arena's area [length²]."""
-
-    @property
-    @abstractmethod
-    def bounds(self) -> tuple[Points, Points]:
-        """The lower left and the upper right corner of the box around the arena, each of shape (2,)."""
-
-    @property
-    def period(self) -> tuple[float, float]:
-        """The distance after which the arena repeats along x and along y; 0 along an axis that does not repeat."""
-        return 0.0, 0.0
-
-    @abstractmethod
-    def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
-        """Return for each position, shape (..., 2), whether it is inside; the wall itself is inside."""
-
-    @abstractmethod
-    def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
-        """Map uniform numbers in (0, 1) to positions uniform over the area, at least `margin` from the wall.
-
-        Parameters
-        ----------
-        u, v : array_like, shape (...)
-            Uniform numbers in (0, 1).
-        margin : float
-            The least distance from the wall [length].
-
-        Returns
-        -------
-        ndarray, shape (..., 2), float64
-            Positions [length].
-        """
-
-    def inside(self, points: Points, margin: float = 0.0) -> Points:
-        """Move points that are outside, or nearer to the wall than `margin`, to positions inside.
-
-        Along an axis that repeats there is no wall: points are wrapped. By default points move towards the origin,
-        which suits arenas that are star-shaped around it; the margin is accurate to 0.2 %.
-
-        Parameters
-        ----------
-        points : ndarray, shape (n, 2), float64
-            Positions anywhere [length].
-        margin : float
-            The least distance from the wall [length], which must fit into the arena.
-
-        Returns
-        -------
-        ndarray, shape (n, 2), float64
-            Positions inside [length].
-        """
-        points = np.array(self.displacement(np.zeros(2), points))
-        is_open = np.asarray(self.period) > 0
-        angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-        around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
-        # Each look costs time: only points that have to move are moved.
-        stuck = np.flatnonzero(~self._is_free(points, around))
-        moving = points[stuck]
-        near, far = np.zeros(len(stuck)), np.ones(len(stuck))
-        for _ in range(_HALVINGS if len(stuck) else 0):
-            middle = 0.5 * (near + far)
-            is_free = self._is_free(np.where(is_open, moving, moving * middle[:, None]), around)
-            near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
-        points[stuck] = np.where(is_open, moving, moving * near[:, None])
-        return points
-
-    def _is_free(self, points: Points, around: Points) -> npt.NDArray[np.bool_]:
-        """Return for each point whether all points around it are inside."""
-        # The arena continues across the seam of an axis that repeats.
-        places = self.displacement(np.zeros(2), points[:, None] + around)
-        return np.asarray(np.all(self.contains(places), axis=1))
-
-    def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
-        """Return the shortest way from each position to another.
-
-        Parameters
-        ----------
-        start, end : array_like, shape (..., 2)
-            Positions [length].
-
-        Returns
-        -------
-        ndarray, shape (..., 2), float64
-            Displacements [length].
-        """
-        way: Points = np.asarray(end, float) - np.asarray(start, float)
-        if not any(self.period):
-            return way
-        period = kernel_period(self.period)
-        return np.asarray(way - period * np.rint(way / period))
-
-    def check_reach(self, reach: float) -> None:
-        """Refuse a range within which a body could be found twice.
-
-        Raises
-        ------
-        ValueError
-            If `reach` exceeds half the distance after which the arena repeats.
-        """
-        limit = min((side / 2 for side in self.period if side > 0), default=math.inf)
-        if reach > limit:
-            raise ValueError(
-                f"range={reach:g}: on a torus a range must be at most half of the shorter side, here {limit:g}; "
-                "take a larger torus or a shorter range"
-            )
-
-
-def kernel_period(period: tuple[float, float]) -> Points:
-    """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis that does not repeat.
-
-    If neither axis repeats, both are 0: nothing needs wrapping.
-    """
-    sides = np.array(period, float)
-    return np.where(sides > 0, sides, ENDLESS) if sides.any() else sides
+__all__ = ["ENDLESS", "Arena", "Box", "Disc", "Points", "Torus", "kernel_period"]
 
 
 @dataclass(frozen=True)
@@ -199,6 +51,14 @@ class Disc(Arena):
     @property
     def bounds(self) -> tuple[Points, Points]:
         return np.full(2, -self.radius), np.full(2, self.radius)
+
+    @property
+    def walls(self) -> Walls:
+        return Walls(np.empty((0, 4)), np.array([[0.0, 0.0, -self.radius]]))
+
+    @property
+    def boundary(self) -> Points:
+        return round_boundary((0.0, 0.0), self.radius)
 
     def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         return np.asarray(np.sum(np.square(np.asarray(position, float)), axis=-1) <= self.radius**2)
@@ -263,6 +123,10 @@ class Box(_Rectangle):
 
     confine = confine_box
 
+    @property
+    def walls(self) -> Walls:
+        return Walls(walls_of(self.boundary), np.empty((0, 3)))
+
 
 @dataclass(frozen=True)
 class Torus(_Rectangle):
@@ -275,6 +139,10 @@ class Torus(_Rectangle):
     """
 
     confine = confine_torus
+
+    @property
+    def walls(self) -> Walls:
+        return no_walls()
 
     @property
     def period(self) -> tuple[float, float]:

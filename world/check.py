@@ -222,14 +222,19 @@ def _placing(name: str, u: Any, v: Any, margin: float, k: int) -> str:
 
 def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, list[float] | None]:
     """Return the row of a position nearer to the wall than the margin and a point outside, or None instead of it."""
-    for angle in 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS:
-        ahead = places + margin * (1 - 1e-6) * np.array([np.cos(angle), np.sin(angle)])
+    for ahead in _circle(places, margin * (1 - 1e-6)):
         # Along an axis that repeats, the arena continues.
         is_free = np.asarray(arena.contains(arena.displacement(np.zeros(2), ahead)))
         if not is_free.all():
             k = int(np.argmin(is_free))
             return k, ahead[k].tolist()
     return 0, None
+
+
+def _circle(places: Points, radius: float) -> list[Points]:
+    """Return the positions, and the points around them in all directions."""
+    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    return [places, *(places + radius * np.array([np.cos(angle), np.sin(angle)]) for angle in angles)]
 
 
 def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
@@ -246,10 +251,10 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
                 f"{name}.inside of points of shape {points.shape} has the shape {moved.shape}; it must be the same, "
                 "and finite"
             )
-        # Points on the wall may be outside by a rounding error.
-        moved = moved * (1 - 1e-9)
-        is_inside = np.asarray(arena.contains(moved))
-        nearer = _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
+        # Points on the wall may be outside by a rounding error: a point near them must be inside.
+        around = _circle(moved, 1e-9 * float(sides.max()))
+        is_inside = np.any([arena.contains(arena.displacement(np.zeros(2), near)) for near in around], axis=0)
+        nearer = (0, None) if margin == 0 else _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
         k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
         if not is_inside[k] or ahead is not None:
             raise ValueError(

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
-from teamsight.world.arena import Arena, Box, Disc, Torus, kernel_period
 from teamsight.world.bodies import Bodies, Column
+from teamsight.world.contract import Arena, Obstructed
+from teamsight.world.period import kernel_period
 
 
 class Move(NamedTuple):
@@ -126,13 +127,12 @@ def _advance(address: int) -> int:
 
 
 _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
-# The package's own arenas.
-_TESTED = (Disc, Box, Torus)
 
 
 def is_watched(arena: Arena) -> bool:
-    """Whether an arena is user-defined, so that every step checks that bodies stay inside."""
-    return type(arena) not in _TESTED
+    """Whether an arena, or an obstacle in it, is user-defined, so that every step checks that bodies stay inside."""
+    parts = (arena.arena, *arena.obstacles) if isinstance(arena, Obstructed) else ()
+    return not all(type(part).__module__.startswith("teamsight.world.") for part in (arena, *parts))
 
 
 def advance_entry(arena: Arena) -> Entry:

@@ -51,6 +51,7 @@ class Stream(IntEnum):
     PLACEMENT = 0
     POLICY = 1
     CALLABLE = 2
+    SENSOR = 3
 
 
 def stream_number(stream: Stream, group: int) -> int:

@@ -40,7 +40,7 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
     which each body is at the centre of the points nearest to it (Lloyd's method). If discs still overlap, the even
     arrangement over the whole arena is returned.
     """
-    margin = radius if _fits(arena, radius) else 0.0
+    margin = radius if arena.fits(radius) else 0.0
     points = arena.place(numbers[0], numbers[1], margin)
     # Discs with a larger area than the arena surely overlap.
     is_crowded = margin > 0 and len(points) * math.pi * radius**2 > 1.01 * arena.area
@@ -50,11 +50,6 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
         if _closest(arena, points) >= 2 * radius * (1 - 1e-9):
             return points
     return _even_out(arena, arena.place(numbers[0], numbers[1]), 0.0)
-
-
-def _fits(arena: Arena, radius: float) -> bool:
-    low, high = arena.bounds
-    return bool(np.all((np.array(arena.period) > 0) | (high - low > 2 * radius)))
 
 
 def _closest(arena: Arena, points: Points) -> float:
@@ -96,6 +91,9 @@ def _even_out(arena: Arena, points: Points, margin: float) -> Points:
     samples = arena.place((step + 0.5) / count, (step * 0.6180339887498949) % 1.0, margin)
     period = np.array(arena.period)
     wraps = bool(period.any())
+    sight = arena.sight
+    # The centre of places inside may be outside of an arena that is not convex.
+    leaves = wraps or len(sight.segments) + len(sight.discs) > 0
     for _ in range(100):
         if wraps:
             owner = cKDTree(_shifted(points, period), boxsize=period).query(_shifted(samples, period))[1]
@@ -106,8 +104,8 @@ def _even_out(arena: Arena, points: Points, margin: float) -> Points:
         centre = np.stack([np.bincount(owner, ways[:, axis], len(points)) for axis in (0, 1)], axis=-1)
         shift = centre / np.maximum(weight, 1)[:, None]
         points = points + shift
-        if wraps:
-            points = arena.inside(points)
+        if leaves:
+            points = arena.inside(points, margin)
         if np.abs(shift).max() < 1e-3 * math.sqrt(arena.area / len(points)):
             break
     return points

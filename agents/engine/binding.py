@@ -11,6 +11,7 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
+from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -22,7 +23,7 @@ from teamsight.agents.engine.records import (
     RelationArrays,
     WorldArrays,
 )
-from teamsight.agents.engine.relation import Members, Relation
+from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
 from teamsight.agents.recording.trajectory import Trail
@@ -58,7 +59,7 @@ class Binding:
         bodies = sum(map(len, groups))
         self.progress = np.zeros(1, PROGRESS)
         self.progress["tick"] = data.timeline.tick
-        self._met = {_side(group): np.zeros(bodies, np.int64) for group in groups}
+        self._met = {_side(relation): np.zeros(bodies, np.int64) for relation in relations}
         # The bodies of a world are numbered group by group.
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
@@ -67,6 +68,7 @@ class Binding:
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
         self.world = WORLD.pack(WorldArrays(
             data.key,
+            data.moment,
             self.progress,
             self._group_records,
             self._relation_records,
@@ -93,7 +95,7 @@ class Binding:
         perception.make_room(
             group.awareness,
             sum(len(other.value.sensing_range) for other in team),
-            len(teammates.identity) if teammates else -1,
+            len(teammates.room.identity) if teammates else -1,
             group.inputs,
         )
         perception.record = SENSING.pack(_sensing(group, teammates, team))
@@ -103,7 +105,7 @@ class Binding:
         return GroupArrays(
             group.numbers, np.full(1, -1), group.members, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
-            group.policy.entry() if decision else None, decision, group.is_sound,
+            group.rules[0].entry() if decision else None, decision, group.is_sound,
             advance_entry(self._data.arena),
             pack_move(self._data.arena, group.bodies, group.action.heading, group.action.distance),
         )  # fmt: skip
@@ -117,9 +119,9 @@ class Binding:
             shown = relayed = group.perception.nothing
         elif group.awareness.shows_teammates:
             shown = group.room("teammates")
-        percept = group.percept_of(group.room("targets"), shown, relayed)
+        percept = group.percept_of(group.room("targets"), shown, relayed, group.rules[0].channels)
         return pack_decision(
-            group.policy, percept, group.policy_state, group.numbers, self.progress["tick"], group.action
+            group.rules[0], percept, group.policy_state, group.numbers, self.progress["tick"], group.action
         )  # fmt: skip
 
     def _relation(self, relation: Relation) -> RelationArrays:
@@ -130,20 +132,21 @@ class Binding:
             search.record,
             [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
-            relation.everyone, np.concatenate(rows), self._met[_side(relation.observers)],
+            relation.everyone, np.concatenate(rows), self._met[_side(relation)],
             search.room, relation.identity,
+            relation.detection.record if relation.detection else None, *relation.true_lists,
         )  # fmt: skip
 
     def _log(self, log: TransitionLog) -> LogArrays:
         """Bind the log of a group's transitions."""
         group, numbers = log.group, range(len(self._relations))
-        sensing = [r for r in numbers if self._relations[r].kind == "targets"]
+        sensing = [r for r in numbers if self._relations[r].name == TARGETS]
         own = [r for r in sensing if self._relations[r].observers is group]
         team = own
         if group.team is not None:
             team = [r for r in sensing if self._relations[r].observers.team == group.team]
         log.make_room_to_compare(
-            max((len(self._relations[r].identity) for r in own), default=0), sum(map(len, self._data.groups))
+            max((len(self._relations[r].true_lists[1]) for r in own), default=0), sum(map(len, self._data.groups))
         )
         return LogArrays(
             self._group_records[self._data.groups.index(group)],
@@ -187,9 +190,9 @@ class Binding:
             group.value.block[:] = -1
 
 
-def _side(group: Members) -> str | int:
-    """Groups with the same side count together what they observe: all groups on teams have one side."""
-    return group.number if group.team is None else "teams"
+def _side(relation: Relation) -> str | int:
+    """Relations of the same side count a body once that both detect: all that count are one side."""
+    return "counted" if relation.counts else relation.observers.number
 
 
 def _team_group(group: Group) -> Packed[TeamGroup]:
@@ -201,7 +204,7 @@ def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGro
     """The true surroundings of a group, and the arrays that its degree of awareness writes."""
     scene = Scene(
         group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
-        teammates.search.room.identity if teammates else np.zeros(0, np.int64),
+        teammates.place if teammates else np.zeros(0, np.int64),
         teammates.first[group.number] if teammates else 0, team,
     )  # fmt: skip
     perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)

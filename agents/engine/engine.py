@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_RELATION, OUTSIDE
+from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
@@ -55,7 +56,6 @@ class Engine:
 
     def __init__(self, data: WorldData) -> None:
         self._data = data
-        self._sensed: list[tuple[Group, Group]] = []
         self._every = 0
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
@@ -67,19 +67,10 @@ class Engine:
         self.deliberations: dict[Group, Deliberation] = {}
         self.stretch: Stretch = data.history.begin([])
 
-    def senses(self, observers: Group, observed: Group) -> None:
-        """Let one group sense another; see `World.senses`."""
-        for group in (observers, observed):
-            if group not in self._data.groups:
-                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
-                raise ValueError(f"{shown}: both groups must have been added to this world")
-        if (observers, observed) not in self._sensed:
-            self._sensed.append((observers, observed))
-            self.is_bound = False
-
     def leave_out(self, group: Group) -> None:
         """Forget a group that could not be added."""
-        self._sensed = [pair for pair in self._sensed if group not in pair]
+        for other in self._data.groups:
+            leave(other.channels, group)
         self.transitions.groups = [other for other in self.transitions.groups if other is not group]
         self.is_bound = False
 
@@ -87,7 +78,7 @@ class Engine:
         """Prepare a step: bind the records and search for neighbours, where either is out of date."""
         if not self.is_bound:
             with deferred():
-                self.relations = connect(self._data, self._sensed)
+                self.relations = connect(self._data)
                 self.stretch = self._data.history.begin(self.relations)
                 trail = None
                 if self._every:
@@ -200,9 +191,11 @@ class Engine:
         self.stretch = self._data.history.begin([])
 
     @property
-    def extras(self) -> tuple[int, int, bool]:
-        """The number of sensing relations, and what is recorded; `ReusedWorlds` compares them."""
-        return len(self._sensed), self._every, bool(self.transitions.groups)
+    def extras(self) -> tuple[Any, int, bool]:
+        """The channels of all groups, and what is recorded; `ReusedWorlds` compares them."""
+        channels = [channel for group in self._data.groups for channel in group.channels.values()]
+        declared = tuple((channel.name, len(channel.observed), channel.sensor) for channel in channels)
+        return declared, self._every, bool(self.transitions.groups)
 
     def adapt(self) -> None:
         """Adapt to a new arena size and new ranges, which have been written into the arrays."""
@@ -265,8 +258,8 @@ class Engine:
 
     def _grow(self, status: int, where: int, need: int) -> None:
         """Enlarge a buffer and bind it; the loop continues where it stopped."""
-        if status == GROW_RELATION:
-            self.relations[where].grow(need)
+        if status in (GROW_RELATION, GROW_DETECTION):
+            self.relations[where].grow(need, detection=status == GROW_DETECTION)
             self._binding.rebind(where)
         else:
             self._data.groups[where].perception.grow(need)

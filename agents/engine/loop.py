@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.records import (
     BAD_ACTION,
     DONE,
+    GROW_DETECTION,
     GROW_PERCEPT,
     GROW_RELATION,
     OUTSIDE,
@@ -110,9 +112,10 @@ def _move(address: int) -> int:
 
 
 @kernel
-def _find_neighbours(address: int) -> int:
-    """Search for the neighbours of all relations."""
+def _find_neighbours(address: int, tick: int) -> int:
+    """Search for the neighbours of all relations at the positions of a tick, and apply the sensors."""
     world = world_at(address)
+    world.moment[0] = tick
     for r in range(world.relations.shape[0]):
         relation = relation_at(world.relations[r])
         at = 0
@@ -129,21 +132,27 @@ def _find_neighbours(address: int) -> int:
             return GROW_RELATION
         for k in range(edges):
             relation.identity[k] = relation.everyone[relation.neighbours.identity[k]]
+        if relation.detection != 0:
+            need = detect(relation.detection)
+            if need > relation.true_index.shape[0]:
+                world.progress[0].where = r
+                world.progress[0].need = need
+                return GROW_DETECTION
     return DONE
 
 
 @kernel
 def _record_relation(address: int, row: Any, stamp: int) -> None:
-    """Write the number of neighbours, the most of one observer, and the number of bodies observed first here."""
+    """Write the number of neighbours, the most of one observer, and the number of bodies detected first here."""
     here = relation_at(address)
-    start, identity = here.neighbours.start, here.neighbours.identity
+    start = here.neighbours.start
     observers = start.shape[0] - 1
     largest = 0
     for i in range(observers):
         largest = max(largest, start[i + 1] - start[i])
     observed = 0
-    for k in range(start[observers]):
-        body = here.rows[identity[k]]
+    for k in range(here.true_start[observers]):
+        body = here.rows[here.true_index[k]]
         observed += here.met[body] != stamp
         here.met[body] = stamp
     row[0] = start[observers]
@@ -169,7 +178,7 @@ def _leave_trail(address: int) -> None:
 @kernel
 def _finish(address: int) -> int:
     """Search for neighbours after a move and record the step."""
-    status = _find_neighbours(address)
+    status = _find_neighbours(address, world_at(address).progress[0].tick + 1)
     if status != DONE:
         return status
     world = world_at(address)
@@ -217,7 +226,7 @@ def _end_step(address: int) -> int:
 
 
 def _see(address: int) -> int:
-    status = _find_neighbours(address)
+    status = _find_neighbours(address, world_at(address).progress[0].tick)
     if status != DONE:
         return status
     world = world_at(address)

@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
+from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.failures import check_places
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.group import Group, team_of
-from teamsight.agents.resolve import check_fit
+from teamsight.agents.group import team_of
+from teamsight.agents.resolve import check_channels, check_fit
 from teamsight.agents.world_data import WorldData
 
 
-def connect(data: WorldData, sensed: list[tuple[Group, Group]]) -> list[Relation]:
-    """Return the relations of a world, given pairs (observers, observed), and set those of each group.
+def connect(data: WorldData) -> list[Relation]:
+    """Return the relations of a world, and set those of each group.
 
     Raises
     ------
     ValueError
-        If an agent is outside the arena, or a policy does not fit its degree of awareness. No group is changed then.
+        If an agent is outside the arena, or a policy needs what its group does not perceive. No group is changed then.
     """
     check_places(data)
     teams = {group.number: team_of(data.groups, group) for group in data.groups}
     for group in data.groups:
         check_fit(group, teams[group.number])
-    relations = []
+        check_channels(group, group.policy)
+    relations: list[Relation] = []
     for group in data.groups:
-        group.relations = {}
-        targets = [observed for observers, observed in sensed if observers is group]
-        for kind, others, reach in (
-            ("targets", targets, group.sensing_range),
-            ("teammates", teams[group.number], group.awareness_range),
-        ):
-            if others:
-                group.relations[kind] = Relation(kind, group, others, reach, data.arena)
-                relations.append(group.relations[kind])
+        if TEAMMATES in group.channels:
+            group.channels[TEAMMATES].observed = teams[group.number]
+        # First what is sensed, in the order of declarations, and then the team.
+        channels = sorted(group.channels.values(), key=lambda channel: channel.name == TEAMMATES)
+        group.relations = {channel.name: Relation(channel, group, data) for channel in channels}
+        relations += group.relations.values()
     return relations

@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, readonly
-from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one
@@ -110,7 +109,7 @@ class Deliberation:
 
     def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
         """Refuse changed neighbour lists if the policy reads the situation, which was computed from the old ones."""
-        if row >= len(self._given) or not self.group.policy.inputs:
+        if row >= len(self._given) or not self.group.inputs:
             return
         given = self._given[row]
         names = ("targets", "teammates", "relayed")
@@ -163,8 +162,6 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
     return math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
 
 
-def _protected(percept: Percept) -> Percept:
-    parts: list[Any] = [
-        NeighbourList(*map(readonly, part)) if isinstance(part, tuple) else readonly(part) for part in percept
-    ]
-    return Percept(*parts)
+def _protected(value: Any) -> Any:
+    """Return a percept, or a part of one, with read-only arrays."""
+    return type(value)(*map(_protected, value)) if isinstance(value, tuple) else readonly(value)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import Sensing
+from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
@@ -23,7 +24,7 @@ Integers = npt.NDArray[np.int64]
 HISTORY_COLUMNS = 3
 
 #: The status that the loop returns: done, or why it cannot continue.
-DONE, GROW_RELATION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(5)
+DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(6)
 
 PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])
 """The state of the loop.
@@ -93,6 +94,10 @@ class RelationArrays(NamedTuple):
         The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
         The same neighbours by the identities of agents.
+    detection : Packed of DetectionArrays or None
+        What the sensor makes of them; None for a perfect sensor.
+    true_start, true_index : ndarray, shape (n + 1,) and (k,), int64
+        The indices of the agents that each observer detects: those of `neighbours`, or what the sensor leaves of them.
     """
 
     search: Packed[Searching]
@@ -104,6 +109,9 @@ class RelationArrays(NamedTuple):
     met: Annotated[Integers, "bodies"]
     neighbours: NeighbourList
     identity: Annotated[Integers, ".k"]
+    detection: Packed[DetectionArrays] | None
+    true_start: Annotated[Integers, "n + 1"]
+    true_index: Annotated[Integers, ".true"]
 
 
 class LogArrays(NamedTuple):
@@ -151,6 +159,8 @@ class WorldArrays(NamedTuple):
     ----------
     key : ndarray, shape (2,), uint64
         The key of the noise.
+    moment : ndarray, shape (1,), int64
+        The tick of the present positions, for sensors.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
     groups, relations, logs : list of Packed
@@ -170,6 +180,7 @@ class WorldArrays(NamedTuple):
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
+    moment: Annotated[Integers, 1]
     progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]

@@ -1,4 +1,4 @@
-"""A relation: one group observes others within a range. Percepts are made from relations."""
+"""A relation: one group senses others in a channel. Percepts are made from relations."""
 
 from __future__ import annotations
 
@@ -8,85 +8,169 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TEAMMATES, Channel
+from teamsight.agents.engine.detection import Detection
+from teamsight.agents.engine.readings import Readings
+from teamsight.agents.sensing.interface import View, salt_of
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.world.arena import Arena
 from teamsight.world.bodies import Bodies
+from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.search import Search
+
+_PERFECT = Sensor()
 
 
 class Members(Protocol):
     """The part of `Group` that a relation uses; groups import this file."""
 
     number: int
-    team: str | None
     bodies: Bodies
+    ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
     agents: list[Any]
+    readings: dict[str, Readings]
 
+    @property
+    def team(self) -> str | None: ...
     def __len__(self) -> int: ...
 
 
+class Surroundings(Protocol):
+    """The part of `WorldData` that a relation uses."""
+
+    arena: Any
+    key: npt.NDArray[np.uint64]
+    moment: npt.NDArray[np.int64]
+
+
 class Relation:
-    """Which agents of the observed groups are within the range of each observer.
+    """Which agents of the groups of a channel each observer senses.
 
     Attributes
     ----------
-    kind : {"targets", "teammates"}
-        The role of the observed.
+    name : str
+        The name of the channel.
+    counts : bool
+        Whether what is sensed counts in the observed fraction.
     observers, observed : Group, list of Group
         The group that observes, and those that it observes, in this order.
     first : dict of int to int
         For each observed group's number, the index of its first agent among the observed.
     everyone : ndarray, shape (observed,), int64
         The identities of the observed.
+    search : Search
+        The search for all in range; it finds indices among the observed.
     identity : ndarray, shape (k,), int64
-        Room for the identities of all neighbours; the search itself finds indices among the observed.
+        Room for the identities of all in range.
+    detection : Detection or None
+        What the sensor makes of them; None for a perfect sensor.
     """
 
-    def __init__(
-        self, kind: str, observers: Members, observed: list[Any], reach: npt.NDArray[np.float64], arena: Arena
-    ) -> None:
-        self.kind, self.observers, self.observed = kind, observers, observed
-        arena.check_reach(float(reach.max(initial=0.0)))
-        sizes = [len(group) for group in observed]
-        self.first = dict(zip((group.number for group in observed), np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
-        self.everyone = np.concatenate([group.bodies.identity for group in observed])
+    def __init__(self, channel: Channel, observers: Members, data: Surroundings) -> None:
+        self.name, self.counts = channel.name, channel.counts
+        self.observers, self.observed = observers, list(channel.observed)
+        sensor = channel.sensor or _PERFECT
+        reach = observers.ranges[channel.name == TEAMMATES]
+        if sensor.range is not None:
+            reach = np.full(len(observers), float(sensor.range))
+        data.arena.check_reach(float(reach.max(initial=0.0)))
+        sizes = [len(group) for group in self.observed]
+        numbers = (group.number for group in self.observed)
+        self.first = dict(zip(numbers, np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
+        self.everyone = np.concatenate([group.bodies.identity for group in self.observed])
         own = self.first.get(observers.number, -1)
-        self.search = Search(observers.bodies.position, reach, len(self.everyone), own, arena)
+        self.search = Search(observers.bodies.position, reach, len(self.everyone), own, data.arena)
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
+        self.detection: Detection | None = None
+        if needs_detection(sensor, data.arena):
+            self.detection = Detection(sensor, self._view(data, own), self._readings(sensor))
 
-    def grow(self, edges: int) -> None:
-        """Make room for at least this many neighbours; records must be bound again."""
+    def _view(self, data: Surroundings, own: int) -> View:
+        group = self.observers
+        return View(
+            data.moment, data.key, salt_of(self.name), stream_number(Stream.SENSOR, group.number), group.bodies.member,
+            group.bodies.position, group.bodies.heading, self.search.reach, self.everyone, own, self.search.room,
+            data.arena.sight,
+        )  # fmt: skip
+
+    def _readings(self, sensor: Sensor) -> Readings | None:
+        """Return the readings on their way; those of another delay are dropped."""
+        kept = self.observers.readings
+        if not sensor.delay:
+            kept.pop(self.name, None)
+            return None
+        if self.name not in kept or kept[self.name].delay != sensor.delay:
+            kept[self.name] = Readings(sensor.delay)
+        return kept[self.name]
+
+    def grow(self, edges: int, *, detection: bool = False) -> None:
+        """Make room for this many agents in range, or detections; records must be bound again."""
+        if detection and self.detection:
+            self.detection.grow(edges)
+            return
         self.search.grow(edges)
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
+        if self.detection:
+            self.detection.see(self.detection.view._replace(in_range=self.search.room))
 
-    def observed_by(self, row: int) -> list[Any]:
-        """Return the agents within the range of an observer."""
+    def agents_in_range(self, row: int) -> list[Any]:
+        """Return the agents within the range of an observer, whether or not it senses them."""
+        return self._agents(self.graph.start, self.graph.identity, row)
+
+    def agents_sensed(self, row: int) -> list[Any]:
+        """Return the agents that an observer senses."""
+        return self._agents(*self.true_lists, row)
+
+    def _agents(self, start: npt.NDArray[np.int64], indices: npt.NDArray[np.int64], row: int) -> list[Any]:
         first = list(self.first.values())
         found = []
-        for index in self.graph.identity[self.graph.start[row] : self.graph.start[row + 1]]:
+        for index in indices[start[row] : start[row + 1]]:
             place = bisect_right(first, index) - 1
             found.append(self.observed[place].agents[index - first[place]])
         return found
 
     def observers_of(self, agent: Any) -> list[Any]:
-        """Return the observers that have an agent in range."""
+        """Return the observers that sense an agent."""
         if agent.group.number not in self.first:
             return []
-        edges = np.flatnonzero(self.graph.identity == self.first[agent.group.number] + agent.row)
-        rows = np.searchsorted(self.graph.start, edges, side="right") - 1
+        start, indices = self.true_lists
+        edges = np.flatnonzero(indices[: start[-1]] == self.first[agent.group.number] + agent.row)
+        rows = np.searchsorted(start, edges, side="right") - 1
         return [self.observers.agents[row] for row in rows]
 
     @property
     def graph(self) -> NeighbourList:
-        """The neighbours by their indices among the observed."""
+        """All in range, by their indices among the observed."""
         return self.search.graph
 
     @property
+    def true_lists(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """The agents that each observer senses, without false detections: ``start`` and indices, with unused room."""
+        if self.detection:
+            return self.detection.arrays.true_start, self.detection.arrays.true_index
+        return self.search.room.start, self.search.room.identity
+
+    @property
     def neighbours(self) -> NeighbourList:
-        """The neighbours by their identities, as policies receive them."""
+        """What percepts show, by identities."""
         return filled(self.room)
 
     @property
     def room(self) -> NeighbourList:
         """The whole arrays behind `neighbours`."""
+        if self.detection:
+            return self.detection.arrays.shown
         return self.search.room._replace(identity=self.identity)
+
+    @property
+    def place(self) -> npt.NDArray[np.int64]:
+        """The index among the observed of each entry of `room`."""
+        return self.detection.arrays.shown_place if self.detection else self.search.room.identity
+
+
+def needs_detection(sensor: Sensor, arena: Any) -> bool:
+    """Whether a sensor shows anything else than all in range."""
+    if sensor is not _PERFECT and not sensor.is_perfect:
+        return True
+    sight = arena.sight
+    return sensor.occluded and len(sight.segments) + len(sight.discs) > 0

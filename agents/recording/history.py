@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import HISTORY_COLUMNS
 from teamsight.agents.engine.relation import Relation
 from teamsight.core.buffer import Buffer
@@ -21,9 +22,8 @@ class Stretch:
     """The steps during which the same groups observed one another; one column for each of their relations."""
 
     def __init__(self, relations: list[Relation]) -> None:
-        sides = [relation.observers.team is not None for relation in relations]
-        self._teammates = [r for r, relation in enumerate(relations) if relation.kind == "teammates"]
-        self._targets = [r for r, relation in enumerate(relations) if relation.kind == "targets" and sides[r]]
+        self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
+        self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())

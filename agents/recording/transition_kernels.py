@@ -39,9 +39,8 @@ def _count_observers(team: Any, counts: Any) -> None:
         counts[body] = 0
     for r in range(team.shape[0]):
         relation = relation_at(team[r])
-        neighbours = relation.neighbours
-        for k in range(neighbours.start[neighbours.start.shape[0] - 1]):
-            counts[relation.rows[neighbours.identity[k]]] += 1
+        for k in range(relation.true_start[relation.true_start.shape[0] - 1]):
+            counts[relation.rows[relation.true_index[k]]] += 1
 
 
 @kernel
@@ -49,11 +48,11 @@ def _keep_neighbours(log: Any) -> None:
     """Keep the targets that the robots sense before they move."""
     if log.relation == 0:
         return
-    neighbours = relation_at(log.relation).neighbours
-    for i in range(neighbours.start.shape[0]):
-        log.kept_start[i] = neighbours.start[i]
-    for k in range(neighbours.start[neighbours.start.shape[0] - 1]):
-        log.kept_identity[k] = neighbours.identity[k]
+    relation = relation_at(log.relation)
+    for i in range(relation.true_start.shape[0]):
+        log.kept_start[i] = relation.true_start[i]
+    for k in range(relation.true_start[relation.true_start.shape[0] - 1]):
+        log.kept_identity[k] = relation.true_index[k]
 
 
 @kernel
@@ -87,7 +86,7 @@ def _write_own_facts(address: int, facts: Any) -> None:
     """Compare the targets that each robot sensed before with those that it senses now, both in ascending order."""
     log = log_at(address)
     relation = relation_at(log.relation)
-    start, index, rows = relation.neighbours.start, relation.neighbours.identity, relation.rows
+    start, index, rows = relation.true_start, relation.true_index, relation.rows
     old_start, old_index, before, after = log.kept_start, log.kept_identity, log.before, log.after
     for i in range(facts.shape[0]):
         own = facts[i]

@@ -17,6 +17,18 @@ def trials_phrase(report: DeltaEstimate) -> str:
     return f"{text} (equivalent to {report.independent:.1f} independent ones)"
 
 
+def supported_bound(report: DeltaEstimate) -> str:
+    """Return the largest number of neighbours in too few trials, and which risk they support; "" if it is N − 1."""
+    delta, what = report.supported_delta, "runs" if report.trial == "run" else f"independent {report.trial}s"
+    if delta >= report.robots - 1:
+        return ""
+    return (
+        f"δ = {delta} for a risk of {rounded_up(report.supported_risk):g}, the smallest that so few {report.trial}s "
+        f"support with {report.confidence:.0%} confidence; a risk of {report.risk:g} needs {report.trials_needed:,} "
+        f"{what}."
+    )
+
+
 def advice(report: DeltaEstimate) -> list[str]:
     """Return which risk the trials support, and how many trials the stated risk needs."""
     most = report.robots - 1
@@ -36,12 +48,10 @@ def advice(report: DeltaEstimate) -> list[str]:
 
 def _supported(report: DeltaEstimate) -> str:
     most, delta = report.robots - 1, report.supported_delta
-    stated = rounded_up(report.supported_risk)
     if delta < most:
         outside = f"; outside of them {report.largest} was found" * (report.largest > delta)
         return (
-            f"They support a risk of {stated:g} for δ = {delta}, the largest number of neighbours in any of "
-            f"them{outside}. Only δ = N − 1 = {most} cannot be exceeded."
+            f"None of them exceeds δ = {delta}{outside}. Only δ = N − 1 = {most} cannot be exceeded."
         )
     if most < 1:
         return "A single robot has no neighbours: δ = 0 cannot be exceeded."
@@ -58,16 +68,27 @@ def _cure(report: DeltaEstimate) -> str:
         return f"Simulate at least {needed:,} runs, {needed - report.trials:,} more."
     columns = report.maxima[["max_neighbours", "mean_neighbours"]]
     if report.independent == 1 and report.trials > 1 and (columns.nunique() == 1).all():
-        return f"All {report.trial}s are the same: record while the robots move."
+        return _cure_of_equal_trials(report)
     factor = needed / report.independent
     more = math.ceil(report.trials * (factor - 1))
+    frames = "" if report.frame is None else f", about {report.recorded * (factor - 1) / report.frame:,.0f} more frames"
     text = (
         f"At this rate the record must be {factor:.3g} times as long, {report.recorded * factor:.4g} instead of "
-        f"{report.recorded:.4g}: {more:,} more {report.trial}s"
+        f"{report.recorded:.4g}: {more:,} more {report.trial}s{frames}"
     )
     if report.shorter is None:
         return f"{text}; no shorter window gives enough independent ones."
     return f"{text}. For windows of at most {report.shorter:g} this record is long enough."
+
+
+def _cure_of_equal_trials(report: DeltaEstimate) -> str:
+    same = f"All {report.trial}s are the same"
+    if not report.is_moving:
+        return f"{same}: record while the robots move."
+    return (
+        f"{same}, so nothing shows that they are independent, and they count as one: record runs that start afresh, "
+        "and mark them by a column run."
+    )
 
 
 def rounded_up(value: float) -> float:

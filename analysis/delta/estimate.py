@@ -57,6 +57,12 @@ class DeltaEstimate:
         For trajectories, the total time of the frames.
     shorter : float or None
         For trajectories whose trials cannot support the risk, the longest window that could.
+    frame : float or None
+        For trajectories, the time between frames.
+    is_moving : bool
+        Whether any robot moves.
+    cautions : tuple of str
+        For trajectories, why the unit of the range may not be that of the positions; then no number is to be trusted.
     notes : tuple of str
         Further conditions that limit the result.
     """
@@ -78,6 +84,9 @@ class DeltaEstimate:
     trial: str = "run"
     recorded: float | None = None
     shorter: float | None = None
+    frame: float | None = None
+    is_moving: bool = True
+    cautions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     @cached_property

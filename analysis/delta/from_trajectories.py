@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,11 +10,12 @@ import pandas as pd
 
 from teamsight.analysis.delta import closed_form
 from teamsight.analysis.delta.report import DeltaReport
-from teamsight.analysis.delta.resample import Grid
+from teamsight.analysis.delta.resample import Grid, make_grid
 from teamsight.analysis.delta.trajectory_files import check_trajectories
 from teamsight.analysis.delta.trajectory_neighbours import neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
 from teamsight.analysis.delta.trajectory_trials import recordings, shorter_window, trials, window_frames
+from teamsight.analysis.delta.trajectory_units import UnitWarning, cautions, check_motion, scale_note, scale_of
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
@@ -68,7 +70,14 @@ def delta_from_trajectories(
     Raises
     ------
     ValueError, TypeError
-        If the record or a number is invalid.
+        If the record or a number is invalid, or robots move more than ten ranges between samples (the median), so that
+        windows of several frames say nothing about what happens in them.
+
+    Warns
+    -----
+    UnitWarning
+        If the unit of the range is probably not that of the positions: robots move more than a range between samples,
+        never meet, or always fit into a tenth of a range. The report begins with the same sentences, `cautions`.
 
     Notes
     -----
@@ -81,15 +90,21 @@ def delta_from_trajectories(
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
     awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
     trajectories = check_trajectories(trajectories)
+    grid = make_grid(trajectories, step, max_gap)
+    scale, frames = scale_of(trajectories, grid, arena), window_frames(grid, window)
+    check_motion(scale, grid, awareness_range, frames)
     found = neighbours_over_time(
         trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress
     )
-    grid, prediction = found.grid, None
-    tried = trials(found.over_time, grid, window_frames(grid, window))
+    tried = trials(found.over_time, grid, frames)
+    doubts = cautions(found, trajectories, scale, awareness_range, arena)
+    for doubt in doubts:
+        warnings.warn(doubt, UnitWarning, stacklevel=2)
     shorter = None
     if not exceedance.supports(tried.independent, risk, confidence):
         needed = exceedance.trials_needed(risk, confidence)
         shorter = shorter_window(found.over_time, grid, tried.frames, needed)
+    prediction = None
     if isinstance(arena, Disc):
         prediction = closed_form.predict(
             grid.robots, arena.radius, steps=tried.frames, awareness_range=awareness_range, speed=found.move
@@ -112,7 +127,10 @@ def delta_from_trajectories(
         recorded=grid.frames * grid.step,
         shorter=None if shorter is None else shorter * grid.step,
         over_time=found.over_time,
-        notes=notes(found, tried, awareness_range, window is not None),
+        frame=grid.step,
+        is_moving=found.move > 0,
+        cautions=doubts,
+        notes=(*notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range)),
     )
 
 

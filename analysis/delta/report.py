@@ -20,6 +20,7 @@ _TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time")
 # Attributes that are stored with each table.
 _STORED = (
     "source", "subject", "robots", "awareness_range", "risk", "confidence", "independent", "length", "trial",
+    "cautions",
 )  # fmt: skip
 
 

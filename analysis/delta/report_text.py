@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.analysis.delta.advice import advice, trials_phrase
+from teamsight.analysis.delta.advice import advice, supported_bound, trials_phrase
 from teamsight.analysis.plot.markdown import page
 from teamsight.analysis.plot.markdown import table as markdown_table
 
@@ -34,6 +34,8 @@ def sentences(report: DeltaEstimate) -> list[str]:
     if report.supported:
         also = "also " * (report.delta_safe == report.delta)
         said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
+    elif bound := supported_bound(report):
+        said.insert(0, bound)
     said += [f"Largest number of neighbours: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
     if not report.supported:
         said += advice(report)
@@ -43,7 +45,7 @@ def sentences(report: DeltaEstimate) -> list[str]:
             f"expected largest number of neighbours in a trial {report.predicted_maximum:.1f}."
         )
     said += _about_the_ring(report)
-    return said + list(report.notes)
+    return [*report.cautions, *said, *report.notes]
 
 
 def trial_phrase(report: DeltaEstimate) -> str:
@@ -57,7 +59,9 @@ def trial_phrase(report: DeltaEstimate) -> str:
 
 def _about_the_ring(report: DeltaEstimate) -> list[str]:
     if report.largest == 0:
-        return ["No robot had a neighbour at any time: NoAwareness() is sufficient."]
+        # A record in which no robots meet may have the wrong unit.
+        enough = "" if report.cautions else ": NoAwareness() is sufficient"
+        return [f"No robot had a neighbour at any time{enough}."]
     said = []
     size = report.ring_size
     row = report.ring[(report.ring["sectors"] == size) & (report.ring["neighbours"] == min(size, report.largest))].iloc[
@@ -150,11 +154,10 @@ def rich_parts(report: DeltaEstimate) -> Iterator[Any]:
     from rich.table import Table
     from rich.text import Text
 
-    first, *others = sentences(report)
     yield Text(report.subject, style="dim")
-    yield Text(first, style="bold")
-    for sentence in others:
-        yield Text(sentence)
+    cautions = len(report.cautions)
+    for number, sentence in enumerate(sentences(report)):
+        yield Text(sentence, style="bold red" if number < cautions else "bold" if number == cautions else "")
     for title, columns, rows in sections(report):
         if not rows:
             continue

@@ -25,13 +25,14 @@ class Neighbours(NamedTuple):
 
     ``over_time`` has one row a frame: run (its name, or without a column of runs the number of the piece between two
     gaps), time, robots (present), mean_degree, max_degree. ``move`` is the root mean square of the distance that a
-    robot moves between frames [length].
+    robot moves between frames, ``farthest`` the largest distance between two neighbours [length].
     """
 
     over_time: pd.DataFrame
     bearings: Bearings
     grid: Grid
     move: float
+    farthest: float
 
 
 def neighbours_over_time(
@@ -76,7 +77,7 @@ def neighbours_over_time(
     every = max(1, grid.frames * grid.robots // _SAMPLES)
     progress(0, grid.frames)
     periodic = arena if arena is not None and max(arena.period) > 0 else None
-    counts, samples, square, moves = [], [], 0.0, 0
+    counts, samples, square, moves, farthest = [], [], 0.0, 0, 0.0
     for block in blocks(trajectories, grid, (0.0, 0.0) if periodic is None else periodic.period):
         if periodic is not None:
             block = block._replace(position=periodic.displacement(np.zeros(2), block.position))
@@ -85,6 +86,7 @@ def neighbours_over_time(
             present = ~np.isnan(position[:, 0])
             graph = proximity_graph(position[present], None, awareness_range, periodic)
             degree = graph.degree
+            farthest = max(farthest, float(graph.distance.max(initial=0.0)))
             counts.append((len(degree), np.mean(degree) if len(degree) else 0.0, np.max(degree, initial=0)))
             if (block.first + frame) % every == 0:
                 samples.append(sector_occupancy.bearings(graph, _headings(block, frame, periodic)[present]))
@@ -97,7 +99,7 @@ def neighbours_over_time(
     name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else piece
     table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
-    return Neighbours(table, sector_occupancy.gather(samples), grid, move)
+    return Neighbours(table, sector_occupancy.gather(samples), grid, move, farthest)
 
 
 def _steps(start: Floats, end: Floats, periodic: Arena | None) -> Floats:

@@ -12,6 +12,9 @@ from scipy import stats
 
 from teamsight.core import checks
 
+# Rounds until an effective number is consistent with its own correction; ten are usual.
+_MOST_ROUNDS = 100
+
 
 def bounds(
     exceeding: ArrayLike, trials: float, confidence: float = 0.95
@@ -155,8 +158,10 @@ def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: f
 
     Notes
     -----
-    n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t before the first that is not positive; the others are noise (after
-    C. J. Geyer, 1992, for a positive sequence).
+    n' = n / (1 + 2 Σ ρ_t) over the autocorrelations ρ_t before the first that is not positive; the others are noise
+    (after C. J. Geyer, 1992, for a positive sequence). Deviations from the mean of the windows themselves, whose
+    variance is 1/n' of theirs, lower every autocorrelation by about 1/n', which is added again. Without this, few
+    windows of slow robots would count as independent: of 10 with ρ_1 = 0.8, five instead of three.
 
     The variance of a mean is the sum of the covariances of all pairs of values. So ρ_t sums the products of the pairs
     that are t windows apart *in the same run*, and leaves out pairs of different runs, whose covariance is 0. All
@@ -171,16 +176,32 @@ def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: f
 
 
 def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: float) -> float | None:
+    size = len(values)
     deviation = values - values.mean()
     variance = float(deviation @ deviation)
-    if len(values) < 2 or variance <= 1e-24 * len(values):
+    if size < 2 or variance <= 1e-24 * size:
         return None
-    several = run[0] != run[-1]  # runs follow each other
-    correlated = 0.0
-    for lag in range(1, len(values)):
-        later = np.where(run[:-lag] == run[lag:], deviation[lag:], 0.0) if several else deviation[lag:]
-        correlation = float(deviation[:-lag] @ later) / variance
-        if correlation <= errors / math.sqrt(len(values)):
+    products, pairs = _lagged(deviation, np.bincount(run))
+    correlation, share = products / variance, pairs / (size - np.arange(1, len(pairs) + 1))
+    number = float(size)
+    # Each round lowers the number, because a smaller number raises the correction.
+    for _ in range(_MOST_ROUNDS):
+        corrected = correlation + share / number
+        noise = np.flatnonzero(corrected <= errors / math.sqrt(size))
+        correlated = corrected[: noise[0] if len(noise) else None].sum()
+        before, number = number, float(np.clip(size / (1.0 + 2.0 * correlated), 1.0, size))
+        if number >= before * (1 - 1e-6):
             break
-        correlated += correlation
-    return float(np.clip(len(values) / (1.0 + 2.0 * correlated), 1.0, len(values)))
+    return number
+
+
+def _lagged(deviation: NDArray[np.float64], lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], Any]:
+    """Return for each lag from 1 on the sum of the products of pairs in the same run, and the number of these pairs."""
+    products, pairs = np.zeros((2, max(int(lengths.max()) - 1, 1)))
+    ends = np.cumsum(lengths)
+    for first, length in zip(ends - lengths, lengths, strict=True):
+        spectrum = np.fft.rfft(deviation[first : first + length], 2 * length)
+        power = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, 2 * length)
+        products[: length - 1] += power[1:length]
+        pairs[: length - 1] += np.arange(length - 1, 0, -1)
+    return products, pairs

@@ -181,7 +181,27 @@ class LazyRegression(Learner):
             checks.number(name, getattr(self, name), least=0)
         if self.stride is not None:
             checks.number("stride", self.stride, above=0)
+        self._check_settings()
         object.__setattr__(self, "forces", self._fitted())
+
+    def _check_settings(self) -> None:
+        """Raise an error that names all settings of the memory that are needed and missing."""
+        added, settings = self.inputs > self.memory.own, self.memory.settings
+        examples = {"robot_speed": 0.1} if self.stride is None else {}
+        if self.stride is None or added:
+            examples["sensing_range"] = 1.0
+        needed = examples | ({"awareness_range": 1.0, "teammate_layout": "sectors"} if added else {})
+        missing = {name: example for name, example in needed.items() if settings.get(name) is None}
+        if not missing:
+            return
+        cures = [f"explore again, or add what is true, as in LazyMemory.of(…, settings={missing})"]
+        if "merged" in settings:
+            cures = ["merge explorations that agree in them"]
+        if missing.keys() & {"robot_speed", "sensing_range"} and self.stride is None:
+            cures.append("or give stride, the distance of a step over the sensing range")
+        if added:
+            cures.append(f"or give inputs={self.memory.own}, which uses targets only")
+        raise ValueError(f"memory: its settings lack {', '.join(missing)}; {', '.join(cures)}")
 
     @property
     def layout(self) -> str:
@@ -190,18 +210,13 @@ class LazyRegression(Learner):
         if not added:
             return ""
         layout = self.memory.settings.get("teammate_layout")
-        cure = f"or give inputs={self.memory.own}, which uses targets only"
-        if layout is None:
-            raise ValueError(
-                f"memory: its settings lack teammate_layout, how its {added} inputs show where teammates are; explore "
-                f"again, add 'sectors' or 'offsets' to the settings, {cure}"
-            )
         if layout not in LAYOUTS[1:] or (layout == "offsets" and added % 2):
             degree = checks.shown(self.memory.settings.get("degree"))
             raise ValueError(
                 f"memory: the {added} inputs of its degree of awareness, {degree}, do not show where teammates are "
                 f"(teammate_layout={checks.shown(layout)}); explore with awareness='ring' or 'pairwise' "
-                f"(--awareness ring), use another learner (--learner linear), {cure}"
+                f"(--awareness ring), use another learner (--learner linear), or give inputs={self.memory.own}, which "
+                "uses targets only"
             )
         return str(layout)
 
@@ -243,7 +258,9 @@ class LazyRegression(Learner):
         return forces
 
     def _warn(self, rewards: Floats) -> None:
-        why = f"{len(rewards)} transitions are too few for a slope; explore longer"
+        within = f" within bandwidth={self.bandwidth:g}; give a larger bandwidth, such as 1, or"
+        near = within if self.bandwidth < 1 else ";"
+        why = f"{len(rewards)} transitions are too few for a slope{near} explore longer"
         if (rewards == rewards[0]).all():
             same = f"{name_of(self.reward)} is {rewards[0] + 0.0:g} for all {len(rewards)} transitions"
             why = f"{same}; explore longer, or give another reward"

@@ -77,7 +77,8 @@ def diagnose(settings: DiagnoseSettings) -> None:
 
     memory = None if settings.memory is None else _memory(settings.memory)
     diagnosis = diagnosis_of(settings, memory)
-    check_objective(diagnosis.learners, diagnosis.reward, diagnosis.k, min(diagnosis.samples))
+    given = settings.discount if "discount" in settings.given else None
+    check_objective(diagnosis.learners, diagnosis.reward, diagnosis.k, min(diagnosis.samples), discount=given)
     about = diagnosis.conditions() | ({} if memory is None else {"memory": memory.digest})
     folder = files.prepare_folder(settings.out)
     files.check_replaceable(folder / _TABLE, {"diagnosis": about}, force=settings.force)

@@ -117,7 +117,8 @@ def figure(settings: FigureSettings) -> None:
     from teamsight.cli.show import say, working
 
     curves = curves_of(settings)
-    check_objective(curves.learners, curves.reward, curves.k, max(curves.samples))
+    given = settings.discount if "discount" in settings.given else None
+    check_objective(curves.learners, curves.reward, curves.k, max(curves.samples), discount=given)
     folder = files.prepare_folder(settings.out)
     about = {"curves": curves.conditions()}
     for name in _FILES:

@@ -448,6 +448,8 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["evaluate", "x", "--learner", "linear", "--k", "3"], ["k=3: linear matches no fixed number of transitions; leave it out"]),
         (["evaluate", "x", "--learner", "sheppard", "--reward", "keep"], ["reward=keep: sheppard learns while it acts"]),
         (["figure", "--learners", "sheppard", "--reward", "own", "--k", "5"], ["k=5: sheppard matches no fixed number of transitions; leave it out"]),
+        (["figure", "--learners", "regression", "--discount", "0.9"], ["discount=0.9: regression uses immediate rewards only; leave it out"]),
+        (["diagnose", "--learners", "regression", "--discount", "0.9"], ["discount=0.9: regression uses immediate rewards only; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
         (["figure", "--k", "20", "--samples", "10,15"], ["k=20: lazy matches so many transitions, but the memory has only 15"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -42,8 +43,10 @@ class Node(NamedTuple):
 class Layout:
     """Assigns a word to each length, address and number."""
 
-    def __init__(self) -> None:
+    def __init__(self, parts: Mapping[str, type] | None = None) -> None:
         self.size = 0
+        # The NamedTuples that replace declared ones, by the path of the field.
+        self._parts = parts or {}
         # The word of each length: by its name, or, if that is local, by the path of its NamedTuple and its name.
         self._slots: dict[str, int] = {}
         self._leaves: dict[str, Leaf] = {}
@@ -68,6 +71,7 @@ class Layout:
         for name, hint in get_type_hints(kind, include_extras=True).items():
             inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
             where = f"{path}{name}"
+            inner = self._parts.get(where, inner)
             if hasattr(inner, "_fields"):
                 inside = dict(part.replace(" ", "").split("=") for part in notes)
                 parts.append(self.node(inner, f"{where}.", inside))

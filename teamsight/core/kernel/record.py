@@ -22,7 +22,7 @@ time of the call; otherwise it is that of the array when it was packed.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
@@ -76,6 +76,8 @@ class Record(Generic[T]):
         A NamedTuple whose fields are arrays annotated with their lengths, numbers (`int`, `float`, `bool`), nested
         NamedTuples, and addresses: `Packed` for one record, ``list[Packed]`` for an array of addresses of records,
         `Entry` for a compiled function; None is the address 0.
+    parts : mapping of str to type, optional
+        NamedTuples to use instead of those in the annotations, by the path of the field, as in ``percept.channels``.
 
     Attributes
     ----------
@@ -85,8 +87,8 @@ class Record(Generic[T]):
         The number of words of a record.
     """
 
-    def __init__(self, kind: Callable[..., T]) -> None:
-        builder = Layout()
+    def __init__(self, kind: Callable[..., T], parts: Mapping[str, type] | None = None) -> None:
+        builder = Layout(parts)
         self.node = builder.node(cast(type, kind), "", {})
         self.size = builder.size
         self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing(self.node, self.size)

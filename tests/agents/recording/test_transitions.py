@@ -42,7 +42,7 @@ def two_groups(arena: Any) -> World:
 def sensed(world: World, group: Group) -> list[set[int]]:
     """Whom each robot of a group senses, from positions alone."""
     found = []
-    observed = [other for observers, other in world._engine._sensed if observers is group]
+    observed = group.channels["targets"].observed if "targets" in group.channels else []
     for place, reach in zip(group.position, group.sensing_range, strict=True):
         seen = set()
         for other in observed:

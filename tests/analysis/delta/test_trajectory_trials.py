@@ -24,6 +24,9 @@ from teamsight.analysis.delta.advice import rounded_up
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.stats import exceedance
 
+# Robots that are anywhere at each time move several ranges.
+pytestmark = pytest.mark.filterwarnings("ignore::teamsight.analysis.delta.trajectory_units.UnitWarning")
+
 
 def seed_of() -> int:
     return fresh_seed()
@@ -272,9 +275,10 @@ def test_advice_when_windows_are_too_few() -> None:
     assert not report.supported, seed
     assert (report.trials, report.trials_needed) == (20, 149), seed
     text = unwrapped(report)
-    assert f"a risk of {rounded_up(report.supported_risk):g} for δ = {report.supported_delta}" in text, seed
+    assert f"δ = {report.supported_delta} for a risk of {rounded_up(report.supported_risk):g}, the smallest" in text, seed
     assert report.supported_delta == report.maxima["max_neighbours"].max() < 9, seed
     assert f"{1500 * 149 / report.independent:.4g} instead of 1500" in text, seed
+    assert f"about {1500 * (149 / report.independent - 1):,.0f} more frames" in text, seed
     assert report.shorter is not None, seed
     assert f"For windows of at most {report.shorter:g} this record is long enough" in text, seed
     shorter = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02, window=report.shorter)
@@ -290,6 +294,9 @@ def test_advice_when_there_is_no_cure_but_motion() -> None:
     still = record.assign(x=record["robot"] * 0.7, y=0.0)
     text = unwrapped(from_trajectories.delta_from_trajectories(still, 1.0, risk=0.02))
     assert "All windows are the same: record while the robots move." in text
+    apart = record.assign(x=record["x"] * 0.01 + record["robot"] * 3, y=record["y"] * 0.01)
+    text = unwrapped(from_trajectories.delta_from_trajectories(apart, 1.0, risk=0.02))
+    assert "All windows are the same, so nothing shows that they are independent, and they count as one" in text
 
 
 @pytest.mark.parametrize(("met", "needed"), [(1, False), (30, True)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import re
 import warnings
 from typing import Any
 
@@ -257,11 +258,11 @@ def without(name: str) -> LazyMemory:
         (lambda: LazyRegression(made_up(1, teammate_layout="spiral")), r"do not show where teammates are \(teammate_layout='spiral'\)"),
         (lambda: LazyRegression(made_up(1, added=5, teammate_layout="offsets")), r"the 5 inputs .*do not show where teammates are \(teammate_layout='offsets'\)"),
         (lambda: LazyRegression(without("teammate_layout")), r"settings lack teammate_layout.*explore again.*inputs=8"),
-        (lambda: LazyRegression(without("robot_speed")), r"robot_speed=None .* one positive number; .*or give stride"),
+        (lambda: LazyRegression(without("robot_speed")), r"settings lack robot_speed; explore again, or add .*settings=\{'robot_speed': 0\.1\}\), or give stride"),
         (lambda: LazyRegression(made_up(1, robot_speed=[0.1, 0.2])), r"robot_speed=\[0\.1, 0\.2\] .*one speed and range, or give stride"),
         (lambda: LazyRegression(made_up(1, robot_speed=0.0)), r"robot_speed=0\.0 in its settings: must be one positive number"),
         (lambda: LazyRegression(made_up(1, sensing_range="far")), r"sensing_range='far' in its settings: must be one positive number"),
-        (lambda: LazyRegression(without("awareness_range")), r"awareness_range=None .*explore with robots of one range, or add it to the settings"),
+        (lambda: LazyRegression(without("awareness_range")), r"settings lack awareness_range; .*settings=\{'awareness_range': 1\.0\}\), or give inputs=8"),
         (lambda: LazyRegression(made_up(1), bandwidth=0), r"bandwidth=0\.0: must be .*above 0"),
         (lambda: LazyRegression(made_up(1), ridge=-1), r"ridge=-1\.0: must be .*at least 0"),
         (lambda: LazyRegression(made_up(1), significance=math.nan), r"significance=nan: must be"),
@@ -274,6 +275,24 @@ def test_what_cannot_be_learned_from_is_refused_in_one_line(make: Any, message: 
     with pytest.raises((TypeError, ValueError), match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+def test_all_missing_settings_are_named_at_once_with_the_line_that_adds_them() -> None:
+    memory = made_up(1)
+    bare = LazyMemory(memory.table, memory.own, memory.added, memory.facts, {})
+    with pytest.raises(ValueError, match="settings lack robot_speed, sensing_range, awareness_range, teammate_layout") as caught:
+        LazyRegression(bare)
+    added = eval(re.search(r"settings=(\{.*?\})\)", str(caught.value))[1])  # type: ignore[index]
+    assert LazyRegression(LazyMemory(memory.table, memory.own, memory.added, memory.facts, added)).inputs == 14
+    with pytest.raises(ValueError, match=r"lack robot_speed, sensing_range; .*or give stride"):
+        LazyRegression(bare, inputs=8)
+    with pytest.raises(ValueError, match=r"lack robot_speed; merge explorations that agree in them, or give stride"):
+        LazyRegression(made_up(1).merge(made_up(2, robot_speed=0.3)))
+
+
+def test_a_bandwidth_within_which_nothing_is_found_is_named() -> None:
+    with pytest.warns(UserWarning, match=r"200 transitions are too few for a slope within bandwidth=1e-300; give a larger"):
+        LazyRegression(made_up(1), bandwidth=1e-300)
 
 
 def test_speed_and_ranges_are_needed_only_where_they_are_used() -> None:

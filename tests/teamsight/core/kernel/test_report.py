@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT
+from teamsight import CMOMMT, Sensor
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.core.kernel import Entry, array_at, report
 from teamsight.core.kernel import entry as kernel_entry
@@ -122,8 +122,8 @@ def test_an_entry_knows_whether_it_is_missing(tmp_path: Path, monkeypatch: pytes
 
 
 def test_the_kernels_of_a_world_are_those_that_its_steps_call(monkeypatch: pytest.MonkeyPatch) -> None:
-    for awareness in ("pairwise", "ring"):
-        model = CMOMMT(robots=2, targets=2, radius=2.0, awareness=awareness, rng=1)
+    for awareness, sensor in (("pairwise", None), ("ring", None), ("pairwise", Sensor(missed=0.5))):
+        model = CMOMMT(robots=2, targets=2, radius=2.0, awareness=awareness, sensor=sensor, rng=1)
         model._engine.is_bound = False
         called: list[Entry] = []
         address = Entry.address.fget

@@ -1,0 +1,126 @@
+"""Channels: what a group senses, by name, and with which sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, MutableMapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core import checks
+from teamsight.policies.channels import checked_channel
+
+TARGETS, TEAMMATES = "targets", "teammates"
+
+
+@dataclass(eq=False)
+class Channel:
+    """What a group senses under one name.
+
+    Attributes
+    ----------
+    name : str
+        "targets", "teammates", or a name of your own.
+    observed : list of Group
+        The groups that are sensed, in the order of their declarations; of "teammates", those of the team.
+    sensor : Sensor or None
+        The sensor; None for one without errors.
+    counts : bool
+        Whether what is sensed counts in the observed fraction.
+    """
+
+    name: str
+    observed: list[Any] = field(default_factory=list)
+    sensor: Sensor | None = None
+    counts: bool = False
+
+
+def changed(channel: Channel | None, name: str, sensor: Sensor | None, counts: bool | None, on_team: bool) -> Channel:
+    """Return a channel as it is after another declaration of `World.senses`, without the group declared.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the declaration contradicts an earlier one for the same channel.
+    """
+    checked_channel(name)
+    if name == TEAMMATES:
+        raise ValueError(
+            "as_='teammates': is the channel of a group's own team; give the groups the same team, as in "
+            "world.add(…, team='robots'), and set its sensor by group.sensors['teammates'] = Sensor(…)"
+        )
+    if counts is not None:
+        checks.flag("counts", counts)
+    if sensor is not None:
+        check_sensor_of(name, sensor)
+    if channel is None:
+        return Channel(name, [], sensor, on_team and name == TARGETS if counts is None else counts)
+    if sensor is not None and channel.sensor not in (None, sensor):
+        raise ValueError(
+            f"sensor={sensor!r}: the channel {name!r} of this group has {channel.sensor!r}, and a channel has one "
+            "sensor; take another name as as_, or set group.sensors"
+        )
+    if counts is not None and counts != channel.counts:
+        raise ValueError(f"counts={counts}: the channel {name!r} of this group was declared with {channel.counts}")
+    return Channel(name, list(channel.observed), sensor or channel.sensor, channel.counts)
+
+
+def check_sensor_of(channel: str, sensor: object) -> None:
+    """Refuse what is not a sensor, and a range of its own where the group has one."""
+    if not isinstance(sensor, Sensor):
+        shown = f"{sensor.__name__}: is a class; give an object" if isinstance(sensor, type) else checks.shown(sensor)
+        raise TypeError(f"sensor={shown}: must be a Sensor, such as Sensor(field_of_view=2.0)")
+    if sensor.range is not None and channel in (TARGETS, TEAMMATES):
+        name = "sensing_range" if channel == TARGETS else "awareness_range"
+        raise ValueError(
+            f"sensor.range={sensor.range:g}: the range of the channel {channel!r} is {name} of the group; set that"
+        )
+
+
+def leave(channels: dict[str, Channel], group: object) -> None:
+    """Remove a group from all channels, and channels that are then without a group."""
+    for channel in list(channels.values()):
+        channel.observed = [observed for observed in channel.observed if observed is not group]
+        if not channel.observed and channel.name != TEAMMATES:
+            del channels[channel.name]
+
+
+class Sensors(MutableMapping[str, Sensor]):
+    """The sensors of a group by channel. Setting one replaces it from the next step on; deleting makes it perfect.
+
+    Parameters
+    ----------
+    channels : dict of str to Channel
+        The channels of the group.
+    change : callable
+        ``change(channel, sensor)`` changes the sensor of a channel.
+    """
+
+    def __init__(self, channels: dict[str, Channel], change: Callable[[Channel, Sensor | None], None]) -> None:
+        self._channels, self._change = channels, change
+
+    def _channel(self, name: str) -> Channel:
+        if name not in self._channels:
+            have = ", ".join(map(repr, self._channels)) or "none"
+            raise KeyError(f"{name!r}: the group has no such channel, but {have}; declare it by world.senses(…, as_=…)")
+        return self._channels[name]
+
+    def __getitem__(self, name: str) -> Sensor:
+        return self._channel(name).sensor or Sensor()
+
+    def __setitem__(self, name: str, sensor: Sensor) -> None:
+        channel = self._channel(name)
+        check_sensor_of(name, sensor)
+        self._change(channel, sensor)
+
+    def __delitem__(self, name: str) -> None:
+        self._change(self._channel(name), None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        return len(self._channels)
+
+    def __repr__(self) -> str:
+        return f"Sensors({dict(self)!r})"

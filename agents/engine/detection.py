@@ -1,0 +1,179 @@
+"""Detection: what a group's sensor makes of the agents in range; the lists that percepts show."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.engine.readings import ReadingArrays, Readings, reading_room
+from teamsight.agents.sensing.binding import DETECTING, Detecting, sense_entry
+from teamsight.agents.sensing.interface import View
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core.kernel import Entry, Packed, Record, call, kernel
+from teamsight.core.neighbour_list import NeighbourList, neighbour_room
+
+Integers = npt.NDArray[np.int64]
+
+
+class DetectionArrays(NamedTuple):
+    """The record of a detection.
+
+    Attributes
+    ----------
+    sense, detecting
+        The kernel of the sensor and its record.
+    sensed : NeighbourList
+        What the kernel writes: its identities are indices among the observed, or −1 − index for a false detection.
+    everyone : ndarray, shape (observed,), int64
+        The identities of the observed.
+    identity, place : ndarray, shape (k,), int64
+        For each entry of `sensed`, the identity and the index of the agent that it shows.
+    true_start, true_index : ndarray, shape (n + 1,) and (k,), int64
+        The indices of the agents that each observer detects, without false detections.
+    tick : ndarray, shape (1,), int64
+        The tick of the present positions.
+    delay : int
+        The number of ticks until a percept shows a list.
+    readings : ReadingArrays
+        The lists that are not yet shown; empty without a delay.
+    shown : NeighbourList
+        What percepts show; with a delay, in arrays of its own.
+    shown_place : ndarray, shape (k,), int64
+        The index among the observed of each of its entries.
+    """
+
+    sense: Entry
+    detecting: Packed[Detecting]
+    sensed: NeighbourList
+    everyone: Annotated[Integers, "observed"]
+    identity: Annotated[Integers, "room"]
+    place: Annotated[Integers, "room"]
+    true_start: Annotated[Integers, "n + 1"]
+    true_index: Annotated[Integers, "room"]
+    tick: Annotated[Integers, 1]
+    delay: int
+    readings: ReadingArrays
+    shown: NeighbourList
+    shown_place: Annotated[Integers, ".shown"]
+
+
+DETECTION = Record(DetectionArrays)
+detection_at = DETECTION.at
+
+
+@kernel
+def _keep(detection: Any, entries: int) -> None:
+    """Keep the present list until it is due."""
+    readings = detection.readings
+    slot = detection.tick[0] % readings.tick.shape[0]
+    readings.tick[slot] = detection.tick[0]
+    for i in range(detection.sensed.start.shape[0]):
+        readings.start[slot, i] = detection.sensed.start[i]
+    for k in range(entries):
+        readings.identity[slot, k] = detection.identity[k]
+        readings.place[slot, k] = detection.place[k]
+        readings.offset[slot, k, 0] = detection.sensed.offset[k, 0]
+        readings.offset[slot, k, 1] = detection.sensed.offset[k, 1]
+        readings.distance[slot, k] = detection.sensed.distance[k]
+
+
+@kernel
+def _show(detection: Any) -> None:
+    """Show the list that is due; none if nothing was measured at that tick."""
+    readings, shown = detection.readings, detection.shown
+    due = detection.tick[0] - detection.delay
+    slot = due % readings.tick.shape[0]
+    is_there = due >= 0 and readings.tick[slot] == due
+    for i in range(shown.start.shape[0]):
+        shown.start[i] = readings.start[slot, i] if is_there else 0
+    for k in range(shown.start[shown.start.shape[0] - 1]):
+        shown.identity[k] = readings.identity[slot, k]
+        detection.shown_place[k] = readings.place[slot, k]
+        shown.offset[k, 0] = readings.offset[slot, k, 0]
+        shown.offset[k, 1] = readings.offset[slot, k, 1]
+        shown.distance[k] = readings.distance[slot, k]
+
+
+@kernel
+def detect(address: int) -> int:
+    """Apply the sensor to the agents in range; return the number of entries that the list needs."""
+    detection = detection_at(address)
+    need = call(detection.sense, detection.detecting)
+    if need > detection.place.shape[0]:
+        return need  # type: ignore[no-any-return]
+    start, identity = detection.sensed.start, detection.sensed.identity
+    found = 0
+    for i in range(start.shape[0] - 1):
+        detection.true_start[i] = found
+        for k in range(start[i], start[i + 1]):
+            index = identity[k]
+            if index >= 0:
+                detection.true_index[found] = index
+                found += 1
+            else:
+                index = -1 - index
+            detection.place[k] = index
+            detection.identity[k] = detection.everyone[index]
+    detection.true_start[start.shape[0] - 1] = found
+    if detection.delay > 0:
+        _keep(detection, need)
+        _show(detection)
+    return need  # type: ignore[no-any-return]
+
+
+class Detection:
+    """The arrays of a sensor that a group uses in one channel.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The sensor.
+    view : View
+        What it starts from.
+    readings : Readings or None
+        The lists on their way, for a sensor with a delay.
+
+    Attributes
+    ----------
+    view : View
+        What the sensor starts from.
+    record : Packed of DetectionArrays
+        The argument of `detect`.
+    """
+
+    def __init__(self, sensor: Sensor, view: View, readings: Readings | None) -> None:
+        self._sensor, self._readings = sensor, readings
+        self.see(view)
+
+    @property
+    def arrays(self) -> DetectionArrays:
+        """The arrays of the detection."""
+        return self.record.value
+
+    def see(self, view: View) -> None:
+        """Start from other arrays; make room for all agents in range and a false detection of each observer."""
+        self.view = view
+        self.make_room(len(view.in_range.identity) + len(view.member))
+
+    def grow(self, need: int) -> None:
+        """Make room for this many entries and a quarter more."""
+        self.make_room(need + need // 4)
+
+    def make_room(self, room: int) -> None:
+        """Make the arrays anew, with room for this many entries."""
+        view, size = self.view, len(self.view.member)
+        sensed = neighbour_room(size, room)
+        identity, place, true_index = np.zeros((3, room), np.int64)
+        shown, shown_place = sensed._replace(identity=identity), place
+        readings = reading_room(0, size, 0)
+        if self._readings:
+            self._readings.fit(view.member, view.everyone, room)
+            readings, shown, shown_place = self._readings.arrays, neighbour_room(size, room), np.zeros(room, np.int64)
+        parameters = np.ascontiguousarray(self._sensor.parameters, float)
+        self.record = DETECTION.pack(DetectionArrays(
+            sense_entry(self._sensor), DETECTING.pack(Detecting(view, parameters, sensed)), sensed, view.everyone,
+            identity, place, np.zeros(size + 1, np.int64), true_index, view.tick, self._sensor.delay, readings,
+            shown, shown_place,
+        ))  # fmt: skip

@@ -1,0 +1,197 @@
+"""The check of the contract of sensors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from teamsight.agents.sensing.guarded_view import sense_guarded
+from teamsight.agents.sensing.interface import Floats, Integers, View
+from teamsight.agents.sensing.sample_view import sample_view
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.world.sight import Sight
+
+_UNWRITTEN = -7_777_777
+# Nothing changes between two calls, so the room that the first call returns must suffice.
+_MOST_CALLS = 3
+
+# Numbers of observers and of others, the side of the square [ranges], and whether observers are observed.
+_SCENES = (
+    (0, 0, 1.0, False),
+    (1, 0, 1.0, True),
+    (1, 5, 1.0, False),
+    (4, 0, 1.5, True),
+    (7, 9, 2.0, False),
+    (7, 9, 2.0, True),
+    (12, 30, 0.5, True),
+    (6, 6, 20.0, False),
+)
+
+
+def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
+    """Check whether a sensor keeps the contract of `Sensor`, on random scenes.
+
+    Its kernel runs with bounds checks: on single observers, sparse and crowded scenes, with obstacles, and with buffers
+    that are too small at first, as in a world.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The sensor to check.
+    seed : int, default 1
+        Seed of the scenes.
+
+    Raises
+    ------
+    TypeError
+        If it is not a `Sensor`, its parameters have the wrong type, or its kernel cannot be compiled.
+    ValueError
+        If the kernel accesses elements outside its arrays or writes read-only ones, if what it writes or returns is
+        inconsistent, or if it depends on more than it may: on the content of its buffers, or on row numbers.
+    """
+    name = type(sensor).__name__
+    if not isinstance(sensor, Sensor):
+        name = sensor.__name__ if isinstance(sensor, type) else name
+        raise TypeError(f"{name}: must be an object of Sensor or of a subclass, such as Sensor(field_of_view=2.0)")
+    parameters = np.asarray(_parameters(name, sensor))
+    if parameters.ndim != 1 or not np.isfinite(parameters).all():
+        raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
+    rng = np.random.default_rng(seed)
+    views = [sample_view(observers, others, side, rng, among=among) for observers, others, side, among in _SCENES]
+    views += [sample_view(4, 3, 1.0, rng, among=True, coincide=True), _with_obstacles(rng)]
+    for view in views:
+        _check_view(name, sensor, view)
+
+
+def _parameters(name: str, sensor: Sensor) -> Any:
+    try:
+        return np.asarray(sensor.parameters, float)
+    except (TypeError, ValueError):
+        kind = type(sensor.parameters).__name__
+        raise TypeError(f"{name}.parameters: has the type {kind}; it must be an array of floats") from None
+
+
+def _with_obstacles(rng: np.random.Generator) -> View:
+    segments = np.column_stack([rng.uniform(0, 2, (3, 2)), rng.uniform(0, 2, (3, 2))])
+    discs = np.column_stack([rng.uniform(0, 2, (2, 2)), rng.uniform(0.05, 0.3, 2)])
+    return sample_view(7, 9, 2.0, rng, among=True, sight=Sight(segments, discs, np.zeros(2), 0.0))
+
+
+def _check_view(name: str, sensor: Sensor, view: View) -> None:
+    """Check what a sensor writes for one view."""
+    ample = _sensed(name, sensor, view, 10_000)
+    for room in (0, 1, int(view.in_range.start[-1])):
+        found = _sensed(name, sensor, view, room)
+        if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(found, ample, strict=True)):
+            raise ValueError(
+                f"{name}: sense writes something else after a call with too little room; do not depend on the content "
+                "of the buffers"
+            )
+    for i in range(len(view.heading)):
+        _check_observer(f"{name}: sense writes for observer {i}", view, ample, i)
+    for what, moved, cure in (
+        ("observed agents", _shifted(view), "view.everyone[index]"),
+        ("observers", _preceded(view), "view.member[i]"),
+    ):
+        # Which agent a false detection shows may depend on all of them.
+        if not np.array_equal(_true_offsets(ample), _true_offsets(_sensed(name, sensor, moved, 10_000))):
+            raise ValueError(
+                f"{name}: sense writes something else if the {what} have other row numbers; noise must be a function "
+                f"of {cure}, not of the row"
+            )
+
+
+def _true_offsets(sensed: NeighbourList) -> Floats:
+    return sensed.offset[sensed.identity >= 0]
+
+
+def _shifted(view: View) -> View:
+    """Return the view with one more observed agent, at the first place and out of every range."""
+    seen = view.in_range
+    everyone = np.concatenate([[0], view.everyone])
+    return view._replace(
+        everyone=everyone, own=view.own + (view.own >= 0), in_range=seen._replace(identity=seen.identity + 1)
+    )
+
+
+def _preceded(view: View) -> View:
+    """Return the view with one more observer, at the first place, that has nothing in range."""
+
+    def more(array: Any) -> Any:
+        return np.concatenate([np.ones((1, *array.shape[1:]), array.dtype), array])
+
+    seen = view.in_range
+    heading = np.concatenate([[[1.0, 0.0]], view.heading])
+    shifted = _shifted(view) if view.own == 0 else view
+    return shifted._replace(
+        member=np.concatenate([[2**20], view.member]), position=more(view.position), heading=heading,
+        reach=more(view.reach), own=shifted.own - (shifted.own >= 0),
+        in_range=shifted.in_range._replace(start=np.concatenate([[0], seen.start])),
+    )  # fmt: skip
+
+
+def _sensed(name: str, sensor: Sensor, view: View, room: int) -> NeighbourList:
+    """Return what `sense` writes with this room, or with as much more as it asks for."""
+    for _ in range(_MOST_CALLS):
+        need, sensed = sense_guarded(sensor, view, _blank(len(view.heading), room))
+        if need <= room:
+            break
+        room = max(need + need // 4, 16)
+    else:
+        raise ValueError(f"{name}: sense asks for more room on every call, last for {need}; return what is needed")
+    start = sensed.start
+    if start[0] != 0 or (np.diff(start) < 0).any() or start[-1] > room:
+        raise ValueError(
+            f"{name}: sense writes sensed.start = {_short(start)}, with room for {room}; write all n + 1 elements: 0 "
+            "first, then ascending, and the number of entries last"
+        )
+    if need < start[-1]:
+        raise ValueError(f"{name}: sense returns {need}, but writes {start[-1]} entries; return how many are needed")
+    return filled(sensed)
+
+
+def _blank(size: int, room: int) -> NeighbourList:
+    """Return buffers filled with values that show what was not written."""
+    return NeighbourList(
+        np.full(size + 1, _UNWRITTEN), np.full(room, _UNWRITTEN), np.full((room, 2), np.nan), np.full(room, np.nan)
+    )
+
+
+def _check_observer(what: str, view: View, sensed: NeighbourList, i: int) -> None:
+    mine = slice(sensed.start[i], sensed.start[i + 1])
+    identity, offset, distance = sensed.identity[mine], sensed.offset[mine], sensed.distance[mine]
+    index = np.where(identity >= 0, identity, ~identity)
+    if (index >= len(view.everyone)).any():
+        wrong = identity[np.argmax(index >= len(view.everyone))]
+        raise ValueError(
+            f"{what} the index {wrong}, but there are {len(view.everyone)} observed agents; copy it from "
+            "view.in_range.identity, or write ~index for a false detection"
+        )
+    if (np.diff(index) <= 0).any():
+        raise ValueError(f"{what} the indices {_short(index)}; they must ascend, each at most once")
+    if view.own >= 0 and (index == view.own + i).any():
+        raise ValueError(f"{what} the observer itself, index {view.own + i}; leave out view.own + i")
+    if not (np.isfinite(offset).all() and np.isfinite(distance).all()):
+        raise ValueError(f"{what} an offset or a distance that is unwritten or not finite; write both")
+    length = np.hypot(offset[:, 0], offset[:, 1])
+    apart = np.abs(length - distance) > 1e-9 * (1.0 + length)
+    if apart.any():
+        k = int(np.argmax(apart))
+        raise ValueError(
+            f"{what} the distance {distance[k]:g} and an offset of length {length[k]:g}; they must be equal"
+        )
+    _check_true(what, view, identity[identity >= 0], i)
+
+
+def _check_true(what: str, view: View, found: Integers, i: int) -> None:
+    near = view.in_range.identity[view.in_range.start[i] : view.in_range.start[i + 1]]
+    strange = ~np.isin(found, near)
+    if strange.any():
+        wrong = int(found[np.argmax(strange)])
+        raise ValueError(f"{what} the index {wrong}, which is not in range; write ~{wrong} for a false detection")
+
+
+def _short(numbers: Any) -> str:
+    return f"{numbers[:6].tolist()}{' and so on' if len(numbers) > 6 else ''}"

@@ -1,0 +1,64 @@
+"""False detections: agents that are sensed where they are not."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from teamsight.agents.sensing.noise import NOBODY, uniform, words_of
+from teamsight.agents.sensing.parameters import FALSE_POSITIVES, WIDTH
+from teamsight.agents.sensing.writing import put
+from teamsight.core.angles import direction
+from teamsight.core.kernel import inlined, kernel
+
+
+@inlined
+def _candidate(view: Any, i: int, first: int, edge: int, sensed: Any, word: Any) -> int:
+    """Return a random agent that is not the observer and not among those that it senses; −1 if there is none."""
+    myself = view.own + i if view.own >= 0 else -1
+    count = view.everyone.shape[0] - (edge - first) - (myself >= 0)
+    if count <= 0:
+        return -1
+    index = int(uniform(word) * count)
+    # Skip those that are excluded, in ascending order; the observer is one of them.
+    for k in range(first, edge):
+        if 0 <= myself < sensed.identity[k]:
+            index += myself <= index
+            myself = -1
+        index += sensed.identity[k] <= index
+    return index + (0 <= myself <= index)
+
+
+@kernel
+def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: Any) -> int:
+    """Write the false detection of observer `i`, if it has one; return the next entry."""
+    words = words_of(view, i, NOBODY)
+    if uniform(words[0]) >= parameters[FALSE_POSITIVES]:
+        return edge
+    index = _candidate(view, i, first, edge, sensed, words[1])
+    if index < 0:
+        return edge
+    at = edge
+    while at > first and sensed.identity[at - 1] > index:
+        x = sensed.offset[at - 1, 0]
+        y = sensed.offset[at - 1, 1]
+        put(sensed, at, sensed.identity[at - 1], x, y, sensed.distance[at - 1])
+        at -= 1
+    # Uniform over the area in view.
+    distance = view.reach[i] * math.sqrt(uniform(words[2]))
+    turns = (uniform(words[3]) - 0.5) * parameters[WIDTH]
+    cosine, sine = direction(turns - math.floor(turns))
+    x = cosine * view.heading[i, 0] - sine * view.heading[i, 1]
+    y = sine * view.heading[i, 0] + cosine * view.heading[i, 1]
+    put(sensed, at, ~index, distance * x, distance * y, distance)
+    return edge + 1
+
+
+@inlined
+def close_rows(view: Any, parameters: Any, here: int, until: int, edge: int, sensed: Any) -> int:
+    """End the entries of the observers from `here` to `until` − 1; return the next entry."""
+    for i in range(here, until):
+        if parameters[FALSE_POSITIVES] > 0.0:
+            edge = _imagine(view, i, sensed.start[i], edge, parameters, sensed)
+        sensed.start[i + 1] = edge
+    return edge

@@ -1,0 +1,74 @@
+"""The contract of sensors: which of the agents within range an observer senses, and where they appear to be."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from typing import Annotated, ClassVar, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core.neighbour_list import Filled
+from teamsight.world.sight import Sight
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Words = npt.NDArray[np.uint64]
+
+
+class View(NamedTuple):
+    """What a sensor starts from: the agents of a channel within range of each of n observers.
+
+    Attributes
+    ----------
+    tick : ndarray, shape (1,), int64
+        The tick of these positions.
+    key, salt : ndarray, shape (2,), uint64
+        The world's noise key and the channel's `salt_of`. The key of the noise is `key` ^ `salt`.
+    stream : int
+        The stream of the noise.
+    member : ndarray, shape (n,), int64
+        The number of each observer within its group, never reused. It selects the observer's noise.
+    position, heading : ndarray, shape (n, 2), float64
+        Of the observers [length]; headings are unit vectors.
+    reach : ndarray, shape (n,), float64
+        The range of each observer [length].
+    everyone : ndarray, shape (m,), int64
+        The identities of the observed. They select the noise of an observer and an observed agent.
+    own : int
+        The index of observer 0 among the observed; −1 if the observers are not observed. Observer i is ``own + i``.
+    in_range : NeighbourList
+        The agents in range; `identity` holds indices among the observed, ascending for each observer.
+    sight : Sight
+        What blocks the line of sight.
+    """
+
+    tick: Annotated[Integers, 1]
+    key: Annotated[Words, 2]
+    salt: Annotated[Words, 2]
+    stream: int
+    member: Annotated[Integers, "n"]
+    position: Annotated[Floats, "n", 2]
+    heading: Annotated[Floats, "n", 2]
+    reach: Annotated[Floats, "n"]
+    everyone: Annotated[Integers, "m"]
+    own: int
+    in_range: Filled
+    sight: Sight
+
+
+class Detector(Protocol):
+    """The part of a sensor that its entry needs; see `Sensor`."""
+
+    sense: ClassVar[Callable[..., int]]
+
+    @property
+    def parameters(self) -> Floats:
+        """The constants that the kernel reads, shape (p,)."""
+
+
+def salt_of(channel: str) -> Words:
+    """Return the salt of a channel: two 32-bit words, shape (2,), so that each channel has noise of its own."""
+    word = hashlib.blake2b(channel.encode(), digest_size=8, person=b"teamsight").digest()
+    return np.frombuffer(word, "<u4").astype(np.uint64)

@@ -1,0 +1,184 @@
+"""The unit of a record: motion and distances in awareness ranges show whether range and positions can have one unit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from teamsight.analysis.delta.resample import Grid, blocks, trajectory_starts
+
+if TYPE_CHECKING:
+    from teamsight.analysis.delta.trajectory_neighbours import Neighbours
+    from teamsight.world.arena import Arena
+
+# Robots that move more ranges than this between samples cannot be followed from one to the next.
+_MOST_MOVE = 10.0
+# More ranges than this between samples are suspicious, and so is a team that always fits into a smaller part of one.
+_USUAL_MOVE, _USUAL_TEAM = 1.0, 0.1
+# Ranges between samples that lose little of what happens between them.
+_FINE = 0.5
+
+
+class UnitWarning(UserWarning):
+    """The awareness range and the positions of a record probably have different units."""
+
+
+class Scale(NamedTuple):
+    """Lengths of a record [length].
+
+    Attributes
+    ----------
+    move : float
+        Median distance that a robot moves between two samples, or between two frames if these are farther apart;
+        moves of length 0 do not count.
+    width, height : float
+        Ranges of all x and of all y.
+    """
+
+    move: float
+    width: float
+    height: float
+
+
+def scale_of(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) -> Scale:
+    """Return the lengths of a record.
+
+    Parameters
+    ----------
+    trajectories : DataFrame
+        From `read_trajectories`.
+    grid : Grid
+        Times of the frames.
+    arena : Arena, optional
+        Moves are the shortest ways if it is periodic.
+    """
+    time, x, y = (trajectories[name].to_numpy() for name in ("time", "x", "y"))
+    own = np.ones(len(time) - 1, bool)
+    own[trajectory_starts(trajectories)[1:-1] - 1] = False
+    wait = np.diff(time)
+    own &= (wait > 0) & (wait <= grid.max_gap * (1 + 1e-9))
+    way = np.column_stack([np.diff(x), np.diff(y)])[own]
+    if arena is not None and max(arena.period) > 0:
+        way = arena.displacement(np.zeros(2), way)
+    move = np.hypot(*way.T) * np.maximum(1.0, grid.step / wait[own])
+    move = move[move > 0]
+    return Scale(float(np.median(move)) if len(move) else 0.0, float(np.ptp(x)), float(np.ptp(y)))
+
+
+def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int | None) -> None:
+    """Raise an error if robots move so many ranges between samples that trials say nothing about what happens in them.
+
+    Parameters
+    ----------
+    scale : Scale
+        Lengths of the record.
+    grid : Grid
+        Times of the frames.
+    awareness_range : float
+        Distance within which two robots are neighbours [length].
+    frames : int or None
+        Length of a trial; None for whole recordings. In a single frame nothing happens between samples.
+
+    Raises
+    ------
+    ValueError
+        If they do.
+    """
+    ranges = scale.move / awareness_range
+    if frames != 1 and ranges > _MOST_MOVE:
+        raise ValueError(
+            f"awareness_range={awareness_range:g}: robots move {ranges:.3g} ranges between samples (median "
+            f"{scale.move:.3g}), at most {_MOST_MOVE:g}, so their neighbours in between are unknown; give the range in "
+            f"the unit of the positions, which span {scale.width:.4g} × {scale.height:.4g}, or record at least every "
+            f"{grid.step * _FINE / ranges:.2g}"
+        )
+
+
+def cautions(
+    found: Neighbours, trajectories: pd.DataFrame, scale: Scale, awareness_range: float, arena: Arena | None = None
+) -> tuple[str, ...]:
+    """Return why the unit may be wrong, one sentence each.
+
+    Parameters
+    ----------
+    found : Neighbours
+        The frames.
+    trajectories : DataFrame
+        From `read_trajectories`.
+    scale : Scale
+        Lengths of the record.
+    awareness_range : float
+        Distance within which two robots are neighbours [length].
+    arena : Arena, optional
+        Distances are periodic if it is.
+    """
+    said = []
+    span = f"the positions span {scale.width:.4g} × {scale.height:.4g}"
+    if (ranges := scale.move / awareness_range) > _USUAL_MOVE:
+        said.append(
+            f"robots move {ranges:.3g} awareness ranges between samples (median {scale.move:.3g}; {span}). If the unit "
+            "is right, record more often: neighbours between samples are not found."
+        )
+    if not found.over_time["max_degree"].any():
+        near = nearest(trajectories, found.grid, arena)
+        said.append(
+            f"no two robots were ever within the awareness range of {awareness_range:g}; the nearest two were "
+            f"{near:.4g} apart, {near / awareness_range:.3g} ranges ({span})."
+        )
+    if are_all_near(found) and (ranges := found.farthest / awareness_range) < _USUAL_TEAM:
+        said.append(
+            f"all robots are always within {ranges:.2g} awareness ranges of each other, at most {found.farthest:.3g} "
+            f"apart ({span}), so each always has all others as neighbours."
+        )
+    return tuple(f"Check the unit: {sentence}" for sentence in said)
+
+
+def scale_note(scale: Scale, awareness_range: float) -> str:
+    """Return the lengths of a record in awareness ranges.
+
+    Parameters
+    ----------
+    scale : Scale
+        Lengths of the record.
+    awareness_range : float
+        Distance within which two robots are neighbours [length].
+    """
+    move, width, height = (f"{length / awareness_range:.3g}" for length in scale)
+    return (
+        f"In awareness ranges of {awareness_range:g}: positions span {width} × {height}, and a robot that moves covers "
+        f"{move} from one sample to the next (median)."
+    )
+
+
+def are_all_near(found: Neighbours) -> bool:
+    """Return whether every robot has all others as neighbours in every frame."""
+    robots = found.over_time["robots"]
+    return bool((found.over_time["mean_degree"] == robots - 1)[robots > 1].all() and (robots > 1).any())
+
+
+def nearest(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) -> float:
+    """Return the smallest distance between two robots in any frame; infinite if no two are present in one.
+
+    Parameters
+    ----------
+    trajectories, grid, arena
+        See `scale_of`.
+    """
+    period = (0.0, 0.0) if arena is None else arena.period
+    least = np.inf
+    for block in blocks(trajectories, grid, period):
+        for axis, length in enumerate(period):
+            if length > 0:
+                values = np.mod(block.position[..., axis], length)
+                # The remainder of a tiny negative number is rounded to the period.
+                block.position[..., axis] = np.where(values >= length, 0.0, values)
+        for position in block.position:
+            present = position[~np.isnan(position[:, 0])]
+            if len(present) > 1:
+                # As in an arena, a period of 0 is none.
+                distance, _ = cKDTree(present, boxsize=period).query(present, k=2)
+                least = min(least, float(distance[:, 1].min()))
+    return least

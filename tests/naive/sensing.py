@@ -1,0 +1,70 @@
+"""The slow twin of the kernel of sensors: one observer and one agent at a time, in plain Python."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+from naive.paper import Vector, philox
+
+
+class Noise(NamedTuple):
+    """The four numbers of one observer and one agent at one tick."""
+
+    first: float
+    second: float
+    third: float
+    fourth: float
+
+
+def noise(key: Any, salt: Any, stream: int, tick: int, member: int, identity: int) -> Noise:
+    """A block of Philox, as four uniform numbers."""
+    both = (int(key[0]) ^ int(salt[0]), int(key[1]) ^ int(salt[1]))
+    return Noise(*((word + 0.5) / 2**32 for word in philox((tick, member, identity, stream), both)))
+
+
+def sense(sensor: Any, view: Any, is_blocked: Callable[[Vector, Vector], bool]) -> list[dict[int, Vector]]:
+    """What each observer senses: for each index, or −1 − index for a false detection, the offset."""
+    return [_sense_one(sensor, view, i, is_blocked) for i in range(len(view.heading))]
+
+
+def _sense_one(sensor: Any, view: Any, i: int, is_blocked: Callable[[Vector, Vector], bool]) -> dict[int, Vector]:
+    def draw(identity: int) -> Noise:
+        return noise(view.key, view.salt, view.stream, int(view.tick[0]), int(view.member[i]), identity)
+
+    ahead = complex(*view.heading[i])
+    reach = float(view.reach[i])
+    found: dict[int, Vector] = {}
+    for k in range(view.in_range.start[i], view.in_range.start[i + 1]):
+        j = int(view.in_range.identity[k])
+        way = complex(*view.in_range.offset[k])
+        if not in_view(way, ahead, sensor.field_of_view) or is_blocked(view.position[i], (way.real, way.imag)):
+            continue
+        numbers = draw(int(view.everyone[j]))
+        if numbers.third < sensor.missed:
+            continue
+        if sensor.range_noise > 0:
+            distance = abs(way) + sensor.range_noise * NormalDist().inv_cdf(numbers.first)
+            distance = min(max(distance, 1e-6 * reach), reach)
+            way = distance * (way / abs(way) if abs(way) >= 1e-6 * reach else ahead)
+        if sensor.bearing_noise > 0:
+            angle = sensor.bearing_noise * NormalDist().inv_cdf(numbers.second)
+            way *= complex(math.cos(angle), math.sin(angle))
+        found[j] = (way.real, way.imag)
+    numbers = draw(2**32 - 1)
+    others = [j for j in range(len(view.everyone)) if j not in found and not (view.own >= 0 and j == view.own + i)]
+    if numbers.first < sensor.false_positives and others:
+        angle = (numbers.fourth - 0.5) * sensor.field_of_view
+        way = reach * math.sqrt(numbers.third) * ahead * complex(math.cos(angle), math.sin(angle))
+        found[-1 - others[int(numbers.second * len(others))]] = (way.real, way.imag)
+    return found
+
+
+def in_view(way: complex, ahead: complex, field_of_view: float) -> bool:
+    """Whether the angle between way and heading is at most half the field of view."""
+    if way == 0:
+        return True
+    angle = math.atan2((way * ahead.conjugate()).imag, (way * ahead.conjugate()).real)
+    return abs(angle) <= field_of_view / 2
