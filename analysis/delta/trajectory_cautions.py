@@ -1,4 +1,4 @@
-"""The unit of a record: motion and distances in awareness ranges show whether range and positions can have one unit."""
+"""Cautions on a record: a unit that cannot be that of the awareness range, and groups that are not one team."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _USUAL_MOVE, _USUAL_TEAM = 1.0, 0.1
 _FINE = 0.5
 
 
-class UnitWarning(UserWarning):
-    """The awareness range and the positions of a record probably have different units."""
+class TrajectoryWarning(UserWarning):
+    """Recorded positions that probably have another unit than the awareness range, or are not of one team."""
 
 
 class Scale(NamedTuple):
@@ -100,7 +100,7 @@ def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int |
 def cautions(
     found: Neighbours, trajectories: pd.DataFrame, scale: Scale, awareness_range: float, arena: Arena | None = None
 ) -> tuple[str, ...]:
-    """Return why the unit may be wrong, one sentence each.
+    """Return why the unit may be wrong, or that several groups count as one team, one sentence each.
 
     Parameters
     ----------
@@ -133,7 +133,11 @@ def cautions(
             f"all robots are always within {ranges:.2g} awareness ranges of each other, at most {found.farthest:.3g} "
             f"apart ({span}), so each always has all others as neighbours."
         )
-    return tuple(f"Check the unit: {sentence}" for sentence in said)
+    doubts = [f"Check the unit: {sentence}" for sentence in said]
+    if groups := trajectories.attrs.get("groups"):
+        listed = ", ".join(groups)
+        doubts.append(f"Check the groups: all agents of {listed} count as one team; leave out the rows of others.")
+    return tuple(doubts)
 
 
 def scale_note(scale: Scale, awareness_range: float) -> str:
