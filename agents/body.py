@@ -55,6 +55,8 @@ class Body(mesa_bases.Agent):
 
     team: ClassVar[str | None] = Team(None)  # type: ignore[assignment]
     group: Group
+    # A user's agents read attributes of their own model; a class that declares `model: MyModel` has them checked.
+    model: Any
     _row: int
 
     def __init_subclass__(cls, **named: Any) -> None:
@@ -159,7 +161,7 @@ class Body(mesa_bases.Agent):
 
     @property
     def observers(self) -> list[Body]:
-        """The agents that sense this one, except its teammates."""
+        """The agents that sense this one, except teammates."""
         return self.group.host.observers_of(self)
 
     @property
@@ -172,6 +174,14 @@ class Body(mesa_bases.Agent):
         """The inputs of a learner, shape (width,): 16 target sectors and what the degree of awareness adds (§8)."""
         moment = self.group.host.find_neighbours()
         return np.array(self.group.perception.situate(self.group.awareness, moment)[self.row])
+
+    def get_neighbors_in_radius(self, radius: float = 1) -> tuple[list[Any], Floats]:
+        """Return the other agents within a radius, of all groups, and their distances [length]; mesa's method."""
+        return self.group.host.agents_near(self, radius)
+
+    def get_nearest_neighbors(self, k: int = 1) -> tuple[list[Any], Floats]:
+        """Return the `k` nearest other agents, of all groups, and their distances [length]; mesa's method."""
+        return self.group.host.nearest_agents(self, k)
 
     def remove(self) -> None:
         """Remove the agent from the world. Idempotent."""

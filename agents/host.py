@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,9 @@ from teamsight.world.bodies import Abilities
 
 A = TypeVar("A", bound=Body)
 
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
+
 
 class WorldHost:
     """Operations of a world on its groups and agents; implements `Host`, through which these reach their world.
@@ -42,6 +46,21 @@ class WorldHost:
 
     def __init__(self, model: Model, data: WorldData, engine: Engine) -> None:
         self._model, self._data, self._engine = model, data, engine
+
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The space of the world for mesa, made when it is first used."""
+        from teamsight.agents.space import WorldSpace
+
+        return WorldSpace(self._model, self._data)
+
+    def agents_near(self, agent: Body, radius: float) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents within a radius of an agent, and their distances."""
+        return self.space.get_neighbors_in_radius(agent, radius)
+
+    def nearest_agents(self, agent: Body, count: int) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents that are nearest to an agent, and their distances."""
+        return self.space.get_nearest_neighbors(agent, count)
 
     def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
         """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
@@ -70,6 +89,7 @@ class WorldHost:
                 join(group, new)
                 self._engine.is_bound = False
             self._make_agents(group, own.each)
+            self._engine.is_bound = False
         except BaseException:
             undo.undo()
             raise

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping
+from functools import cached_property
 from types import EllipsisType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mesa
 import numpy.typing as npt
@@ -31,8 +32,12 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+from teamsight.world.clock import Clock
 
 A = TypeVar("A", bound=Body)
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
+
 
 
 class World(mesa_bases.Model):
@@ -71,6 +76,10 @@ class World(mesa_bases.Model):
     An operation that fails changes nothing.
     """
 
+    groups: list[Group[Body]]
+    clock: Clock
+    recording: Recording
+
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
             shown = checks.shown(arena)
@@ -104,6 +113,11 @@ class World(mesa_bases.Model):
     def arena(self) -> Arena:
         """The arena. It cannot be changed: all agents were placed in it."""
         return self._data.arena
+
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The agents' places under the names of mesa's spaces; mesa's visualisation reads it. You may set your own."""
+        return self._host.space
 
     @property
     def seed_used(self) -> int:
@@ -255,12 +269,13 @@ class World(mesa_bases.Model):
         """Make one step, unless an event before it stops the model."""
         self._stepper.step()
 
-    def run(self, steps: int) -> None:
+    def run(self, steps: int, *, progress: bool = True) -> None:
         """Make `steps` steps, in one compiled call unless something needs Python in between.
 
-        It stops early when `running` becomes False.
+        It stops early when `running` becomes False. After two seconds, a terminal or a notebook shows how far it is,
+        unless `progress` is False.
         """
-        self._stepper.run(steps)
+        self._stepper.run(steps, progress=progress)
 
     def run_for(self, duration: int) -> None:
         """Make this many steps; mesa's name for `run`."""
