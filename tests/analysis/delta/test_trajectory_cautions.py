@@ -46,7 +46,7 @@ def test_robots_that_move_many_ranges_are_refused(window: float | None) -> None:
     with pytest.raises(
         ValueError,
         match=r"awareness_range=1: robots move 1\d\d ranges .*at most 10, .*give the range in the unit of the positions, "
-        r"which span \d+ × \d+, or record at least every 0\.00[45]",
+        r"which span \d,\d+ × \d,\d+, or record at least every 0\.00[45]",
     ):
         delta_from_trajectories(walk(1000), 1.0, window=window)
 
@@ -76,7 +76,7 @@ def test_robots_that_never_meet_are_doubted_before_delta_is_0() -> None:
     places = apart.sort_values(["time", "robot"])[["x", "y"]].to_numpy().reshape(400, 6, 1, 2)
     distance = np.hypot(*np.moveaxis(places - places.transpose(0, 2, 1, 3), -1, 0))
     least = distance[distance > 0].min()
-    assert f"the nearest two were {least:.4g} apart, {least:.3g} ranges" in report.cautions[0]
+    assert f"the nearest two were {least:.3g} apart, {least:.3g} ranges" in report.cautions[0]
     assert report.delta == 0
 
 
