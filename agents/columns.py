@@ -1,12 +1,12 @@
 """Columns: user-defined properties of the agents of a group, one element for each agent.
 
-They are attributes too: ``robot.battery -= 0.1`` changes an element of a column, ``robots.battery = 1`` all of them.
+They are attributes too; see `teamsight.agents.column_attributes`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, MutableMapping
-from typing import Any, Protocol
+from collections.abc import Iterator, Mapping, MutableMapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -91,6 +91,7 @@ class Columns(MutableMapping[str, Column]):
     def __init__(self, group: str) -> None:
         self._group = group
         self._arrays: dict[str, Array] = {}
+        self._fills: dict[str, Any] = {}
 
     def array(self, name: str) -> Array:
         """Return the array that holds the present elements of a column."""
@@ -100,10 +101,38 @@ class Columns(MutableMapping[str, Column]):
             have = ", ".join(self._arrays) or "none"
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
 
-    def create(self, name: str, array: Array) -> Column:
-        """Add a column with these elements."""
+    def create(self, name: str, array: Array, *fill: Any) -> Column:
+        """Add a column with these elements; `fill` is the element of agents that come later, if there is one."""
         self._arrays[name] = array
+        if fill:
+            self._fills[name] = fill[0]
         return Column(self, name)
+
+    def extended(self, count: int, given: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the arrays with elements for `count` new agents: those given, or the column's fill.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a column has no fill and no value is given, or the value does not fit.
+        """
+        arrays = {}
+        for name, array in self._arrays.items():
+            if name not in given and name not in self._fills:
+                raise ValueError(
+                    f"{name}: was added with one value for each agent, so it has none for new ones; give it, as in "
+                    f"add(…, {name}=…)"
+                )
+            new = np.empty((count, *array.shape[1:]), array.dtype)
+            value = given[name] if name in given else self._fills[name]
+            try:
+                _assign(name, new, ..., value)
+            except ValueError:
+                raise ValueError(
+                    f"{name}={checks.shown(value)}: must be one value, or {count}, one for each new agent"
+                ) from None
+            arrays[name] = np.concatenate([array, new])
+        return arrays
 
     def arrays(self) -> dict[str, Array]:
         """Return the present arrays by name."""
@@ -112,6 +141,16 @@ class Columns(MutableMapping[str, Column]):
     def replace(self, arrays: dict[str, Array]) -> None:
         """Replace the arrays of these columns; others stay."""
         self._arrays |= arrays
+
+    def kept(self) -> Columns:
+        """Return these columns with the same arrays, to `go_back` to."""
+        other = Columns(self._group)
+        other._arrays, other._fills = self._arrays.copy(), self._fills.copy()
+        return other
+
+    def go_back(self, kept: Columns) -> None:
+        """Be as they were when they were `kept`."""
+        self._arrays, self._fills = kept._arrays, kept._fills
 
     def __getitem__(self, name: str) -> Column:
         self.array(name)
@@ -125,6 +164,7 @@ class Columns(MutableMapping[str, Column]):
     def __delitem__(self, name: str) -> None:
         self.array(name)
         del self._arrays[name]
+        self._fills.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
@@ -134,81 +174,6 @@ class Columns(MutableMapping[str, Column]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._arrays
-
-
-class Holder(Protocol):
-    """The part of `Group` that its columns use; groups import this file."""
-
-    name: str
-    columns: Columns
-    agents: list[Any]
-
-
-class ColumnAttribute:
-    """An attribute of agents, or of groups, that is a column of some groups.
-
-    In groups without the column it is an ordinary attribute of each agent, and groups do not have it.
-
-    Parameters
-    ----------
-    name : str
-        The name of the column.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, holder: Any, owner: type | None = None) -> Any:
-        if holder is None:
-            return self
-        group, is_group = _group_of(holder)
-        if self._name in group.columns:
-            column = group.columns[self._name]
-            if is_group:
-                return column
-            element = column[holder.row]
-            return unwritable(element) if isinstance(element, np.ndarray) else element
-        try:
-            return vars(holder)[self._name]
-        except KeyError:
-            raise AttributeError(f"{holder!r} has no attribute or column {self._name!r}") from None
-
-    def __set__(self, holder: Any, value: Any) -> None:
-        group, is_group = _group_of(holder)
-        if self._name in group.columns:
-            group.columns[self._name][... if is_group else holder.row] = value
-        elif is_group:
-            raise AttributeError(f"{group!r} has no column {self._name!r}; make it with add_column({self._name!r})")
-        else:
-            holder.__dict__[self._name] = value
-
-    def __delete__(self, holder: Any) -> None:
-        group, is_group = _group_of(holder)
-        if self._name in group.columns:
-            raise AttributeError(f"{self._name}: is a column of {group.name!r}; remove it with del group.columns[…]")
-        if is_group or holder.__dict__.pop(self._name, self) is self:
-            raise AttributeError(self._name)
-
-
-def install(group: Holder, name: str) -> None:
-    """Make a column an attribute of a group and of its agents."""
-    for kind in {type(agent) for agent in group.agents}:
-        if not isinstance(getattr(kind, name, None), ColumnAttribute):
-            setattr(kind, name, ColumnAttribute(name))
-    if not name.startswith("_") and not hasattr(group, name):
-        setattr(type(group), name, ColumnAttribute(name))
-
-
-def is_free(agent: Any, name: str) -> bool:
-    """Whether an agent has no other attribute of this name, which a column would hide."""
-    known = getattr(type(agent), name, None)
-    return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
-
-
-def _group_of(holder: Any) -> tuple[Holder, bool]:
-    """Return the group of an agent, or the given group; and whether a group was given."""
-    group = vars(holder).get("group")
-    return (holder, True) if group is None else (group, False)
 
 
 class Place(np.ndarray[Any, np.dtype[np.float64]]):
