@@ -124,7 +124,7 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
     if parameters[RANGE_NOISE] > 0.0:
         least = NEAREST * view.reach[i]
         scale = 1.0 / distance
-        if distance < least:
+        if distance <= least:
             x = view.heading[i, 0]
             y = view.heading[i, 1]
             scale = 1.0
