@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents import mesa_bases
+from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
-from teamsight.core import checks
+from teamsight.agents.places import checked_headings
+from teamsight.agents.settings import Ability, OfGroup, Team
 from teamsight.core.interrupts import deferred
-from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.relation import Relation
@@ -22,49 +24,54 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
-def _ability(name: str, doc: str) -> Any:
-    """Return a property of agents that reads and sets one element of an array of the group."""
+class Body(mesa_bases.Agent):
+    """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 
-    def get(agent: Body) -> float:
-        return float(getattr(agent.group, name)[agent.row])
+    A new role is a subclass, or a group of these with a name. A subclass may override `decide`, to replace the policy
+    of its group, or `step`, which is called before each step; then the model makes its steps one by one. Its
+    ``__init__`` takes the model and whatever else it needs, calls ``super().__init__(model)``, and gets the further
+    arguments of `add`. Place, speed and ranges are set before.
 
-    def set_(agent: Body, value: float) -> None:
-        agent.group.host.adjust_one(agent, name, value)
+    The columns of its group are attributes too; see `Group.add_column`. For type checkers, declare those in the class
+    (``battery: float``), and the model (``model: MyModel``).
 
-    return property(get, set_, doc=doc)
-
-
-def _of_group(name: str, doc: str) -> Any:
-    """Return a property of agents that belongs to their group and cannot be set on one agent."""
-
-    def set_(agent: Body, value: Any) -> None:
-        shown = value if isinstance(value, str) else checks.shown(value)
-        raise AttributeError(
-            f"{name}={shown}: belongs to the group {agent.group.name!r}; set group.{name} for all agents, or add a "
-            "group for this one"
-        )
-
-    return property(lambda agent: getattr(agent.group, name), set_, doc=doc)
-
-
-class Body(mesa.Agent):  # type: ignore[misc]
-    """An agent in a world. `World.add` makes the agents of a group.
-
-    The columns of its group are attributes too; see `Group.add_column`. The ``__init__`` of a subclass takes
-    ``(self, model, group, row)`` and passes them to ``super().__init__``.
+    Parameters
+    ----------
+    model : World
+        Its model.
 
     Attributes
     ----------
+    team : str or None
+        The team of its group: agents of one team are teammates. In a class, the team of its groups by default.
     group : Group
         Its group.
+
+    Raises
+    ------
+    TypeError
+        If an agent is made without `add`.
     """
 
-    team: ClassVar[str | None] = None
+    team: ClassVar[str | None] = Team(None)  # type: ignore[assignment]
+    group: Group
+    _row: int
 
-    def __init__(self, model: mesa.Model, group: Group, row: int) -> None:
-        # Set before mesa registers the agent, so that `WorldHost.add` finds it if __init__ of a subclass fails.
-        self.group, self._row = group, row
+    def __init_subclass__(cls, **named: Any) -> None:
+        super().__init_subclass__(**named)
+        team = vars(cls).get("team")
+        if "team" in vars(cls) and not isinstance(team, Team):
+            cls.team = Team(team)  # type: ignore[assignment]
+
+    def __init__(self, model: Any) -> None:
+        if "group" not in vars(self):
+            name = type(self).__name__
+            raise TypeError(
+                f"{name}(…): agents belong to a group, which makes them; use world.add({name}, 1, policy=…), or "
+                "group.add(1) for one more in a group"
+            )
         super().__init__(model)
+        self.group.bodies.identity[self._row] = self.unique_id
 
     @property
     def row(self) -> int:
@@ -78,7 +85,9 @@ class Body(mesa.Agent):  # type: ignore[misc]
         self._row = row
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.unique_id} of {self.group.name!r}>"
+        # No number yet while it is made.
+        number = vars(self).get("unique_id", "")
+        return f"<{type(self).__name__} {number} of {self.group.name!r}>"
 
     @property
     def position(self) -> Floats:
@@ -109,22 +118,15 @@ class Body(mesa.Agent):  # type: ignore[misc]
 
     @heading.setter
     def heading(self, value: npt.ArrayLike) -> None:
-        try:
-            vector = np.asarray(value, float)
-        except (TypeError, ValueError, OverflowError):
-            raise TypeError(f"heading={checks.shown(value)}: must be two finite numbers, not both 0") from None
-        length = math.hypot(*vector) if vector.shape == (2,) else math.nan
-        if not (math.isfinite(length) and length > 0):
-            raise ValueError(f"heading={checks.shown(value)}: must be two finite numbers, not both 0")
-        self.group.host.turn(self, vector / length)
+        self.group.host.turn(self, checked_headings(value, (2,)))
 
-    speed = _ability("speed", "The largest distance that it can move in a step [length].")
-    turn_limit = _ability("turn_limit", "The largest angle that it can turn in a step [rad].")
-    sensing_range = _ability("sensing_range", "Distance within which it senses targets [length].")
-    awareness_range = _ability("awareness_range", "Distance within which it senses teammates [length].")
+    speed = Ability("The largest distance that it can move in a step [length].")
+    turn_limit = Ability("The largest angle that it can turn in a step [rad].")
+    sensing_range = Ability("Distance within which it senses targets [length].")
+    awareness_range = Ability("Distance within which it senses teammates [length].")
 
-    policy = _of_group("policy", "The policy of its group. To give one agent another policy, add a group for it.")
-    awareness = _of_group("awareness", "The degree of awareness of its group.")
+    policy: OfGroup[Policy | Rule] = OfGroup("The policy of its group. To give one agent another, add a group for it.")
+    awareness: OfGroup[Awareness] = OfGroup("The degree of awareness of its group.")
 
     @property
     def percept(self) -> PerceptOfOne:
@@ -144,6 +146,41 @@ class Body(mesa.Agent):  # type: ignore[misc]
         """
         return self.group.host.decide(self, percept, rng)
 
+    @property
+    def neighbours(self) -> list[Body]:
+        """The teammates within awareness range, whether or not the degree of awareness shows them."""
+        relation = self._relation(TEAMMATES)
+        return relation.agents_in_range(self.row) if relation else []
+
+    @property
+    def observed_targets(self) -> list[Body]:
+        """The agents that it senses as "targets"."""
+        return self.sensed(TARGETS)
+
+    @property
+    def observers(self) -> list[Body]:
+        """The agents that sense this one, except its teammates."""
+        return self.group.host.observers_of(self)
+
+    @property
+    def is_observed(self) -> bool:
+        """Whether it is sensed in a channel that counts in the observed fraction."""
+        return self.group.host.is_observed(self)
+
+    @property
+    def situation(self) -> npt.NDArray[np.float32]:
+        """The inputs of a learner, shape (width,): 16 target sectors and what the degree of awareness adds (§8)."""
+        moment = self.group.host.find_neighbours()
+        return np.array(self.group.perception.situate(self.group.awareness, moment)[self.row])
+
+    def get_neighbors_in_radius(self, radius: float = 1) -> tuple[list[Any], Floats]:
+        """Return the other agents within a radius, of all groups, and their distances [length]; mesa's method."""
+        return self.group.host.agents_near(self, radius)
+
+    def get_nearest_neighbors(self, k: int = 1) -> tuple[list[Any], Floats]:
+        """Return the `k` nearest other agents, of all groups, and their distances [length]; mesa's method."""
+        return self.group.host.nearest_agents(self, k)
+
     def remove(self) -> None:
         """Remove the agent from the world. Idempotent."""
         if self._row < 0:
@@ -153,7 +190,7 @@ class Body(mesa.Agent):  # type: ignore[misc]
             self.group.host.remove(self, leave)
             self._row = -1
 
-    def sensed(self, channel: str) -> list[Any]:
+    def sensed(self, channel: str) -> list[Body]:
         """Return the agents that it senses now in a channel of its group, without false detections.
 
         Parameters

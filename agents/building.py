@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import itertools
-import math
+import re
 from collections.abc import Callable
 from numbers import Real
-from typing import Any, NamedTuple
+from types import EllipsisType
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.group import Group, Host
-from teamsight.agents.resolve import awareness_of, check_needs
+from teamsight.agents.group import Group
+from teamsight.agents.host_protocol import Host
+from teamsight.agents.places import checked_headings, checked_positions
+from teamsight.agents.resolve import check_needs
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import Rule
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.starts import Founders, starts
+
+A = TypeVar("A", bound=Body)
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
@@ -29,54 +36,111 @@ MOST_AGENTS = 10_000_000
 Floats = npt.NDArray[np.float64]
 
 
-class Plan(NamedTuple):
-    """The arguments of `World.add`."""
+class Places(NamedTuple):
+    """Where new agents are put; see `World.add`."""
 
-    policy: Any
-    awareness: Awareness | str
+    placement: str | npt.ArrayLike
+    position: npt.ArrayLike | None
+    heading: npt.ArrayLike | None
+
+
+class Plan(NamedTuple):
+    """What is said of a new group; see `World.add`."""
+
+    policy: Policy | Rule
+    awareness: Awareness
+    team: str | None
+    name: str | None
+    places: Places
+    speed: npt.ArrayLike
+    turn_limit: npt.ArrayLike
     sensing_range: npt.ArrayLike
     awareness_range: npt.ArrayLike
-    speed: npt.ArrayLike
-    turn_limit: npt.ArrayLike | None
-    placement: str | npt.ArrayLike
-    name: str | None
 
 
-def make_group(data: WorldData, agent_class: type[Body], count: int, plan: Plan, host: Host) -> Group:
+def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: Host) -> Group[A]:
     """Return a new group without agents."""
-    if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
-        raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target or a subclass")
-    size = checks.count("count", count, most=MOST_AGENTS)
     number = len(data.groups)
-    policy, awareness = plan.policy, awareness_of(plan.awareness)
-    abilities = _abilities(plan, size, data.limits)
-    placement: str | Floats
-    if isinstance(plan.placement, str):
-        placement = checks.choice("placement", plan.placement, ("uniform", "spread"))
-    else:
-        placement = checked_positions(data.arena, plan.placement, (size, 2))
-    founders = Founders(number, size, placement, float(abilities.sensing_range.max()))
-    start = starts(data.arena, [founders], data.key[np.newaxis])
-    own = Abilities(*(array.copy() for array in abilities))
-    bodies = Bodies(
-        np.zeros(size, np.int64), np.arange(size), start.position[0], start.heading[0], np.zeros((size, 2)),
-        own.speed, own.turn_cosine, own.turn_sine, np.array(data.arena.size, float),
+    abilities = abilities_of(
+        size, data.limits, speed=plan.speed, turn_limit=plan.turn_limit, sensing_range=plan.sensing_range,
+        awareness_range=plan.awareness_range,
     )  # fmt: skip
-    ranges = own.sensing_range, own.awareness_range
-    name = plan.name or _free_name(data, f"{agent_class.__name__.lower()}s")
+    founders = founders_of(data.arena, number, 0, size, plan.places, abilities)
+    bodies = bodies_of(data, founders, abilities)
+    name = plan.name or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
-    group = Group(name, number, agent_class.team, bodies, ranges, policy, awareness, host)
+    ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
+    group = Group(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
     check_needs(group)
-    group.founders, group.first_abilities = founders, abilities
+    group.founders, group.first_abilities = [founders], abilities
+    group.decides_alone = agent_class.decide is not Body.decide
     return group
 
 
-def _abilities(plan: Plan, size: int, limits: Limits) -> Abilities:
-    sensing = column("sensing_range", plan.sensing_range, size, limits.range)
-    aware = column("awareness_range", plan.awareness_range, size, limits.range)
-    turning = turn_columns(math.pi if plan.turn_limit is None else plan.turn_limit, size)
-    return Abilities(column("speed", plan.speed, size, limits.speed), *turning, sensing, aware)
+def check_class(agent_class: type[Body]) -> None:
+    """Refuse what is not a class of bodies."""
+    if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
+        raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
+
+
+def team_given(team: str | EllipsisType | None, agent_class: type[Body]) -> str | None:
+    """Return the team of a new group; by default that of its class."""
+    if isinstance(team, EllipsisType):
+        return agent_class.team
+    if team is not None and (not isinstance(team, str) or not team):
+        raise TypeError(f"team={checks.shown(team)}: must be the name of a team, such as 'robots', or None for no team")
+    return team
+
+
+def abilities_of(
+    size: int,
+    limits: Limits,
+    *,
+    speed: npt.ArrayLike,
+    turn_limit: npt.ArrayLike,
+    sensing_range: npt.ArrayLike,
+    awareness_range: npt.ArrayLike,
+) -> Abilities:
+    """Return the abilities of new agents, one array each."""
+    sensing = column("sensing_range", sensing_range, size, limits.range)
+    aware = column("awareness_range", awareness_range, size, limits.range)
+    turning = turn_columns(turn_limit, size)
+    return Abilities(column("speed", speed, size, limits.speed), *turning, sensing, aware)
+
+
+def founders_of(
+    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Abilities
+) -> Founders:
+    """Return the rule for the places of new agents, whose members are numbered from `first`."""
+    placement: str | Floats
+    if given.position is not None:
+        if not isinstance(given.placement, str) or given.placement != "uniform":
+            shown = checks.shown(given.placement)
+            raise ValueError(f"placement={shown}: applies without position; give one of them")
+        placement = checked_positions(arena, given.position, (size, 2))
+    elif isinstance(given.placement, str):
+        placement = checks.choice("placement", given.placement, ("uniform", "spread"))
+    else:
+        placement = checked_positions(arena, given.placement, (size, 2))
+    heading = None if given.heading is None else checked_headings(given.heading, (size, 2))
+    return Founders(number, size, placement, float(abilities.sensing_range.max()), heading, first)
+
+
+def bodies_of(data: WorldData, founders: Founders, abilities: Abilities) -> Bodies:
+    """Return the bodies of new agents at their places, without identities."""
+    size, first = founders.size, founders.first
+    start = starts(data.arena, [founders], data.key[np.newaxis])
+    return Bodies(
+        np.zeros(size, np.int64), np.arange(first, first + size), start.position[0], start.heading[0],
+        np.zeros((size, 2)), abilities.speed.copy(), abilities.turn_cosine.copy(), abilities.turn_sine.copy(),
+        np.array(data.arena.size, float),
+    )  # fmt: skip
+
+
+def plural(name: str) -> str:
+    """Return the plural of an English noun."""
+    return f"{name[:-1]}ies" if re.search("[^aeiou]y$", name) else f"{name}s"
 
 
 def _free_name(data: WorldData, name: str) -> str:
@@ -107,24 +171,3 @@ def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     angles = column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
     cosine, sine = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
     return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
-
-
-def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """Check positions; return them as an array of this shape.
-
-    Raises
-    ------
-    ValueError
-        If the shape is wrong, a number is not finite, or a position lies outside.
-    """
-    try:
-        position = np.array(value, float)
-    except (TypeError, ValueError, OverflowError):
-        raise TypeError(f"position={checks.shown(value)}: must be numbers of shape {shape}") from None
-    if position.shape != shape:
-        raise ValueError(f"position: has the shape {position.shape}; it must be {shape}")
-    inside = arena.contains(position) & np.isfinite(position).all(axis=-1)
-    if not inside.all():
-        wrong = position[~inside][0] if position.ndim == 2 else position
-        raise ValueError(f"position={tuple(wrong.tolist())}: must be two finite numbers inside {arena}")
-    return position

@@ -241,7 +241,10 @@ class CMOMMT(World):
 
     def _draw_target_speeds(self) -> None:
         if self.settings["uniform_target_speed"]:
-            self.targets.bodies.speed[:] = self._target_speeds(self.targets.bodies.member)
+            bodies = self.targets.bodies
+            # Those that arrived later have the speeds that they were given.
+            drawn = bodies.member < self.settings["targets"]
+            bodies.speed[drawn] = self._target_speeds(bodies.member[drawn])
 
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
         """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
@@ -254,7 +257,7 @@ class CMOMMT(World):
         for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
             group.first_abilities.speed[:] = speed
             group.first_abilities.sensing_range[:] = numbers.sensing_range
-            group.founders = group.founders._replace(spacing=numbers.sensing_range)
+            group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
             group.bodies.arena_size[:] = numbers.arena.size
         self.robots.first_abilities.awareness_range[:] = numbers.awareness_range
         self._engine.adapt()

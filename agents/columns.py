@@ -5,7 +5,7 @@ They are attributes too: ``robot.battery -= 0.1`` changes an element of a column
 
 from __future__ import annotations
 
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -91,6 +91,7 @@ class Columns(MutableMapping[str, Column]):
     def __init__(self, group: str) -> None:
         self._group = group
         self._arrays: dict[str, Array] = {}
+        self._fills: dict[str, Any] = {}
 
     def array(self, name: str) -> Array:
         """Return the array that holds the present elements of a column."""
@@ -100,10 +101,38 @@ class Columns(MutableMapping[str, Column]):
             have = ", ".join(self._arrays) or "none"
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
 
-    def create(self, name: str, array: Array) -> Column:
-        """Add a column with these elements."""
+    def create(self, name: str, array: Array, *fill: Any) -> Column:
+        """Add a column with these elements; `fill` is the element of agents that come later, if there is one."""
         self._arrays[name] = array
+        if fill:
+            self._fills[name] = fill[0]
         return Column(self, name)
+
+    def extended(self, count: int, given: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the arrays with elements for `count` new agents: those given, or the column's fill.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a column has no fill and no value is given, or the value does not fit.
+        """
+        arrays = {}
+        for name, array in self._arrays.items():
+            if name not in given and name not in self._fills:
+                raise ValueError(
+                    f"{name}: was added with one value for each agent, so it has none for new ones; give it, as in "
+                    f"add(…, {name}=…)"
+                )
+            new = np.empty((count, *array.shape[1:]), array.dtype)
+            value = given[name] if name in given else self._fills[name]
+            try:
+                _assign(name, new, ..., value)
+            except ValueError:
+                raise ValueError(
+                    f"{name}={checks.shown(value)}: must be one value, or {count}, one for each new agent"
+                ) from None
+            arrays[name] = np.concatenate([array, new])
+        return arrays
 
     def arrays(self) -> dict[str, Array]:
         """Return the present arrays by name."""
@@ -112,6 +141,16 @@ class Columns(MutableMapping[str, Column]):
     def replace(self, arrays: dict[str, Array]) -> None:
         """Replace the arrays of these columns; others stay."""
         self._arrays |= arrays
+
+    def kept(self) -> Columns:
+        """Return these columns with the same arrays, to `go_back` to."""
+        other = Columns(self._group)
+        other._arrays, other._fills = self._arrays.copy(), self._fills.copy()
+        return other
+
+    def go_back(self, kept: Columns) -> None:
+        """Be as they were when they were `kept`."""
+        self._arrays, self._fills = kept._arrays, kept._fills
 
     def __getitem__(self, name: str) -> Column:
         self.array(name)
@@ -125,6 +164,7 @@ class Columns(MutableMapping[str, Column]):
     def __delitem__(self, name: str) -> None:
         self.array(name)
         del self._arrays[name]
+        self._fills.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
@@ -141,7 +181,11 @@ class Holder(Protocol):
 
     name: str
     columns: Columns
-    agents: list[Any]
+    agent_class: Any
+
+    @property
+    def agents(self) -> Sequence[Any]: ...
+    def __len__(self) -> int: ...
 
 
 class ColumnAttribute:
@@ -190,11 +234,30 @@ class ColumnAttribute:
             raise AttributeError(self._name)
 
 
+def new_column(group: Holder, name: str, fill: Any) -> Column:
+    """Add a column to a group; see `Group.add_column`."""
+    if not isinstance(name, str) or not name:
+        raise TypeError(f"name={name!r}: must be a string, such as 'battery'")
+    if name in group.columns:
+        raise ValueError(f"name={name!r}: the group {group.name!r} has this column; take another name")
+    if not all(is_free(agent, name) for agent in group.agents):
+        raise ValueError(f"name={name!r}: the agents of {group.name!r} have this attribute; take another name")
+    value = np.asarray(fill)
+    if value.dtype.kind in "US":
+        # An array of strings would truncate longer ones.
+        value = value.astype(object)
+    if value.ndim and len(value) != len(group):
+        raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(group)}, one for each agent")
+    install(group, name)
+    if value.ndim:
+        return group.columns.create(name, np.array(value))
+    return group.columns.create(name, np.full(len(group), value, value.dtype), value[()])
+
+
 def install(group: Holder, name: str) -> None:
     """Make a column an attribute of a group and of its agents."""
-    for kind in {type(agent) for agent in group.agents}:
-        if not isinstance(getattr(kind, name, None), ColumnAttribute):
-            setattr(kind, name, ColumnAttribute(name))
+    if not isinstance(getattr(group.agent_class, name, None), ColumnAttribute):
+        setattr(group.agent_class, name, ColumnAttribute(name))
     if not name.startswith("_") and not hasattr(group, name):
         setattr(type(group), name, ColumnAttribute(name))
 

@@ -2,60 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, overload
 
-import mesa
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
-from teamsight.agents.columns import Column, Columns, install, is_free
+from teamsight.agents.columns import Column, Columns, new_column
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.given import PlacementName
+from teamsight.agents.host_protocol import Host
+from teamsight.agents.settings import Settings
+from teamsight.agents.settings import readonly as readonly
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Action, Percept, Policy
-from teamsight.policies.percept_of_one import PerceptOfOne
+from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
-from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.starts import Founders
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    # The agents' class; files that do not care leave it out.
+    A = TypeVar("A", default=Any, covariant=True)
+else:
+    from typing import TypeVar
+
+    A = TypeVar("A")
 
 Floats = npt.NDArray[np.float64]
 
 
-class Host(Protocol):
-    """The operations of a world on its groups and agents; `WorldHost` implements them, and imports this file."""
-
-    def adjust(self, group: Group, **changes: Any) -> None: ...
-    def adjust_one(self, agent: Any, name: str, value: float) -> None: ...
-    def place(self, agent: Any, position: npt.ArrayLike) -> None: ...
-    def turn(self, agent: Any, heading: Floats) -> None: ...
-    def remove(self, agent: Any, leave: Callable[[], None]) -> None: ...
-    def find_neighbours(self) -> tuple[int, int]: ...
-    def perceive(self, group: Group) -> None: ...
-    def decide(self, agent: Any, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]: ...
-    def observers_of(self, agent: Any) -> list[Any]: ...
-    def is_observed(self, agent: Any) -> bool: ...
-    def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None: ...
-
-
-def _setting(name: str, get: Callable[[Group], Any], doc: str) -> Any:
-    """Return a property of groups. Setting it is an adjustment by `World.adjust`."""
-
-    def set_(group: Group, value: Any) -> None:
-        group.host.adjust(group, **{name: value})
-
-    return property(get, set_, doc=f"{doc} A new value takes effect as by `World.adjust`.")
-
-
-class Group:
-    """Agents of one class that share a policy and a degree of awareness.
+class Group(Settings, Generic[A]):
+    """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
     Attributes
     ----------
@@ -65,12 +51,18 @@ class Group:
         Its index among the groups of its world.
     team : str or None
         Groups of the same team are teammates.
-    agents : list of mesa.Agent
+    agent_class : type
+        The class of its agents.
+    agents : list of Body
         The agents, one for each row of the arrays.
     bodies : Bodies
         The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
         The arrays behind `sensing_range` and `awareness_range`; not checked either.
+    founders : list of Founders
+        The rules by which its agents, those that have left included, are placed at the start of a run.
+    first_abilities : Abilities
+        The abilities at the start of a run, by member.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     channels : dict of str to Channel
@@ -94,20 +86,22 @@ class Group:
         name: str,
         number: int,
         team: str | None,
+        agent_class: type[A],
         bodies: Bodies,
         ranges: tuple[Floats, Floats],
-        policy: Any,
+        policy: Policy | Rule,
         awareness: Awareness,
         host: Host,
     ) -> None:
-        self.name, self.number, self.team = name, number, team
+        self.name, self.number, self._team = name, number, team
+        self.agent_class = agent_class
         self.bodies = bodies
         self.ranges = ranges
-        self.rules = policy, awareness
+        self.rules: tuple[Any, Awareness] = policy, awareness
         self.columns = Columns(name)
-        self.agents: list[mesa.Agent] = []
-        self.decides_alone = False
-        self.founders: Founders
+        self.agents: list[A] = []
+        self.decides_alone = self.is_growing = False
+        self.founders: list[Founders] = []
         self.first_abilities: Abilities
         self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
         self.readings: dict[str, Readings] = {}
@@ -134,11 +128,11 @@ class Group:
 
         Parameters
         ----------
-        position, heading : ndarray, shape (founders, 2), float64
-            The start of each founder; those of removed agents are ignored.
+        position, heading : ndarray, shape (members, 2), float64
+            The start of each member; those of removed agents are ignored.
         """
         bodies, first = self.bodies, self.first_abilities
-        rows = slice(None) if len(self) == self.founders.size else bodies.member
+        rows = slice(None) if len(self) == self.members_so_far else bodies.member
         bodies.position[:], bodies.heading[:], bodies.moved[:] = position[rows], heading[rows], 0.0
         bodies.speed[:] = first.speed[rows]
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
@@ -151,10 +145,14 @@ class Group:
     def __len__(self) -> int:
         return len(self.bodies)
 
-    def __iter__(self) -> Iterator[mesa.Agent]:
+    def __iter__(self) -> Iterator[A]:
         return iter(self.agents)
 
-    def __getitem__(self, row: int) -> mesa.Agent:
+    @overload
+    def __getitem__(self, row: SupportsIndex) -> A: ...
+    @overload
+    def __getitem__(self, row: slice) -> list[A]: ...
+    def __getitem__(self, row: SupportsIndex | slice) -> A | list[A]:
         return self.agents[row]
 
     def __repr__(self) -> str:
@@ -165,24 +163,63 @@ class Group:
         """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
         return Sensors(self.channels, self.host.set_sensor)
 
-    policy = _setting("policy", lambda group: group.rules[0], "The policy of all agents.")
-    awareness = _setting("awareness", lambda group: group.rules[1], "What they perceive of teammates.")
-    sensing_range = _setting(
-        "sensing_range", lambda group: readonly(group.ranges[0]),
-        "Distance within which each senses targets, shape (n,) [length].",
-    )  # fmt: skip
-    awareness_range = _setting(
-        "awareness_range", lambda group: readonly(group.ranges[1]),
-        "Distance within which each senses teammates, shape (n,) [length].",
-    )  # fmt: skip
-    speed = _setting(
-        "speed", lambda group: readonly(group.bodies.speed),
-        "The largest distance that each can move in a step, shape (n,) [length].",
-    )  # fmt: skip
-    turn_limit = _setting(
-        "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
-        "The largest angle that each can turn in a step, shape (n,) [rad].",
-    )  # fmt: skip
+    @property
+    def team(self) -> str | None:
+        """Groups of the same team are teammates. It cannot be changed."""
+        return self._team
+
+    @property
+    def members_so_far(self) -> int:
+        """The number of agents that have ever been in the group; the next member has this number."""
+        return sum(one.size for one in self.founders)
+
+    def add(
+        self,
+        count: int = 1,
+        *,
+        placement: PlacementName | npt.ArrayLike = "uniform",
+        position: npt.ArrayLike | None = None,
+        heading: npt.ArrayLike | None = None,
+        sensing_range: npt.ArrayLike | None = None,
+        awareness_range: npt.ArrayLike | None = None,
+        speed: npt.ArrayLike | None = None,
+        turn_limit: npt.ArrayLike | None = None,
+        **arguments: Any,
+    ) -> list[A]:
+        """Add agents, before a run or in the middle: between steps, in events and in processes.
+
+        They go on as if they had been in the group from the start: with the group's policy and degree of awareness, in
+        the same arrays. A reset places them again with the others.
+
+        Parameters
+        ----------
+        count : int
+            The number of new agents, at least 1.
+        placement, position, heading
+            As for `World.add`.
+        sensing_range, awareness_range, speed, turn_limit : float or array_like, shape (count,), optional
+            By default the group's, if all its agents have the same.
+        **arguments
+            Arguments of the ``__init__`` of the agents' class, and values of columns; a list of `count` values gives
+            one to each. By default a column has the value with which it was filled.
+
+        Returns
+        -------
+        list
+            The new agents.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is of the wrong type, shape or size, or must be given. Nothing is changed then.
+        RuntimeError
+            If called while a group decides, or by the ``__init__`` of an agent of this group.
+        """
+        given = {
+            "placement": placement, "position": position, "heading": heading, "speed": speed, "turn_limit": turn_limit,
+            "sensing_range": sensing_range, "awareness_range": awareness_range,
+        }  # fmt: skip
+        return self.host.extend(self, count, given, arguments)
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Add a property of your own, which is saved and restored with the world.
@@ -194,32 +231,20 @@ class Group:
         name : str
             A name that is not yet an attribute of the agents.
         fill : object or array_like, shape (n, …)
-            One value, or one for each agent. It determines the column's type: 0 for integers, 0.0 for floats.
+            One value, also for agents that come later, or one for each agent. It determines the column's type: 0 for
+            integers, 0.0 for floats.
 
         Returns
         -------
         Column
-            Used like an array of shape (n, …). It stays valid when agents are removed and states are restored.
+            Used like an array of shape (n, …). It stays valid when agents come or leave and states are restored.
 
         Raises
         ------
         TypeError, ValueError
             If the name is not a string, or the name of a column or another attribute; or if `fill` has another length.
         """
-        if not isinstance(name, str) or not name:
-            raise TypeError(f"name={name!r}: must be a string, such as 'battery'")
-        if name in self.columns:
-            raise ValueError(f"name={name!r}: the group {self.name!r} has this column; take another name")
-        if not all(is_free(agent, name) for agent in self.agents):
-            raise ValueError(f"name={name!r}: the agents of {self.name!r} have this attribute; take another name")
-        value = np.asarray(fill)
-        if value.dtype.kind in "US":
-            # An array of strings would truncate longer ones.
-            value = value.astype(object)
-        if value.ndim and len(value) != len(self):
-            raise ValueError(f"fill: has the shape {value.shape}; give one value, or {len(self)}, one for each agent")
-        install(self, name)
-        return self.columns.create(name, np.array(value if value.ndim else np.full(len(self), value)))
+        return new_column(self, name, fill)
 
     @property
     def position(self) -> Floats:
@@ -250,12 +275,12 @@ class Group:
     @property
     def is_sound(self) -> bool:
         """Whether the policy's actions need no check."""
-        return self.is_compiled and self.policy.is_sound
+        return self.is_compiled and bool(self.rules[0].is_sound)
 
     @property
     def reads_teammates(self) -> bool:
         """Whether a decision reads the lists of teammates or of relayed targets."""
-        return not self.is_compiled or self.policy.reads_teammates
+        return not self.is_compiled or bool(self.rules[0].reads_teammates)
 
     def neighbours(self, channel: str) -> NeighbourList:
         """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
@@ -306,10 +331,3 @@ def first_state(policy: Any, size: int) -> Any:
     if isinstance(policy, CompiledPolicy):
         check_state(policy, state, size)
     return state
-
-
-def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return a read-only view."""
-    view = array.view()
-    view.flags.writeable = False
-    return view

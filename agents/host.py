@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import building, mesa_compat
+from teamsight.agents import building
+from teamsight.agents.arguments import OWN_OF_GROUP, divided
+from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
@@ -17,14 +19,23 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
+from teamsight.agents.mesa_bases import Model
+from teamsight.agents.places import checked_positions
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.percept_of_one import PerceptOfOne
+from teamsight.world.bodies import Abilities
+
+A = TypeVar("A", bound=Body)
+
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
 
 
 class WorldHost:
@@ -33,33 +44,86 @@ class WorldHost:
     An operation that fails changes nothing: everything is checked and prepared first.
     """
 
-    def __init__(self, model: mesa.Model, data: WorldData, engine: Engine) -> None:
+    def __init__(self, model: Model, data: WorldData, engine: Engine) -> None:
         self._model, self._data, self._engine = model, data, engine
 
-    def add(self, agent_class: type[Body], count: int, plan: Plan) -> Group:
-        """Add a group; see `World.add`. The identities of its agents are their ``unique_id``."""
-        model, groups = self._model, self._data.groups
-        group = building.make_group(self._data, agent_class, count, plan, self)
-        first, before = mesa_compat.next_identity(model), len(groups)
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The space of the world for mesa, made when it is first used."""
+        from teamsight.agents.space import WorldSpace
+
+        return WorldSpace(self._model, self._data)
+
+    def agents_near(self, agent: Body, radius: float) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents within a radius of an agent, and their distances."""
+        return self.space.get_neighbors_in_radius(agent, radius)
+
+    def nearest_agents(self, agent: Body, count: int) -> tuple[list[Any], npt.NDArray[np.float64]]:
+        """Return the other agents that are nearest to an agent, and their distances."""
+        return self.space.get_nearest_neighbors(agent, count)
+
+    def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
+        """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
+        group = building.make_group(self._data, agent_class, size, plan, self)
+        undo = Undo(self._model, self._data, self._engine)
         try:
-            groups.append(group)
-            group.agents = [agent_class(model, group, row) for row in range(len(group))]
-            group.bodies.identity[:] = [agent.unique_id for agent in group.agents]
-            group.decides_alone = agent_class.decide is not Body.decide
+            self._data.groups.append(group)
+            self._make_agents(group, each)
             self._engine.is_bound = False
         except BaseException:
-            with deferred():
-                # The __init__ of an agent may have added groups too.
-                added = groups[before:]
-                del groups[before:]
-                # mesa has also registered the agent whose __init__ failed.
-                for agent in [agent for agent in model.agents if vars(agent).get("group") in added]:
-                    model.deregister_agent(agent)
-                mesa_compat.set_next_identity(model, first)
-                for other in added:
-                    self._engine.leave_out(other)
+            undo.undo()
             raise
         return group
+
+    def extend(self, group: Group[A], count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[A]:
+        """Add agents to a group; see `Group.add`."""
+        data = self._data
+        data.timeline.check_undecided("add()", "plan it with world.clock.at(world.clock.now, group.add)")
+        self._check_complete(group, "add()")
+        size, count = len(group), checks.count("count", count, most=building.MOST_AGENTS)
+        own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
+        new = extended(data, group, count, given, own.columns)
+        undo = Undo(self._model, data, self._engine)
+        try:
+            with deferred():
+                join(group, new)
+                self._engine.is_bound = False
+            self._make_agents(group, own.each)
+        except BaseException:
+            undo.undo()
+            raise
+        return group[size:]
+
+    def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
+        """Make the agents of the last rows of a group, each with its arguments."""
+        timeline, made = self._data.timeline, group.agent_class
+        group.is_growing = True
+        with timeline.calling(timeline.inside or f"{made.__name__}.__init__"):
+            for row, arguments in enumerate(each, len(group) - len(each)):
+                # Its row comes first, so that __init__ can use all that an agent has.
+                agent = made.__new__(made)
+                agent.group, agent.row = group, row
+                agent.__init__(self._model, **arguments)  # type: ignore[misc]
+                if "unique_id" not in vars(agent):
+                    raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
+                group.agents.append(agent)
+        group.is_growing = False
+        # What __init__ has set is what the agents begin with, after a reset too.
+        bodies, first = group.bodies, group.first_abilities
+        present = Abilities(bodies.speed, bodies.turn_cosine, bodies.turn_sine, *group.ranges)
+        for array, values in zip(first, present, strict=True):
+            array[len(array) - len(each) :] = values[len(values) - len(each) :]
+
+    def _check_complete(self, group: Group, what: str) -> None:
+        """Refuse to change the agents of a group that are being made."""
+        if group.is_growing:
+            name = group.agent_class.__name__
+            raise RuntimeError(
+                f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; plan it with "
+                "world.clock.at(world.clock.now, …)"
+            )
+        if group not in self._data.groups:
+            raise ValueError(f"{what}: {group.name!r} is not in this world; add a group with world.add")
 
     def adjust(self, group: Group, **changes: Any) -> None:
         """Change the settings of a group; see `World.adjust`."""
@@ -118,7 +182,7 @@ class WorldHost:
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Move an agent to a position in the arena."""
         group, row = agent.group, agent.row
-        place = building.checked_positions(self._data.arena, position, (2,))
+        place = checked_positions(self._data.arena, position, (2,))
         with deferred():
             group.bodies.position[row] = place
             self._engine.is_seen = False
@@ -132,6 +196,7 @@ class WorldHost:
     def remove(self, agent: Body, leave: Callable[[], None]) -> None:
         """Remove an agent from the arrays of its group; `leave` removes it from mesa's sets."""
         self._data.timeline.check_undecided("remove()", "plan it with world.clock.at(world.clock.now, robot.remove)")
+        self._check_complete(agent.group, "remove()")
         group, size, row = agent.group, len(agent.group), agent.row
         keep = np.arange(size) != row
         state = take_rows(group.policy_state, keep, size)
@@ -166,7 +231,7 @@ class WorldHost:
         deliberation = under_way or Deliberation(group, self._data.timeline.tick, self._data.key)
         return deliberation.policy_decides(row, percept, rng)
 
-    def observers_of(self, agent: Body) -> list[Any]:
+    def observers_of(self, agent: Body) -> list[Body]:
         """Return the agents that sense this one in a channel other than "teammates"."""
         self._engine.prepare()
         sensing = [relation for relation in self._engine.relations if relation.name != TEAMMATES]

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Mapping
-from typing import Any
+from functools import cached_property
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mesa
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
-from teamsight.agents.awareness import Awareness
+from teamsight.agents import mesa_bases, mesa_compat
+from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
-from teamsight.agents.building import Plan
+from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.given import AwarenessLike, PlacementName, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
-from teamsight.agents.resolve import policy_of
+from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
@@ -29,8 +33,13 @@ from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 
+A = TypeVar("A", bound=Body)
+if TYPE_CHECKING:
+    from teamsight.agents.space import WorldSpace
 
-class World(mesa.Model):  # type: ignore[misc]
+
+
+class World(mesa_bases.Model):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -100,6 +109,11 @@ class World(mesa.Model):  # type: ignore[misc]
         """The arena. It cannot be changed: all agents were placed in it."""
         return self._data.arena
 
+    @cached_property
+    def space(self) -> WorldSpace:
+        """The agents' places under the names of mesa's spaces; mesa's visualisation reads it. You may set your own."""
+        return self._host.space
+
     @property
     def seed_used(self) -> int:
         """The seed. `reset` can set another."""
@@ -112,55 +126,75 @@ class World(mesa.Model):  # type: ignore[misc]
 
     def add(
         self,
-        agent_class: type[Body],
+        agent_class: type[A],
         count: int,
         *,
-        policy: Any,
+        policy: PolicyLike | None = None,
         policy_options: Mapping[str, Any] | None = None,
-        awareness: Awareness | str = "none",
+        awareness: AwarenessLike = "none",
+        team: str | EllipsisType | None = ...,
         sensing_range: npt.ArrayLike = 1.0,
         awareness_range: npt.ArrayLike = 1.0,
         speed: npt.ArrayLike = 0.1,
         turn_limit: npt.ArrayLike | None = None,
-        placement: str | npt.ArrayLike = "uniform",
+        placement: PlacementName | npt.ArrayLike = "uniform",
+        position: npt.ArrayLike | None = None,
+        heading: npt.ArrayLike | None = None,
         name: str | None = None,
-    ) -> Group:
+        **arguments: Any,
+    ) -> Group[A]:
         """Add a group of agents.
 
         Parameters
         ----------
         agent_class : type
-            `Robot`, `Target`, or a subclass.
+            `Robot`, `Target`, `Body`, or a subclass.
         count : int
-            The number of agents, at least 1.
-        policy : Policy, callable or str
+            The number of agents, at least 1. More can join later; see `Group.add`.
+        policy : Policy, callable or str, optional
             The policy of all agents: an object, a callable for one robot ``f(percept, rng) -> (turn, distance)``, or
-            the name of a policy.
+            the name of a policy. It may be left out if the class overrides `Body.decide`.
         policy_options : mapping of str to object, optional
             The options of a policy given by name: the parameters of its class.
         awareness : Awareness or str
             What they perceive of teammates: an object or a name.
+        team : str or None, optional
+            The name of their team; agents of groups of one team are teammates. None for no team. By default that of the
+            class: "robots" for `Robot`, None for others.
         sensing_range, awareness_range : float or array_like, shape (count,)
             Distances within which they sense targets and teammates [length].
         speed : float or array_like, shape (count,)
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
             The largest angle they can turn in a step [rad]; unlimited by default.
-        placement : {"uniform", "spread"} or array_like, shape (count, 2)
-            The initial positions: uniform over the area, spread so that sensing discs do not overlap, or given.
+        placement : {"uniform", "spread"}
+            The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
+        position : array_like, shape (count, 2) or (2,), optional
+            The initial positions themselves, or one for all [length].
+        heading : array_like, shape (count, 2) or (2,), optional
+            The initial directions, or one for all; they are normalised. By default they are drawn.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
+        **arguments
+            Passed on to the ``__init__`` of the class. As with mesa's ``create_agents``, a list, tuple or array of
+            `count` values gives one to each agent, and any other value is for all.
 
         Raises
         ------
         TypeError, ValueError
-            If a value is of the wrong type, shape or size, or the policy does not fit the degree of awareness.
+            If a value is of the wrong type, shape or size, the policy does not fit the degree of awareness, or the
+            class does not take an argument. Nothing is changed then.
         """
+        check_class(agent_class)
+        size = checks.count("count", count, most=MOST_AGENTS)
+        each = divided(agent_class, size, arguments, OWN_OF_WORLD).each
+        decides_alone = agent_class.decide is not Body.decide
         plan = Plan(
-            policy_of(policy, policy_options), awareness, sensing_range, awareness_range, speed, turn_limit, placement,
-            name,
+            policy_or_none(policy, policy_options, agent_class.__name__, decides_alone), awareness_of(awareness),
+            team_given(team, agent_class), name, Places(placement, position, heading),
+            speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range,
         )  # fmt: skip
-        return self._host.add(agent_class, count, plan)
+        return self._host.add(agent_class, size, plan, each)
 
     def senses(
         self,
@@ -199,9 +233,9 @@ class World(mesa.Model):  # type: ignore[misc]
         self,
         group: Group,
         *,
-        policy: Any = None,
+        policy: PolicyLike | None = None,
         policy_options: Mapping[str, Any] | None = None,
-        awareness: Awareness | str | None = None,
+        awareness: AwarenessLike | None = None,
         sensing_range: npt.ArrayLike | None = None,
         awareness_range: npt.ArrayLike | None = None,
         speed: npt.ArrayLike | None = None,
@@ -230,12 +264,13 @@ class World(mesa.Model):  # type: ignore[misc]
         """Make one step, unless an event before it stops the model."""
         self._stepper.step()
 
-    def run(self, steps: int) -> None:
+    def run(self, steps: int, *, progress: bool = True) -> None:
         """Make `steps` steps, in one compiled call unless something needs Python in between.
 
-        It stops early when `running` becomes False.
+        It stops early when `running` becomes False. After two seconds, a terminal or a notebook shows how far it is,
+        unless `progress` is False.
         """
-        self._stepper.run(steps)
+        self._stepper.run(steps, progress=progress)
 
     def run_for(self, duration: int) -> None:
         """Make this many steps; mesa's name for `run`."""

@@ -6,16 +6,56 @@ import inspect
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from teamsight.agents.awareness import AWARENESS, Awareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.policies import registry
 from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
+
+
+class NoPolicy:
+    """Stands for the policy of a group that was added without one, because its agents override `decide`."""
+
+    def __init__(self, class_name: str) -> None:
+        self._class_name = class_name
+
+    def __repr__(self) -> str:
+        return f"NoPolicy({self._class_name!r})"
+
+    def __call__(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
+        name = self._class_name
+        raise RuntimeError(
+            f"super().decide(…): {name} was added without a policy; give one, as in world.add({name}, …, "
+            "policy='random-walk'), or decide without super()"
+        )
+
+
+def policy_or_none(value: Any, options: Mapping[str, Any] | None, class_name: str, decides_alone: bool) -> Any:
+    """Return the policy that a user gives; it may be left out if the agents decide themselves.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `policy_of`, and if it is missing.
+    """
+    if value is not None:
+        return policy_of(value, options)
+    if options:
+        raise ValueError(f"policy_options={checks.shown(options)}: applies to a policy given by name; give policy too")
+    if not decides_alone:
+        raise TypeError(
+            f"policy: is missing, and {class_name} does not override decide; give a Policy, a callable f(percept, rng) "
+            f"-> (turn, distance), or a name: {', '.join(POLICIES)}"
+        )
+    return NoPolicy(class_name)
 
 
 def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = "policy") -> Any:

@@ -142,9 +142,12 @@ def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
 def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
     groups = [
-        (id(group), *map(id, group.rules), len(group), len(group.columns), sum(map(len, map(vars, group.agents))))
+        (
+            id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
+            sum(map(len, map(vars, group.agents))),
+        )
         for group in world.groups
-    ]
+    ]  # fmt: skip
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from time import monotonic
 
 import mesa
 
@@ -11,6 +12,7 @@ from teamsight.agents import mesa_compat
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
+from teamsight.agents.progress import RunProgress
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.world_data import WorldData
@@ -50,23 +52,29 @@ class Stepper:
         else:
             mesa_compat.count_steps(self._model, -1)
 
-    def run(self, steps: int) -> None:
-        """Make `steps` steps, in one compiled call unless something needs Python in between."""
+    def run(self, steps: int, *, progress: bool = True) -> None:
+        """Make `steps` steps, in one compiled call unless something needs Python in between; see `World.run`."""
         timeline, model = self._timeline, self._model
         timeline.check_outside("run()")
+        shown = RunProgress(checks.count("steps", steps, least=0), checks.flag("progress", progress))
         # An event may reset the tick; the number of steps to make stays the same.
-        end = timeline.tick - timeline.jumps + checks.count("steps", steps, least=0)
+        end = timeline.tick - timeline.jumps + shown.steps
         reason = self.needs_python()
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
-        while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
-            if reason or mesa_compat.has_events(model):
-                # The wrapper of `mesa_compat.take_over_step`, which counts the step.
-                mesa_step: Callable[[], None] = model.step
-                mesa_step()
-            else:
-                reason = self._run_to_next_event(left)
+        try:
+            while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
+                if monotonic() > shown.due:
+                    shown.show(steps - left)
+                if reason or mesa_compat.has_events(model):
+                    # The wrapper of `mesa_compat.take_over_step`, which counts the step.
+                    mesa_step: Callable[[], None] = model.step
+                    mesa_step()
+                else:
+                    reason = self._run_to_next_event(left)
+        finally:
+            shown.close()
 
     def _process_events(self) -> bool:
         """Process the events that are due; return False if one has stopped the model."""

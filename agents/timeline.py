@@ -21,31 +21,32 @@ class Timeline:
         The number of completed steps.
     jumps : int
         The sum of the changes of `tick` by `reset` and `restore`.
+    inside : str
+        Which of the user's functions is being called; the world cannot be advanced meanwhile.
     """
 
     def __init__(self) -> None:
         self.clock = Clock()
         self.tick = self.jumps = 0
-        # Which of the user's functions is being called; the world cannot be advanced meanwhile.
-        self._inside = ""
+        self.inside = ""
 
     @contextlib.contextmanager
     def calling(self, what: str) -> Iterator[None]:
         """Mark the time during which a function of the user's is called."""
-        before, self._inside = self._inside, what
+        before, self.inside = self.inside, what
         try:
             yield
         finally:
-            self._inside = before
+            self.inside = before
 
     def check_outside(self, what: str) -> None:
         """Refuse to advance the world while a function of the user's is called."""
-        if self._inside:
-            raise RuntimeError(f"{what}: called in {self._inside}, during a step; call it between steps")
+        if self.inside:
+            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; call it between steps")
 
     def check_undecided(self, what: str, cure: str) -> None:
         """Refuse to change groups while they decide."""
-        if self._inside == DECIDE:
+        if self.inside == DECIDE:
             raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {cure}")
 
     def process_events(self) -> None:

@@ -57,7 +57,7 @@ class WorldData:
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""
-        return starts(self.arena, [group.founders for group in self.groups], keys)
+        return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
 
     def first_states(self) -> list[Any]:
         """Return the state of each group's policy before its first decision; see `first_state`."""
@@ -78,7 +78,7 @@ class WorldData:
         """
         first = 0
         for group, state in zip(self.groups, states, strict=True):
-            last = first + group.founders.size
+            last = first + group.members_so_far
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
             if is_kept and isinstance(group.policy_state, PolicyState):

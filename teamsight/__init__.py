@@ -15,6 +15,7 @@ from teamsight.core.lazy_names import lazy_names
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
+    from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
@@ -51,7 +53,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Box", "Circle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus", "World",
+    "CMOMMT", "Body", "Box", "Circle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus", "World",
     "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
 ]  # fmt: skip
 

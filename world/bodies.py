@@ -28,6 +28,10 @@ class Abilities(NamedTuple):
     sensing_range: Column
     awareness_range: Column
 
+    def followed_by(self, other: Abilities) -> Abilities:
+        """Return those of these agents, then those of others."""
+        return Abilities(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+
 
 @dataclass
 class Bodies:
@@ -71,3 +75,11 @@ class Bodies:
         own = {name: array for name, array in vars(self).items() if name != "arena_size"}
         columns = {name: np.ascontiguousarray(array[which]) for name, array in own.items()}
         return Bodies(**columns, arena_size=self.arena_size)
+
+    def followed_by(self, other: Bodies) -> Bodies:
+        """Return a copy of these bodies, then of others in the same arena."""
+        both = {
+            name: np.concatenate([array, getattr(other, name)]) for name, array in vars(self).items()
+            if name != "arena_size"
+        }  # fmt: skip
+        return Bodies(**both, arena_size=self.arena_size)

@@ -34,7 +34,7 @@ request_at = REQUEST.at
 
 
 class Founders(NamedTuple):
-    """The agents of a group at the start of a run.
+    """Agents of a group at the start of a run, which were added together or follow the same rule.
 
     Attributes
     ----------
@@ -46,12 +46,36 @@ class Founders(NamedTuple):
         The rule for their positions, or the positions [length].
     spacing : float
         The radius of the discs that "spread" keeps apart [length].
+    heading : ndarray, shape (n, 2), float64, optional
+        Unit vectors; by default they are drawn.
+    first : int
+        The number of the first within the group; it selects the noise.
     """
 
     number: int
     size: int
     placement: str | Points
     spacing: float
+    heading: Points | None = None
+    first: int = 0
+
+    def followed_by(self, other: Founders) -> list[Founders]:
+        """Return these and the next ones of the same group, as one if the same rule can place them together."""
+        one, two = self.placement, other.placement
+        placement: str | Points
+        if isinstance(one, str) and isinstance(two, str) and one == two:
+            placement = one
+        elif isinstance(one, np.ndarray) and isinstance(two, np.ndarray):
+            placement = np.concatenate([one, two])
+        else:
+            return [self, other]
+        heading = None
+        if self.heading is not None and other.heading is not None:
+            heading = np.concatenate([self.heading, other.heading])
+        elif self.heading is not None or other.heading is not None:
+            return [self, other]
+        size, spacing = self.size + other.size, max(self.spacing, other.spacing)
+        return [self._replace(size=size, placement=placement, spacing=spacing, heading=heading)]
 
 
 class Starts(NamedTuple):
@@ -77,7 +101,7 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     arena : Arena
         The arena of all runs.
     groups : sequence of Founders
-        All groups of the world.
+        All groups of the world; those of one group follow one another.
     keys : ndarray, shape (k, 2), uint64
         The noise key of each run, from `noise.key_of`.
 
@@ -94,15 +118,17 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     numbers = _numbers(groups, keys)
     angle = 2 * math.pi * numbers[2]
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    last = np.cumsum([one.size for one in groups])
+    for one, end in zip(groups, last, strict=True):
+        if one.heading is not None:
+            heading[:, end - one.size : end] = one.heading
     if not is_watched(arena) and all(isinstance(one.placement, str) and one.placement == "uniform" for one in groups):
         return Starts(np.ascontiguousarray(arena.place(*numbers[:2])), heading)
     position = np.empty_like(heading)
     for run in range(len(keys)):
-        first = 0
-        for one in groups:
-            last = first + one.size
-            position[run, first:last] = _places(arena, one, np.ascontiguousarray(numbers[:2, run, first:last]))
-            first = last
+        for one, end in zip(groups, last, strict=True):
+            here = slice(end - one.size, end)
+            position[run, here] = _places(arena, one, np.ascontiguousarray(numbers[:2, run, here]))
     return Starts(position, heading)
 
 
@@ -110,7 +136,7 @@ def _numbers(groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Points
     """Return uniform numbers in (0, 1), shape (channels, k, n): those of `noise.uniforms` at tick 0."""
     sizes = [one.size for one in groups]
     stream = np.repeat([stream_number(Stream.PLACEMENT, one.number) for one in groups], sizes).astype(np.int64)
-    member = np.concatenate([np.arange(size) for size in sizes] or [np.zeros(0, np.int64)])
+    member = np.concatenate([one.first + np.arange(one.size) for one in groups] or [np.zeros(0, np.int64)])
     keys = np.ascontiguousarray(keys, np.uint64)
     numbers = np.empty((_CHANNELS, len(keys), len(member)))
     _FILL(REQUEST.pack(Request(keys, stream, member, numbers)))

@@ -105,7 +105,7 @@ class Binding:
         return GroupArrays(
             group.numbers, np.full(1, -1), group.members, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
-            group.policy.entry() if decision else None, decision, group.is_sound,
+            group.rules[0].entry() if decision else None, decision, group.is_sound,
             advance_entry(self._data.arena),
             pack_move(self._data.arena, group.bodies, group.action.heading, group.action.distance),
         )  # fmt: skip
@@ -119,9 +119,9 @@ class Binding:
             shown = relayed = group.perception.nothing
         elif group.awareness.shows_teammates:
             shown = group.room("teammates")
-        percept = group.percept_of(group.room("targets"), shown, relayed, group.policy.channels)
+        percept = group.percept_of(group.room("targets"), shown, relayed, group.rules[0].channels)
         return pack_decision(
-            group.policy, percept, group.policy_state, group.numbers, self.progress["tick"], group.action
+            group.rules[0], percept, group.policy_state, group.numbers, self.progress["tick"], group.action
         )  # fmt: skip
 
     def _relation(self, relation: Relation) -> RelationArrays:

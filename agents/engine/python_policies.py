@@ -109,7 +109,7 @@ class Deliberation:
 
     def _check_situation(self, row: int, percept: PerceptOfOne) -> None:
         """Refuse changed neighbour lists if the policy reads the situation, which was computed from the old ones."""
-        if row >= len(self._given) or not self.group.policy.inputs:
+        if row >= len(self._given) or not self.group.inputs:
             return
         given = self._given[row]
         names = ("targets", "teammates", "relayed")

@@ -25,12 +25,13 @@ class Members(Protocol):
     """The part of `Group` that a relation uses; groups import this file."""
 
     number: int
-    team: str | None
     bodies: Bodies
     ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
     agents: list[Any]
     readings: dict[str, Readings]
 
+    @property
+    def team(self) -> str | None: ...
     def __len__(self) -> int: ...
 
 

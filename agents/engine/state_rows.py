@@ -36,6 +36,34 @@ def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
     return part
 
 
+def with_more_rows(state: Any, fresh: Any, size: int, total: int, name: str) -> Any:
+    """Return the state of `size` robots with the rows of more, from the `fresh` state of `total` robots.
+
+    Values without rows stay. `name` says in errors where the fresh state comes from.
+
+    Raises
+    ------
+    TypeError
+        If the fresh state is arranged in another way.
+    """
+    if isinstance(state, np.ndarray) and isinstance(fresh, np.ndarray) and state.shape[1:] == fresh.shape[1:]:
+        if state.shape[:1] == (size,) and fresh.shape[:1] == (total,):
+            return np.concatenate([state, fresh[size:].astype(state.dtype)])
+        if state.shape == fresh.shape:
+            return state
+    elif isinstance(state, dict) and isinstance(fresh, dict) and state.keys() == fresh.keys():
+        return {key: with_more_rows(state[key], fresh[key], size, total, name) for key in state}
+    elif isinstance(state, (tuple, list)) and type(state) is type(fresh) and len(state) == len(fresh):
+        pairs = zip(state, fresh, strict=True)
+        return _rebuilt(state, [with_more_rows(before, new, size, total, name) for before, new in pairs])
+    elif not isinstance(state, (np.ndarray, dict, tuple, list)):
+        return state
+    raise TypeError(
+        f"{name} returns {layout(fresh)}, and the state of {size} is {layout(state)}; return arrays with a row for "
+        "each robot from start, so that robots can join"
+    )
+
+
 def layout(state: Any) -> str:
     """Return a description of the types and shapes in a state; a policy can continue only from a state with its own."""
     if isinstance(state, np.ndarray):

@@ -105,10 +105,10 @@ class Misfit(Policy):
 
 GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"count": 0}, r"count=0: must be at least 1"),
-    ({"agent_class": object}, r"agent_class=<class 'object'>: must be Robot, Target or a subclass"),
+    ({"agent_class": object}, r"agent_class=<class 'object'>: must be Robot, Target, Body or a subclass"),
     ({"agent_class": "Robot"}, r"agent_class='Robot': must be Robot"),
     ({"policy": NoPolicy()}, r"policy=NoPolicy: has decide but is not a Policy; derive NoPolicy from teamsight\.policies\.Policy"),
-    ({"policy": None}, r"policy=None: must be a name"),
+    ({"policy": None}, r"policy: is missing, and Robot does not override decide; .* or a name: a-cmommt, "),
     ({"speed": -1}, r"speed=-1\.0: must be a finite number, at least 0"),
     ({"speed": [0.1, nan, 0.1]}, r"speed=nan: must be a finite number"),
     ({"speed": [0.1, 0.2]}, r"speed: has the shape \(2,\); give one number, or 3, one for each agent"),

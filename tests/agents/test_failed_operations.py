@@ -20,19 +20,19 @@ pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one
 class Broken(Robot):
     """Fails while it is made, after mesa has registered it; the third of them."""
 
-    def __init__(self, model: World, group: Any, row: int) -> None:
-        super().__init__(model, group, row)
-        if row == 2:
+    def __init__(self, model: World) -> None:
+        super().__init__(model)
+        if self.row == 2:
             raise RuntimeError("no battery")
 
 
 class Early(Robot):
     """Fails before mesa has registered it."""
 
-    def __init__(self, model: World, group: Any, row: int) -> None:
-        if row == 1:
+    def __init__(self, model: World) -> None:
+        if self.row == 1:
             raise KeyboardInterrupt
-        super().__init__(model, group, row)
+        super().__init__(model)
 
 
 class Stubborn(CompiledPolicy):
@@ -211,10 +211,10 @@ def test_robots_of_an_add_that_failed_are_nobodys_neighbours() -> None:
 
 def test_what_an_agent_said_of_its_group_while_it_was_made_is_forgotten_with_it() -> None:
     class Eager(Robot):
-        def __init__(self, model: World, group: Any, row: int) -> None:
-            super().__init__(model, group, row)
-            model.senses(group, model.groups[0])
-            model.recording.record_transitions(group)
+        def __init__(self, model: World) -> None:
+            super().__init__(model)
+            model.senses(self.group, model.groups[0])
+            model.recording.record_transitions(self.group)
             raise RuntimeError("on second thoughts")
 
     world = World(Disc(1.0), rng=1)
@@ -267,9 +267,9 @@ def test_a_reset_that_fails_keeps_the_seed_and_the_collector() -> None:
 
 def test_groups_that_a_class_has_added_leave_with_it() -> None:
     class Bringing(Robot):
-        def __init__(self, model: World, group: Any, row: int) -> None:
-            super().__init__(model, group, row)
-            if row == 0:
+        def __init__(self, model: World) -> None:
+            super().__init__(model)
+            if self.row == 0:
                 model.add(Target, 2, policy="random-walk", name="nested")
             else:
                 raise RuntimeError("no more")

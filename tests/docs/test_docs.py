@@ -40,7 +40,7 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("name", ["model", "awareness", "policies", "learning"])
+@pytest.mark.parametrize("name", ["model", "awareness", "policies", "learning", "notebooks"])
 def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
     run(ROOT / "docs" / f"{name}.md", tmp_path)
 
@@ -82,12 +82,13 @@ def test_every_dependency_is_explained_with_its_range() -> None:
         *project["project"]["optional-dependencies"]["test"],
         *project["project"]["optional-dependencies"]["benchmark"],
         *project["project"]["optional-dependencies"]["evolve"],
+        *(requirement.partition(";")[0] for requirement in project["project"]["optional-dependencies"]["viz"]),
         *project["build-system"]["requires"],
     ]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (?!package)([a-z-]+) \| (\S*) ?\| \w", page, re.MULTILINE)
+    rows = re.findall(r"^\| (?!package)([a-z\[\]-]+) \| (\S*) ?\| \w", page, re.MULTILINE)
     listed = {name: ranges.strip("`") for name, ranges in rows}
-    wanted = dict(re.fullmatch(r"([a-z-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
+    wanted = dict(re.fullmatch(r"([a-z\[\]-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
     assert listed == wanted
 
 

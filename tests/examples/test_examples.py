@@ -111,3 +111,8 @@ def test_the_sweep_script_runs_on_two_processes() -> None:
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "observed_fraction" in done.stdout
+
+
+def test_the_example_for_mesas_visualisation_shows_a_page(run: Run) -> None:
+    pytest.importorskip("solara", reason="mesa's visualisation is not installed: pip install 'teamsight[viz]'")
+    run("watch")

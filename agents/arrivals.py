@@ -1,0 +1,106 @@
+"""Arrivals: agents that join a group, in the same arrays."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.building import MOST_AGENTS, Places, abilities_of, bodies_of, founders_of
+from teamsight.agents.engine.state_rows import with_more_rows
+from teamsight.agents.group import Group, first_state
+from teamsight.agents.world_data import WorldData
+from teamsight.core import checks
+from teamsight.policies.compiled import CompiledPolicy, check_state
+from teamsight.policies.registry import label
+from teamsight.world.bodies import Abilities, Bodies
+from teamsight.world.limits import Limits
+from teamsight.world.starts import Founders
+
+Floats = npt.NDArray[np.float64]
+
+
+class Extended(NamedTuple):
+    """The arrays of a group with new agents after those that it has."""
+
+    founders: list[Founders]
+    first_abilities: Abilities
+    bodies: Bodies
+    ranges: tuple[Any, Any]
+    policy_state: Any
+    columns: dict[str, Any]
+
+
+def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], columns: dict[str, Any]) -> Extended:
+    """Return the arrays of a group with more agents; `given` is as for `Group.add`, `columns` the values of columns.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value does not fit, or must be given.
+    """
+    members, size = group.members_so_far, len(group)
+    checks.count("count", count, most=MOST_AGENTS - size)
+    own = _abilities(group, count, given, data.limits)
+    places = Places(*(given[name] for name in Places._fields))
+    founders = founders_of(data.arena, group.number, members, count, places, own)
+    sensing, aware = group.ranges
+    return Extended(
+        [*group.founders[:-1], *group.founders[-1].followed_by(founders)],
+        group.first_abilities.followed_by(own),
+        group.bodies.followed_by(bodies_of(data, founders, own)),
+        (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
+        _state_of_more(group, size + count),
+        group.columns.extended(count, columns),
+    )
+
+
+def join(group: Group, new: Extended) -> None:
+    """Replace the arrays of a group."""
+    group.founders, group.first_abilities = new.founders, new.first_abilities
+    group.bodies, group.ranges = new.bodies, new.ranges
+    group.columns.replace(new.columns)
+    group.begin(new.policy_state)
+
+
+def _usual(group: Group, name: str, present: Floats, first: Floats) -> float:
+    """Return the ability that all agents of a group have; in an empty group, with which all have begun."""
+    values = present if len(present) else first
+    if (values != values[0]).any():
+        low, high = values.min(), values.max()
+        raise ValueError(
+            f"{name}: the agents of {group.name!r} have different ones, from {low:g} to {high:g}; give that of the new "
+            f"ones, as in add(…, {name}={low:g})"
+        )
+    return float(values[0])
+
+
+def _abilities(group: Group, count: int, given: dict[str, Any], limits: Limits) -> Abilities:
+    """Return the abilities of new agents: those given, or those of the group."""
+    bodies, first = group.bodies, group.first_abilities
+    known = {
+        "speed": (bodies.speed, first.speed),
+        "sensing_range": (group.ranges[0], first.sensing_range),
+        "awareness_range": (group.ranges[1], first.awareness_range),
+    }
+    values = {name: _usual(group, name, *pair) if given[name] is None else given[name] for name, pair in known.items()}
+    if given["turn_limit"] is not None:
+        return abilities_of(count, limits, turn_limit=given["turn_limit"], **values)
+    # Not by way of the angle, which would round.
+    own = abilities_of(count, limits, turn_limit=math.pi, **values)
+    for name in ("turn_cosine", "turn_sine"):
+        getattr(own, name)[:] = _usual(group, "turn_limit", getattr(bodies, name), getattr(first, name))
+    return own
+
+
+def _state_of_more(group: Group, total: int) -> Any:
+    """Return the state of a group's policy with first states for new agents."""
+    policy = group.policy
+    state = with_more_rows(
+        group.policy_state, first_state(policy, total), len(group), total, f"policy={label(policy)}: start({total})"
+    )
+    if isinstance(policy, CompiledPolicy):
+        check_state(policy, state, total)
+    return state

@@ -1,0 +1,136 @@
+"""Settings of groups and agents: typed attributes whose assignment goes to the host, which checks it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, Never, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.given import AwarenessLike, PolicyLike
+from teamsight.core import checks
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import Rule
+from teamsight.world.motion import limit_of_turn
+
+Got = TypeVar("Got", covariant=True)
+Given = TypeVar("Given", contravariant=True)
+
+Floats = npt.NDArray[np.float64]
+
+
+class GroupSetting(Generic[Got, Given]):
+    """A setting of a group. Setting it is an adjustment by `World.adjust`."""
+
+    def __init__(self, name: str, get: Callable[[Any], Got], doc: str) -> None:
+        self._name, self._get = name, get
+        self.__doc__ = f"{doc} A new value takes effect as by `World.adjust`."
+
+    @overload
+    def __get__(self, group: None, owner: type) -> GroupSetting[Got, Given]: ...
+    @overload
+    def __get__(self, group: object, owner: type) -> Got: ...
+    def __get__(self, group: Any, owner: type) -> Any:
+        return self if group is None else self._get(group)
+
+    def __set__(self, group: Any, value: Given) -> None:
+        group.host.adjust(group, **{self._name: value})
+
+
+class Settings:
+    """The settings of a group; `Group` derives from it."""
+
+    policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
+        "policy", lambda group: group.rules[0], "The policy of all agents."
+    )
+    awareness: GroupSetting[Awareness, AwarenessLike] = GroupSetting(
+        "awareness", lambda group: group.rules[1], "What they perceive of teammates."
+    )
+    sensing_range: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+        "sensing_range", lambda group: readonly(group.ranges[0]),
+        "Distance within which each senses targets, shape (n,) [length].",
+    )  # fmt: skip
+    awareness_range: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+        "awareness_range", lambda group: readonly(group.ranges[1]),
+        "Distance within which each senses teammates, shape (n,) [length].",
+    )  # fmt: skip
+    speed: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+        "speed", lambda group: readonly(group.bodies.speed),
+        "The largest distance that each can move in a step, shape (n,) [length].",
+    )  # fmt: skip
+    turn_limit: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+        "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
+        "The largest angle that each can turn in a step, shape (n,) [rad].",
+    )  # fmt: skip
+
+
+class Ability:
+    """An ability of an agent: one element of an array of its group."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> Ability: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> float: ...
+    def __get__(self, agent: Any, owner: type) -> Ability | float:
+        return self if agent is None else float(getattr(agent.group, self._name)[agent.row])
+
+    def __set__(self, agent: Any, value: float) -> None:
+        agent.group.host.adjust_one(agent, self._name, value)
+
+
+class OfGroup(Generic[Got]):
+    """An attribute of an agent that belongs to its group and cannot be set on one agent."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> OfGroup[Got]: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Got: ...
+    def __get__(self, agent: Any, owner: type) -> Any:
+        return self if agent is None else getattr(agent.group, self._name)
+
+    # Of type Never, so that type checkers refuse every value too.
+    def __set__(self, agent: Any, value: Never) -> None:
+        given: Any = value
+        shown = given if isinstance(given, str) else checks.shown(given)
+        raise AttributeError(
+            f"{self._name}={shown}: belongs to the group {agent.group.name!r}; set group.{self._name} for all agents, "
+            "or add a group for this one"
+        )
+
+
+class Team:
+    """The team of an agent's group; read from a class, that of its groups by default."""
+
+    def __init__(self, default: str | None) -> None:
+        self._default = default
+
+    def __get__(self, agent: Any, owner: type) -> str | None:
+        team: str | None = self._default if agent is None else agent.group.team
+        return team
+
+    def __set__(self, agent: Any, value: Never) -> None:
+        raise AttributeError(
+            f"team={checks.shown(value)}: the group {agent.group.name!r} was added to a team; give the team "
+            "when a group is added, as in world.add(…, team='rivals')"
+        )
+
+
+def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a read-only view."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
