@@ -108,7 +108,9 @@ class Awareness:
     situate : kernel
         ``situate(scene, parameters, situation)`` writes the situations, the vectors for learners, shape (n, width)
         float32: every element, with 1 where nothing is sensed. By default the ring of target sectors. Override it
-        together with `width`.
+        together with `added` or `width`.
+    added : int
+        Number of inputs that it adds to the robot's own, if that does not depend on the team.
     delivers : tuple of str
         The neighbour lists of the percept that may have entries: by default "targets", and "teammates" if they are
         shown or there is a kernel `perceive`. Add "relayed" if that writes relayed targets.
@@ -122,6 +124,7 @@ class Awareness:
     teammate_layout: ClassVar[str] = ""
     perceive: ClassVar[Callable[..., int] | None] = None
     situate: ClassVar[Callable[..., None]] = situate_targets
+    added: ClassVar[int] = 0
     delivers: ClassVar[tuple[str, ...]] = ("targets",)
 
     def __init_subclass__(cls, **named: Any) -> None:
@@ -130,10 +133,10 @@ class Awareness:
             cls.name = cls.__name__
         if cls.delivers is Awareness.delivers and (cls.shows_teammates or cls.perceive):
             cls.delivers = (*cls.delivers, "teammates")
-        if "situate" in cls.__dict__ and cls.width is Awareness.width:
+        if "situate" in cls.__dict__ and cls.width is Awareness.width and "added" not in cls.__dict__:
             raise TypeError(
-                f"{cls.__name__}: has a kernel situate, but width is that of Awareness; define width(team_size), the "
-                "number of inputs that situate writes for each robot, such as Width(OWN_SECTORS, 2)"
+                f"{cls.__name__}: has a kernel situate, and does not say how many inputs that writes; define added, "
+                f"their number beyond the robot's own {OWN_SECTORS}, or width(team_size)"
             )
 
     @property
@@ -142,8 +145,8 @@ class Awareness:
         return np.array(parameters_of(self, Awareness))
 
     def width(self, team_size: int) -> Width:
-        """Return the number of inputs in the situation of a robot in a team of this size; by default its own."""
-        return Width(OWN_SECTORS, 0)
+        """Return the number of inputs in the situation of a robot in a team of this size; by default its own and `added`."""
+        return Width(OWN_SECTORS, self.added)
 
     def rings(self, team_size: int) -> tuple[int, ...]:
         """Return the numbers of sectors of the rings with which the added inputs begin; none by default.
