@@ -55,6 +55,8 @@ class Body(mesa_bases.Agent):
 
     team: ClassVar[str | None] = Team(None)  # type: ignore[assignment]
     group: Group
+    # A user's agents read attributes of their own model; a class that declares `model: MyModel` has them checked.
+    model: Any
     _row: int
 
     def __init_subclass__(cls, **named: Any) -> None:

@@ -11,16 +11,18 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
-from teamsight.agents.columns import Column, Columns, new_column
+from teamsight.agents.column_attributes import new_column
+from teamsight.agents.columns import Column, Columns
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.given import PlacementName
 from teamsight.agents.host_protocol import Host
+from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
-from teamsight.policies.compiled import CompiledPolicy, check_state
+from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -53,6 +55,8 @@ class Group(Settings, Generic[A]):
         Groups of the same team are teammates.
     agent_class : type
         The class of its agents.
+    first_size : int
+        The number of agents with which it was added.
     agents : list of Body
         The agents, one for each row of the arrays.
     bodies : Bodies
@@ -94,7 +98,7 @@ class Group(Settings, Generic[A]):
         host: Host,
     ) -> None:
         self.name, self.number, self._team = name, number, team
-        self.agent_class = agent_class
+        self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
         self.rules: tuple[Any, Awareness] = policy, awareness
@@ -247,21 +251,6 @@ class Group(Settings, Generic[A]):
         return new_column(self, name, fill)
 
     @property
-    def position(self) -> Floats:
-        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
-        return readonly(self.bodies.position)
-
-    @property
-    def heading(self) -> Floats:
-        """The directions, shape (n, 2): unit vectors."""
-        return readonly(self.bodies.heading)
-
-    @property
-    def identity(self) -> npt.NDArray[np.int64]:
-        """The `unique_id` of each agent, shape (n,)."""
-        return readonly(self.bodies.identity)
-
-    @property
     def is_compiled(self) -> bool:
         """Whether the group decides in a kernel, without Python."""
         kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
@@ -317,17 +306,3 @@ class Group(Settings, Generic[A]):
 def team_of(groups: list[Group], group: Group) -> list[Group]:
     """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []
-
-
-def first_state(policy: Any, size: int) -> Any:
-    """Return the state of a policy for `size` agents before their first decision.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the policy has a kernel that cannot read the state.
-    """
-    state = policy.start(size) if isinstance(policy, Policy) else None
-    if isinstance(policy, CompiledPolicy):
-        check_state(policy, state, size)
-    return state

@@ -89,6 +89,7 @@ class WorldHost:
                 join(group, new)
                 self._engine.is_bound = False
             self._make_agents(group, own.each)
+            self._engine.is_bound = False
         except BaseException:
             undo.undo()
             raise

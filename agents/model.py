@@ -32,6 +32,7 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+from teamsight.world.clock import Clock
 
 A = TypeVar("A", bound=Body)
 if TYPE_CHECKING:
@@ -74,6 +75,10 @@ class World(mesa_bases.Model):
 
     An operation that fails changes nothing.
     """
+
+    groups: list[Group[Body]]
+    clock: Clock
+    recording: Recording
 
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):

@@ -13,6 +13,7 @@ from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.core import checks
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
+from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn
 
 Got = TypeVar("Got", covariant=True)
@@ -40,7 +41,24 @@ class GroupSetting(Generic[Got, Given]):
 
 
 class Settings:
-    """The settings of a group; `Group` derives from it."""
+    """The settings and arrays of a group, as users see them; `Group` derives from it."""
+
+    bodies: Bodies
+
+    @property
+    def position(self) -> Floats:
+        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
+        return readonly(self.bodies.position)
+
+    @property
+    def heading(self) -> Floats:
+        """The directions, shape (n, 2): unit vectors."""
+        return readonly(self.bodies.heading)
+
+    @property
+    def identity(self) -> npt.NDArray[np.int64]:
+        """The `unique_id` of each agent, shape (n,)."""
+        return readonly(self.bodies.identity)
 
     policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
         "policy", lambda group: group.rules[0], "The policy of all agents."

@@ -59,6 +59,13 @@ class Founders(NamedTuple):
     heading: Points | None = None
     first: int = 0
 
+    def cut(self, members: int) -> Founders:
+        """Return those whose number within the group is less than `members`."""
+        size = max(min(self.size, members - self.first), 0)
+        placement = self.placement if isinstance(self.placement, str) else self.placement[:size]
+        heading = None if self.heading is None else self.heading[:size]
+        return self._replace(size=size, placement=placement, heading=heading)
+
     def followed_by(self, other: Founders) -> list[Founders]:
         """Return these and the next ones of the same group, as one if the same rule can place them together."""
         one, two = self.placement, other.placement

@@ -92,6 +92,8 @@ def test_a_reused_world_gives_the_bits_of_a_new_one(data: st.DataObject) -> None
 
 CHANGES: dict[str, Any] = {
     "an agent is removed": lambda world: world.targets[0].remove(),
+    "an agent arrives": lambda world: world.robots.add(),
+    "an agent arrives and another leaves": lambda world: (world.targets.add(), world.targets[0].remove()),
     "a policy is set": lambda world: setattr(world, "policy", "centroid"),
     "a degree is set": lambda world: setattr(world, "awareness", "none"),
     "positions are recorded": lambda world: world.recording.record_positions(),
