@@ -78,6 +78,8 @@ def divided(
     missing = [key for key in needed if key not in of_init]
     if missing:
         raise TypeError(f"{name} needs {', '.join(missing)}; give it to add, as in add(…, {missing[0]}=…)")
+    if not of_init:
+        return Arguments([{}] * size, of_columns)
     each = [{key: _part(value, row, size) for key, value in of_init.items()} for row in range(size)]
     return Arguments(each, of_columns)
 
