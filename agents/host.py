@@ -103,7 +103,7 @@ class WorldHost:
             for row, arguments in enumerate(each, len(group) - len(each)):
                 # Its row comes first, so that __init__ can use all that an agent has.
                 agent = made.__new__(made)
-                agent.group, agent.row = group, row
+                agent.group, agent._row = group, row
                 agent.__init__(self._model, **arguments)  # type: ignore[misc]
                 if "unique_id" not in vars(agent):
                     raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
