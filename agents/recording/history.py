@@ -23,6 +23,7 @@ class Stretch:
 
     def __init__(self, relations: list[Relation]) -> None:
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
+        self._teams = [relations[r].observers.team for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
@@ -56,6 +57,11 @@ class Stretch:
             self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
             self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
             self._summed = self.rows
+
+    def largest_of(self, team: str | None, first: int) -> int:
+        """Return the largest degree in one team, or in any, in the rows from `first` on."""
+        own = [r for r, name in zip(self._teammates, self._teams, strict=True) if team in (None, name)]
+        return int(self.buffer.written[first:, own, _LARGEST].max(initial=0))
 
     def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
         """Return for each of these rows the number of targets that at least one robot observed."""
@@ -145,6 +151,14 @@ class History:
         """The largest degree in any row; 0 before the first."""
         unfinished = [stretch.largest for stretch in self._stretches[self._counted :]]
         return max(self._largest, *unfinished, 0)
+
+    def largest_of(self, team: str | None, first: int = 0) -> int:
+        """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
+        largest = 0
+        for stretch in self._stretches:
+            largest = max(largest, stretch.largest_of(team, min(first, stretch.rows)))
+            first = max(first - stretch.rows, 0)
+        return largest
 
     @property
     def mean_neighbours(self) -> float:

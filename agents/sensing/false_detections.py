@@ -55,10 +55,9 @@ def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: 
 
 
 @inlined
-def close_rows(view: Any, parameters: Any, here: int, until: int, edge: int, sensed: Any) -> int:
-    """End the entries of the observers from `here` to `until` − 1; return the next entry."""
+def close_rows(view: Any, parameters: Any, here: int, until: int, edge: Any, sensed: Any) -> int:
+    """End the entries of the observers from `here` to `until` − 1 with their false detections; return the next."""
     for i in range(here, until):
-        if parameters[FALSE_POSITIVES] > 0.0:
-            edge = _imagine(view, i, sensed.start[i], edge, parameters, sensed)
+        edge = _imagine(view, i, sensed.start[i], edge, parameters, sensed)
         sensed.start[i + 1] = edge
-    return edge
+    return edge  # type: ignore[no-any-return]

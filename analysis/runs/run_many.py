@@ -165,6 +165,10 @@ class Columns:
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world and return the columns."""
+        from teamsight.agents.model import World
+
+        if not isinstance(world, World):
+            raise TypeError(f"model returned {checks.shown(world)}: must return a World, such as CMOMMT(robots=5)")
         measured = self.measure(world, steps)
         if hasattr(measured, "_asdict"):
             measured = measured._asdict()

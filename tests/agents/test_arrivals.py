@@ -61,7 +61,7 @@ ADVANCES: list[Callable[[World], Any]] = [
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("policy", ["a-cmommt", "centroid", Counting()], ids=str)
+@pytest.mark.parametrize("policy", ["a-cmommt", "centroid", Counting()], ids=["a-cmommt", "centroid", "in Python"])
 def test_both_paths_give_the_same_bits(policy: Any) -> None:
     seed = fresh_seed()
     ends = []

@@ -40,7 +40,7 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("name", ["model", "agents", "awareness", "policies", "learning", "notebooks"])
+@pytest.mark.parametrize("name", ["arenas", "model", "agents", "awareness", "policies", "learning", "notebooks"])
 def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
     run(ROOT / "docs" / f"{name}.md", tmp_path)
 

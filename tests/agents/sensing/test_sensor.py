@@ -82,14 +82,12 @@ def test_the_kernel_equals_its_slow_twin(
     wanted = naive.sense(sensor, view, cut_by(view.sight, sensor))
     assert np.allclose(sensed.distance, np.hypot(*sensed.offset.T), rtol=1e-12, atol=0)
     assert (sensed.distance <= np.repeat(view.reach, sensed.degree)).all()
-    for i, (found, expected) in enumerate(zip(rows(sensed), wanted, strict=True)):
+    for found, expected in zip(rows(sensed), wanted, strict=True):
         assert sorted(found) == sorted(expected)
         order = [index if index >= 0 else ~index for index in found]
         assert order == sorted(order)
         for index, offset in found.items():
-            # The inverse of the normal distribution is approximate, to 1e-6.
-            tolerance = 1e-6 * (sensor.range_noise + sensor.bearing_noise * view.reach[i]) + 1e-12
-            assert offset == pytest.approx(expected[index], abs=tolerance)
+            assert offset == pytest.approx(expected[index], abs=1e-9)
 
 
 def test_a_perfect_sensor_shows_what_is_in_range() -> None:

@@ -140,7 +140,7 @@ def test_a_world_without_a_team_is_refused() -> None:
     with pytest.raises(ValueError, match=r"no group is on a team at tick 0.*add a group of Robot"):
         neighbour_graph.over_time(world, 5)
     assert world.tick == 0
-    with pytest.raises(ValueError, match=r"no agent is on a team in the world of seed \d+.*add a group of Robot"):
+    with pytest.raises(ValueError, match=r"the world of seed \d+: no group is on a team.*add a group of Robot"):
         choose.choose_delta(nobody, runs=3, steps=2)
 
 
