@@ -149,8 +149,8 @@ class History:
     @property
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
-        unfinished = [stretch.largest for stretch in self._stretches[self._counted :]]
-        return max(self._largest, *unfinished, 0)
+        later = [stretch.largest for stretch in self._stretches[self._counted :]]
+        return max(self._largest, *later, 0)
 
     def largest_of(self, team: str | None, first: int = 0) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
