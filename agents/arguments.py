@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
-from functools import cache
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +35,7 @@ class Arguments(NamedTuple):
 
 
 def divided(
-    agent_class: type, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
+    agent_class: Any, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
 ) -> Arguments:
     """Divide arguments among the agents: lists, tuples and arrays of length `size` by element, others as they are.
 
@@ -57,7 +57,7 @@ def divided(
     TypeError
         If neither takes an argument, if one is missing, or if a parameter of ``__init__`` is also one of `add`.
     """
-    taken, needed, is_open = _parameters(agent_class.__init__)  # type: ignore[misc]
+    taken, needed, is_open = _parameters(agent_class.__init__)
     name, own, columns = f"{agent_class.__name__}.__init__", tuple(own), tuple(columns)
     for parameter in taken:
         if parameter in own:
@@ -84,9 +84,9 @@ def divided(
     return Arguments(each, of_columns)
 
 
-@cache
-def _parameters(init: Any) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
-    """Return the names of the parameters of ``__init__`` after the model, those without a default, and if it has **."""
+@lru_cache(maxsize=64)
+def _parameters(init: Callable[..., None]) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return the names of the parameters of an ``__init__`` after the model, those without a default, if it has **."""
     try:
         parameters = list(inspect.signature(init).parameters.values())[2:]
     except ValueError:
