@@ -13,6 +13,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
 from teamsight.agents.places import checked_headings
 from teamsight.agents.settings import Ability, OfGroup, Team
+from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
@@ -90,6 +91,11 @@ class Body(mesa_bases.Agent):
         # No number yet while it is made.
         number = vars(self).get("unique_id", "")
         return f"<{type(self).__name__} {number} of {self.group.name!r}>"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import agent_html
+
+        return shown(lambda: agent_html(self, self.group, self._row))
 
     @property
     def position(self) -> Floats:
