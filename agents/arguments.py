@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ def divided(
     TypeError
         If neither takes an argument, if one is missing, or if a parameter of ``__init__`` is also one of `add`.
     """
-    taken, needed, is_open = _parameters(agent_class)
+    taken, needed, is_open = _parameters(agent_class.__init__)  # type: ignore[misc]
     name, own, columns = f"{agent_class.__name__}.__init__", tuple(own), tuple(columns)
     for parameter in taken:
         if parameter in own:
@@ -81,10 +82,11 @@ def divided(
     return Arguments(each, of_columns)
 
 
-def _parameters(agent_class: Any) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+@cache
+def _parameters(init: Any) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
     """Return the names of the parameters of ``__init__`` after the model, those without a default, and if it has **."""
     try:
-        parameters = list(inspect.signature(agent_class.__init__).parameters.values())[2:]
+        parameters = list(inspect.signature(init).parameters.values())[2:]
     except ValueError:
         # Some classes written in C have no signature.
         return (), (), True
