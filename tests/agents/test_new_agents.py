@@ -59,14 +59,14 @@ def test_an_agent_has_its_place_and_abilities_before_it_is_made() -> None:
 class Fast(Robot):
     """Sets an ability while it is made."""
 
-    def __init__(self, model: World, pace: float) -> None:
+    def __init__(self, model: World, rate: float) -> None:
         super().__init__(model)
-        self.speed = pace
+        self.speed = rate
 
 
 def test_what_init_sets_is_kept_by_a_reset() -> None:
     home = world()
-    robots = home.add(Fast, 2, policy="random-walk", pace=[0.3, 0.4])
+    robots = home.add(Fast, 2, policy="random-walk", rate=[0.3, 0.4])
     robots.speed = 0.1
     home.reset()
     assert robots.speed.tolist() == [0.3, 0.4]
