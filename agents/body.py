@@ -161,7 +161,7 @@ class Body(mesa_bases.Agent):
 
     @property
     def observers(self) -> list[Body]:
-        """The agents that sense this one, except teammates."""
+        """The agents that sense this one, except its teammates."""
         return self.group.host.observers_of(self)
 
     @property

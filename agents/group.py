@@ -163,6 +163,11 @@ class Group(Settings, Generic[A]):
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
 
     @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
+
+    @property
     def team(self) -> str | None:
         """Groups of the same team are teammates. It cannot be changed."""
         return self._team
@@ -219,11 +224,6 @@ class Group(Settings, Generic[A]):
             "sensing_range": sensing_range, "awareness_range": awareness_range,
         }  # fmt: skip
         return self.host.extend(self, count, given, arguments)
-
-    @property
-    def sensors(self) -> Sensors:
-        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
-        return Sensors(self.channels, self.host.set_sensor)
 
     def add_column(self, name: str, fill: Any = 0.0) -> Column:
         """Add a property of your own, which is saved and restored with the world.

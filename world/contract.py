@@ -262,7 +262,8 @@ class Obstructed(Arena):
         position = np.asarray(position, float)
         inside = np.array(self.arena.contains(position))
         # A body on a wall may be beyond it through rounding.
-        inside |= clearance(joined([self.arena.walls]), position) <= self._slack
+        outside = ~inside
+        inside[outside] = clearance(joined([self.arena.walls]), position[outside]) <= self._slack
         for obstacle, shift in self._images:
             inside &= ~obstacle.covers(position - shift, self._slack)
         return inside

@@ -77,7 +77,7 @@ def check_obstacles(arena: Obstructable, obstacles: tuple[Obstacle, ...]) -> Non
         first, last = one.bounds
         if not ((first < high) & (last > low)).all():
             box = f"{low.tolist()}, {high.tolist()}"
-            raise ValueError(f"{one}: is outside {arena}, whose bounds are {box}; leave it out")
+            raise ValueError(f"{one}: is outside {arena}, whose bounds are {box}; move it inside or leave it out")
         for side, extent in zip(arena.period, last - first, strict=True):
             if 0 < side <= extent:
                 raise ValueError(f"{one}: is {extent:g} long, but {arena} repeats after {side:g}; make it smaller")

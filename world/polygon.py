@@ -94,13 +94,16 @@ class Polygon(Arena):
     def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         position = np.asarray(position, float)
         inside = polygons.is_within(position, self.vertices)
-        return np.asarray(inside | (polygons.distance_to_walls(position, self.walls.segments) <= self._slack))
+        outside = ~inside
+        inside[outside] = polygons.distance_to_walls(position[outside], self.walls.segments) <= self._slack
+        return inside
 
     def covers(self, position: npt.ArrayLike, slack: float = 0.0) -> npt.NDArray[np.bool_]:
         """Return for each position, shape (..., 2), whether it is inside by more than `slack` [length]."""
         position = np.asarray(position, float)
         inside = polygons.is_within(position, self.vertices)
-        return np.asarray(inside & (polygons.distance_to_walls(position, self.walls.segments) > slack))
+        inside[inside] = polygons.distance_to_walls(position[inside], self.walls.segments) > slack
+        return inside
 
     @cached_property
     def _triangles(self) -> tuple[Points, Points]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 import numpy.typing as npt
 
@@ -133,11 +131,14 @@ def nearest_on_walls(position: Points, segments: Points) -> Points:
 
 def distance_to_walls(position: Points, segments: Points) -> Points:
     """Return the distance of each position, shape (..., 2), to the nearest wall; infinite without walls."""
+    x, y = (np.ascontiguousarray(position[..., axis]) for axis in (0, 1))
     distance_2 = np.full(position.shape[:-1], np.inf)
     # One wall after the other: all at once would need much memory for many positions.
-    for wall in segments:
-        off = position - nearest_on_walls(position, wall[None])[..., 0, :]
-        distance_2 = np.minimum(distance_2, np.sum(off**2, axis=-1))
+    for x0, y0, x1, y1 in segments.tolist():
+        edge_x, edge_y = x1 - x0, y1 - y0
+        off_x, off_y = x - x0, y - y0
+        share = np.clip((off_x * edge_x + off_y * edge_y) / (edge_x**2 + edge_y**2), 0.0, 1.0)
+        distance_2 = np.minimum(distance_2, (off_x - share * edge_x) ** 2 + (off_y - share * edge_y) ** 2)
     return np.asarray(np.sqrt(distance_2))
 
 
@@ -168,13 +169,3 @@ def _ear(points: Points) -> int:
             if not inside.any():
                 return k
     return int(np.argmin(np.abs(turns)))
-
-
-def iterate(vertices: Points) -> tuple[tuple[float, float], ...]:
-    """Return vertices as pairs of floats."""
-    return tuple((x, y) for x, y in vertices.tolist())
-
-
-def concatenated(parts: Iterable[Points], columns: int) -> Points:
-    """Return arrays of rows as one; without any, no rows of so many columns."""
-    return np.concatenate([np.empty((0, columns)), *parts])

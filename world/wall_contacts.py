@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 # A step ends where it is after so many contacts and, in an arena that repeats, halves of the period.
 _MOST_LEGS = 1000
 # After a contact a body is in front of the wall by this share of the rounding, so that it is not behind it.
-_LIFT = 0.01
+_LIFT = 0.001
 _HEAD = 4
 
 

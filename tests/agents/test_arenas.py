@@ -9,13 +9,18 @@ import pytest
 from arenas import Cylinder, Ellipse, Hall
 from scipy.spatial import cKDTree
 
-from teamsight import Robot, Target, World
+from teamsight import Box, Circle, Polygon, Robot, Target, Torus, World
 from teamsight.analysis.delta.from_trajectories import neighbours_over_time
 from teamsight.analysis.neighbour_graph import over_trajectory
 from teamsight.policies import ACmommt, RandomWalk
 from teamsight.world import Arena
 
-ARENAS: list[Arena] = [Cylinder(5.0, 3.0), Cylinder(2.0, 9.0), Ellipse(3.0, 2.0), Hall(6, 5, 0.4), Ellipse(3, 2)]
+ELL = Polygon([(0, 0), (6, 0), (6, 3), (3, 3), (3, 6), (0, 6)])
+COURT = ELL.with_obstacles(Circle((2, 2), 0.5), Polygon([(5, 0), (4, 1), (4.5, 2)]))
+PILLARS = Torus(6.0, 5.0).with_obstacles(Circle((3, 2.5), 1), Polygon([(-1, -1), (0, -1), (-1, 1)]))
+ARENAS: list[Arena] = [
+    Cylinder(5.0, 3.0), Cylinder(2.0, 9.0), Ellipse(3.0, 2.0), Hall(6, 5, 0.4), Ellipse(3, 2), ELL, COURT, PILLARS,
+]  # fmt: skip
 
 
 def world_in(arena: Arena, seed: int, size: int = 8, placement: str = "uniform") -> World:
@@ -48,6 +53,42 @@ def test_two_paths_one_result(arena: Arena, placement: str) -> None:
     assert seen(one) == seen(other), seed
     assert all(arena.contains(group.position).all() for group in one.groups), seed
     assert one.observed_fraction > 0, seed
+
+
+@pytest.mark.parametrize("arena", [COURT, PILLARS], ids=str)
+def test_a_world_among_obstacles_is_saved_restored_and_reset(arena: Arena) -> None:
+    seed = int(np.random.default_rng().integers(2**31))
+    world = world_in(arena, seed)
+    world.run(20)
+    saved = world.state()
+    world.run(20)
+    after = seen(world)
+    # An equal arena, made anew.
+    other = world_in(type(arena)(arena.arena, arena.obstacles), seed)  # type: ignore[attr-defined, call-arg]
+    other.restore(saved)
+    other.run(20)
+    assert seen(other) == after, seed
+    world.reset()
+    world.run(40)
+    assert seen(world) == after, seed
+    wrong = world_in(arena.with_obstacles(Circle((1, 0.5), 0.2)), seed)
+    with pytest.raises(ValueError, match=r"restore\(…\): the state is of a world in Obstructed"):
+        wrong.restore(saved)
+
+
+def test_a_thousand_steps_among_obstacles_keep_everybody_free() -> None:
+    world = world_in(COURT, 1, 30)
+    for _ in range(20):
+        world.run(50)
+        assert all(COURT.contains(group.position).all() for group in world.groups)
+
+
+def test_placements_in_an_obstacle_are_refused() -> None:
+    world = World(Box(4, 4).with_obstacles(Circle((0, 0), 1)), rng=1)
+    robots = world.add(Robot, 1, policy="stationary", placement=[[1.5, 0]])
+    with pytest.raises(ValueError, match=r"position=\(0\.5, 0\.0\): must be two finite numbers inside Box"):
+        robots[0].position = (0.5, 0)
+    assert robots.position.tolist() == [[1.5, 0]]
 
 
 def test_the_analyses_take_the_same_neighbours_from_what_was_recorded() -> None:

@@ -36,6 +36,12 @@ def test_an_example_is_short_and_tested(path: Path) -> None:
     assert f'run("{path.stem}")' in Path(__file__).read_text(encoding="utf-8") or path.stem == "sweep"
 
 
+def test_robots_arrive_and_leave_on_the_compiled_path(run: Run) -> None:
+    output = run("arrivals")
+    assert [int(tick) for tick in re.findall(r"tick (\d+)", output)] == [100, 200, 300, 400, 500]
+    assert "49 arrived; the run was compiled" in output
+
+
 def test_a_new_agent_spends_its_charge(run: Run) -> None:
     output = run("new_agent")
     least, most = map(float, re.findall(r"charge left: ([\d.]+) to ([\d.]+)", output)[0])

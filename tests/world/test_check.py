@@ -12,7 +12,7 @@ import pytest
 from arenas import Cylinder, Ellipse, Hall
 
 from teamsight.core.kernel import kernel
-from teamsight.world import Arena, Box, Disc, Torus, check_arena
+from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus, check_arena
 
 
 @pytest.mark.short
@@ -24,6 +24,20 @@ from teamsight.world import Arena, Box, Disc, Torus, check_arena
 )
 def test_every_arena_that_ships_keeps_the_contract(arena: Arena, seed: int) -> None:
     check_arena(arena, seed=seed)
+
+
+@pytest.mark.parametrize(
+    "arena",
+    [
+        Polygon([(10, 20), (14, 20), (14, 22), (12, 22), (12, 24), (10, 24)]),
+        Polygon([(0, 0), (1e7, 0), (0, 1e5)]),
+        Box(4, 4).with_obstacles(Polygon([(1, 1), (1, 3), (3, 1)]), Circle((-1, 0), 1)),
+        Torus(4, 3).with_obstacles(Polygon([(1, 1), (2.2, 1), (2.2, 2), (1, 2)]), Circle((-2, 1), 0.5)),
+    ],
+    ids=str,
+)
+def test_polygons_and_obstacles_keep_the_contract(arena: Arena) -> None:
+    check_arena(arena)
 
 
 @kernel

@@ -10,6 +10,9 @@ from scipy import stats
 
 from teamsight.world import placement
 from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.circle import Circle
+from teamsight.world.free_places import is_free
+from teamsight.world.polygon import Polygon
 from teamsight.world.proximity.search import proximity_graph
 
 ARENAS: list[Arena] = [
@@ -70,6 +73,25 @@ def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> No
     if count == 40:
         random = [worst(arena.place(*rng.random((2, count)))) for _ in range(5)]
         assert worst(points) < 0.8 * np.mean(random)
+
+
+@pytest.mark.parametrize(
+    "arena",
+    [
+        Polygon([(0, 0), (12, 0), (12, 5), (5, 5), (5, 12), (0, 12)]),
+        Polygon([(0, 0), (12, 0), (12, 5), (5, 5), (5, 12), (0, 12)]).with_obstacles(Circle((9, 4), 1.0)),
+        Torus(12, 8).with_obstacles(Circle((6, 4), 2.0)),
+        Disc(6.0).with_obstacles(Circle((0, 0), 2.0)),
+    ],
+    ids=lambda arena: str(arena)[:40],
+)
+@pytest.mark.parametrize(("count", "radius"), [(7, 1.0), (40, 1.0), (5, 4.0)])
+def test_discs_are_spread_among_obstacles(arena: Arena, count: int, radius: float) -> None:
+    points = placement.spread(arena, generator().random((2, count)), radius)
+    assert arena.contains(points).all()
+    if count == 7:
+        assert is_free(arena, points, radius - 1e-6).all()  # type: ignore[arg-type]
+        assert not len(proximity_graph(points, None, 2 * radius - 1e-6, arena).identity)
 
 
 def test_spread_robots_see_more_than_random_ones() -> None:
