@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 from sensed_worlds import SENSORS, fingerprint, herd, percept_of, shown
@@ -32,6 +34,8 @@ def test_a_reused_world_gives_the_bits_of_a_new_one(name: str) -> None:
 def test_run_many_takes_sensors() -> None:
     sensors = [None, SENSORS["all"], Sensor(missed=1.0)]
     table = run_many({"sensor": sensors, "robots": 4, "targets": 4}, seeds=[3, 4], steps=40)
+    # As worker processes receive them.
+    assert pickle.loads(pickle.dumps(sensors)) == sensors
     for _, row in table.iterrows():
         model = CMOMMT(robots=4, targets=4, sensor=row["sensor"], rng=int(row["seed"]))
         model.run(40)
