@@ -66,7 +66,7 @@ class Body(mesa_bases.Agent):
             cls.team = Team(team)  # type: ignore[assignment]
 
     def __init__(self, model: Any) -> None:
-        if "group" not in vars(self):
+        if "group" not in self.__dict__:
             name = type(self).__name__
             raise TypeError(
                 f"{name}(…): agents belong to a group, which makes them; use world.add({name}, 1, policy=…), or "
