@@ -9,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.building import MOST_AGENTS, Places, abilities_of, bodies_of, founders_of
-from teamsight.agents.engine.state_rows import with_more_rows
-from teamsight.agents.group import Group, first_state
+from teamsight.agents.group import Group
+from teamsight.agents.policy_state import state_of_more
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.policies.compiled import CompiledPolicy, check_state
-from teamsight.policies.registry import label
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.starts import Founders
@@ -52,7 +50,7 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
         group.first_abilities.followed_by(own),
         group.bodies.followed_by(bodies_of(data, founders, own)),
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
-        _state_of_more(group, size + count),
+        state_of_more(group.policy, group.policy_state, size, size + count),
         group.columns.extended(count, columns),
     )
 
@@ -93,14 +91,3 @@ def _abilities(group: Group, count: int, given: dict[str, Any], limits: Limits) 
     for name in ("turn_cosine", "turn_sine"):
         getattr(own, name)[:] = _usual(group, "turn_limit", getattr(bodies, name), getattr(first, name))
     return own
-
-
-def _state_of_more(group: Group, total: int) -> Any:
-    """Return the state of a group's policy with first states for new agents."""
-    policy = group.policy
-    state = with_more_rows(
-        group.policy_state, first_state(policy, total), len(group), total, f"policy={label(policy)}: start({total})"
-    )
-    if isinstance(policy, CompiledPolicy):
-        check_state(policy, state, total)
-    return state

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,8 @@ from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.cmommt_numbers import checked_numbers
+from teamsight.agents.given import AwarenessLike, PolicyLike, PresetName
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
@@ -22,10 +24,11 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
-from teamsight.world.arena import Disc
-from teamsight.world.limits import Limits, length
+from teamsight.policies.percept_of_one import Rule
 from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.starts import Starts
+
+Floats = npt.NDArray[np.float64]
 
 DEFAULTS: dict[str, Any] = {
     "robots": 10,
@@ -119,8 +122,8 @@ class CMOMMT(World):
         targets: int = _DEFAULT["targets"],
         radius: float = _DEFAULT["radius"],
         *,
-        policy: Any = _DEFAULT["policy"],
-        awareness: Awareness | str = _DEFAULT["awareness"],
+        policy: PolicyLike = _DEFAULT["policy"],
+        awareness: AwarenessLike = _DEFAULT["awareness"],
         delta: int = _DEFAULT["delta"],
         sensing_range: float = _DEFAULT["sensing_range"],
         awareness_range: float = _DEFAULT["awareness_range"],
@@ -128,14 +131,14 @@ class CMOMMT(World):
         robot_speed: float = _DEFAULT["robot_speed"],
         target_speed: float = _DEFAULT["target_speed"],
         uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
-        target_policy: Any = _DEFAULT["target_policy"],
+        target_policy: PolicyLike = _DEFAULT["target_policy"],
         policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
         target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
-        preset: str | None = None,
+        preset: PresetName | None = None,
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
-        values = {
+        values: dict[str, Any] = {
             "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
             "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
             "sensor": sensor,
@@ -174,23 +177,25 @@ class CMOMMT(World):
         self._stepper.begin_to_collect()
 
     @property
-    def robots(self) -> Group:
+    def robots(self) -> Group[Robot]:
         """The robots."""
         return self._robots
 
     @property
-    def targets(self) -> Group:
+    def targets(self) -> Group[Target]:
         """The targets."""
         return self._targets
 
-    policy = LiveSetting("robots", "policy", lambda model, value: model._robot_policy(value))
-    awareness = LiveSetting(
+    policy = LiveSetting[Policy | Rule, PolicyLike](
+        "robots", "policy", lambda model, value: model._robot_policy(value)
+    )
+    awareness = LiveSetting[Awareness, AwarenessLike](
         "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
     )
-    sensing_range = LiveSetting("robots", "sensing_range")
-    awareness_range = LiveSetting("robots", "awareness_range")
-    robot_speed = LiveSetting("robots", "speed")
-    target_speed = LiveSetting("targets", "speed")
+    sensing_range = LiveSetting[Floats, npt.ArrayLike]("robots", "sensing_range")
+    awareness_range = LiveSetting[Floats, npt.ArrayLike]("robots", "awareness_range")
+    robot_speed = LiveSetting[Floats, npt.ArrayLike]("robots", "speed")
+    target_speed = LiveSetting[Floats, npt.ArrayLike]("targets", "speed")
     radius = FixedSetting("build another model")
     preset = FixedSetting("build another model")
     seed = FixedSetting("start again with reset(rng)")
@@ -209,12 +214,12 @@ class CMOMMT(World):
         self.robots.sensors[TARGETS] = value
 
     @property
-    def target_policy(self) -> Any:
+    def target_policy(self) -> Policy | Rule:
         """``targets.policy``. Targets whose policy needs what they sense, sense robots."""
         return self.targets.policy
 
     @target_policy.setter
-    def target_policy(self, value: Any) -> None:
+    def target_policy(self, value: PolicyLike) -> None:
         options = self.settings["target_policy_options"]
         self.targets.policy = _target_policy(value, shared_options(value, options))
         self._let_targets_sense()
@@ -267,32 +272,6 @@ class CMOMMT(World):
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
-
-
-class Numbers(NamedTuple):
-    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
-
-    arena: Disc
-    limits: Limits
-    sensing_range: float
-    awareness_range: float
-    robot_speed: float
-    target_speed: float
-
-
-def checked_numbers(plan: Mapping[str, Any]) -> Numbers:
-    """Return the arena, the ranges and the speeds of a plan.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one is not a number or outside its limits.
-    """
-    arena = Disc(length("radius", plan["radius"]))
-    limits = Limits(arena)
-    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
-    return Numbers(arena, limits, sensing, aware, *speeds)
 
 
 def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:

@@ -10,17 +10,20 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
-from teamsight.agents.columns import Column, Columns, new_column
+from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
+from teamsight.agents.column_attributes import new_column
+from teamsight.agents.columns import Column, Columns
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.given import PlacementName
 from teamsight.agents.host_protocol import Host
+from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
+from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
-from teamsight.policies.compiled import CompiledPolicy, check_state
+from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -51,10 +54,10 @@ class Group(Settings, Generic[A]):
         Its index among the groups of its world.
     team : str or None
         Groups of the same team are teammates.
-    agent_class : type
-        The class of its agents.
+    agent_class, first_size : type, int
+        The class of its agents, and their number when the group was added.
     agents : list of Body
-        The agents, one for each row of the arrays.
+        One for each row of the arrays.
     bodies : Bodies
         The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
@@ -94,7 +97,7 @@ class Group(Settings, Generic[A]):
         host: Host,
     ) -> None:
         self.name, self.number, self._team = name, number, team
-        self.agent_class = agent_class
+        self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
         self.rules: tuple[Any, Awareness] = policy, awareness
@@ -158,10 +161,10 @@ class Group(Settings, Generic[A]):
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
 
-    @property
-    def sensors(self) -> Sensors:
-        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
-        return Sensors(self.channels, self.host.set_sensor)
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import group_html
+
+        return shown(group_html, self)
 
     @property
     def team(self) -> str | None:
@@ -188,8 +191,7 @@ class Group(Settings, Generic[A]):
     ) -> list[A]:
         """Add agents, before a run or in the middle: between steps, in events and in processes.
 
-        They go on as if they had been in the group from the start: with the group's policy and degree of awareness, in
-        the same arrays. A reset places them again with the others.
+        They go on as if they had been in the group from the start, in the same arrays; a reset places all again.
 
         Parameters
         ----------
@@ -205,7 +207,7 @@ class Group(Settings, Generic[A]):
 
         Returns
         -------
-        list
+        list of Body
             The new agents.
 
         Raises
@@ -245,21 +247,6 @@ class Group(Settings, Generic[A]):
             If the name is not a string, or the name of a column or another attribute; or if `fill` has another length.
         """
         return new_column(self, name, fill)
-
-    @property
-    def position(self) -> Floats:
-        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
-        return readonly(self.bodies.position)
-
-    @property
-    def heading(self) -> Floats:
-        """The directions, shape (n, 2): unit vectors."""
-        return readonly(self.bodies.heading)
-
-    @property
-    def identity(self) -> npt.NDArray[np.int64]:
-        """The `unique_id` of each agent, shape (n,)."""
-        return readonly(self.bodies.identity)
 
     @property
     def is_compiled(self) -> bool:
@@ -317,17 +304,3 @@ class Group(Settings, Generic[A]):
 def team_of(groups: list[Group], group: Group) -> list[Group]:
     """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []
-
-
-def first_state(policy: Any, size: int) -> Any:
-    """Return the state of a policy for `size` agents before their first decision.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the policy has a kernel that cannot read the state.
-    """
-    state = policy.start(size) if isinstance(policy, Policy) else None
-    if isinstance(policy, CompiledPolicy):
-        check_state(policy, state, size)
-    return state

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, Never, overload
 
+from teamsight.agents.settings import Given, Got
 from teamsight.core import checks
 
 
-class LiveSetting:
+class LiveSetting(Generic[Got, Given]):
     """A parameter of a model that is the attribute `name` of its group ``model.<group>``.
 
     ``resolve(model, value)`` returns the value for the group.
@@ -18,10 +19,14 @@ class LiveSetting:
         self._group, self._name, self._resolve = group, name, resolve
         self.__doc__ = f"``{group}.{name}``; a new value takes effect from the next step on."
 
-    def __get__(self, model: Any, owner: type | None = None) -> Any:
+    @overload
+    def __get__(self, model: None, owner: type) -> LiveSetting[Got, Given]: ...
+    @overload
+    def __get__(self, model: object, owner: type) -> Got: ...
+    def __get__(self, model: Any, owner: type) -> Any:
         return self if model is None else getattr(getattr(model, self._group), self._name)
 
-    def __set__(self, model: Any, value: Any) -> None:
+    def __set__(self, model: Any, value: Given) -> None:
         group = getattr(model, self._group, None)
         if group is None:
             raise AttributeError(f"{self._name}: belongs to {self._group}; set it after super().__init__(…)")
@@ -47,7 +52,7 @@ class FixedSetting:
         built = model.settings.get(self._name)
         return built if self._source is None else getattr(getattr(model, self._source), self._name, built)
 
-    def __set__(self, model: Any, value: Any) -> None:
+    def __set__(self, model: Any, value: Never) -> None:
         raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
 
 

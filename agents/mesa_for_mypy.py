@@ -14,7 +14,6 @@ import numpy as np
 class Agent:
     """The public members of `mesa.Agent`."""
 
-    # A user's agents read attributes of their own model. To have them checked, declare `model: MyModel` in the class.
     model: Any
     unique_id: int
 

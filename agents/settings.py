@@ -9,10 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.channel import Channel, Sensors
 from teamsight.agents.given import AwarenessLike, PolicyLike
+from teamsight.agents.host_protocol import Host
 from teamsight.core import checks
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
+from teamsight.world.bodies import Bodies
 from teamsight.world.motion import limit_of_turn
 
 Got = TypeVar("Got", covariant=True)
@@ -40,7 +43,31 @@ class GroupSetting(Generic[Got, Given]):
 
 
 class Settings:
-    """The settings of a group; `Group` derives from it."""
+    """The settings and arrays of a group, as users see them; `Group` derives from it."""
+
+    bodies: Bodies
+    channels: dict[str, Channel]
+    host: Host
+
+    @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
+
+    @property
+    def position(self) -> Floats:
+        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
+        return readonly(self.bodies.position)
+
+    @property
+    def heading(self) -> Floats:
+        """The directions, shape (n, 2): unit vectors."""
+        return readonly(self.bodies.heading)
+
+    @property
+    def identity(self) -> npt.NDArray[np.int64]:
+        """The `unique_id` of each agent, shape (n,)."""
+        return readonly(self.bodies.identity)
 
     policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
         "policy", lambda group: group.rules[0], "The policy of all agents."

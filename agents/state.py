@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teamsight.agents import mesa_compat
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
-from teamsight.agents.engine.state_rows import layout
+from teamsight.agents.engine.state_rows import layout, take_rows
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
@@ -27,16 +27,24 @@ from teamsight.world.starts import Starts
 
 
 class GroupState(NamedTuple):
-    """The state of a group, and its description: name, policy and degree of awareness."""
+    """The state of a group, and its description: name, policy, degree of awareness and first size.
+
+    Attributes
+    ----------
+    members_so_far : int
+        The number of agents that had ever been in the group.
+    """
 
     name: str
     policy: str
     awareness: str
+    first_size: int
     bodies: Bodies
     ranges: Any
     policy_state: Any
     readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
+    members_so_far: int
 
 
 class State(NamedTuple):
@@ -75,10 +83,10 @@ class StateKeeper:
         groups = tuple(
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, group.readings,
-                group.columns.arrays(),
+                group.columns.arrays(), group.members_so_far,
             )
             for group in self._data.groups
-        )
+        )  # fmt: skip
         collector = self._recording.collector
         collected = collector if isinstance(collector, HistoryCollector) else None
         data = self._data
@@ -94,6 +102,7 @@ class StateKeeper:
         saved = copy.deepcopy(saved)
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
+                self._let_go(group, old)
                 old.bodies.identity[:] = group.bodies.identity
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 group.columns.replace(old.columns)
@@ -101,6 +110,26 @@ class StateKeeper:
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
+
+    def _let_go(self, group: Group, old: GroupState) -> None:
+        """Take those agents out of a group that have arrived after a state was saved."""
+        if group.members_so_far == old.members_so_far:
+            return
+        stays = np.isin(group.bodies.member, old.bodies.member)
+        if not stays.all():
+            for agent, remains in zip(group.agents, stays, strict=True):
+                if not remains:
+                    self._model.deregister_agent(agent)
+                    agent.row = -1
+            group.agents = [agent for agent, remains in zip(group.agents, stays, strict=True) if remains]
+            for row, agent in enumerate(group.agents):
+                agent.row = row
+            group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
+            group.bodies = group.bodies.rows(stays)
+        # The next to arrive get the numbers that they would have had, and with them the same noise.
+        founders = (one.cut(old.members_so_far) for one in group.founders)
+        group.founders = [one for one in founders if one.size]
+        group.first_abilities = group.first_abilities.cut(old.members_so_far)
 
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""
@@ -139,18 +168,27 @@ def _check_fits(saved: State, data: WorldData) -> None:
             f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}; restore "
             "it in a world built in the same way"
         )
-    mine = [(*_identified(group), len(group)) for group in data.groups]
-    theirs = [(old.name, old.policy, old.awareness, len(old.bodies)) for old in saved.groups]
+    mine = [_identified(group) for group in data.groups]
+    theirs = [old[:4] for old in saved.groups]
     if mine != theirs:
         raise ValueError(
             f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
             "same way"
         )
     for group, old in zip(data.groups, saved.groups, strict=True):
-        if group.is_compiled and layout(old.policy_state) != layout(group.policy_state):
+        stays = np.isin(group.bodies.member, old.bodies.member)
+        present = group.bodies.member[stays]
+        if not np.array_equal(present, old.bodies.member) or group.members_so_far < old.members_so_far:
+            raise ValueError(
+                f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(present)} are "
+                f"among the {len(group)} here; agents that have left since cannot come back: restore it in a world "
+                "built in the same way"
+            )
+        state = layout(take_rows(group.policy_state, stays, len(group)))
+        if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
-                f"{layout(group.policy_state)}; restore it in a world whose policies have the same options"
+                f"{state}; restore it in a world whose policies have the same options"
             )
 
 
@@ -161,11 +199,12 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _identified(group: Group) -> tuple[str, str, str]:
-    """Return the description of a group: its name, policy and degree of awareness, with their constants."""
+def _identified(group: Group) -> tuple[str, str, str, int]:
+    """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
     policy = repr(group.policy)
     # A repr that contains a memory address differs between processes.
-    return group.name, type(group.policy).__name__ if " at 0x" in policy else policy, repr(group.awareness)
+    name = type(group.policy).__name__ if " at 0x" in policy else policy
+    return group.name, name, repr(group.awareness), group.first_size
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

@@ -8,8 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
+from teamsight.agents.engine.relation import needs_detection
 from teamsight.agents.group import Group
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
+from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
 
@@ -56,6 +59,16 @@ def on_teams(groups: list[Group]) -> list[Group]:
     return [group for group in groups if group.team is not None]
 
 
+def of_team(groups: list[Group], team: str | None) -> list[Group]:
+    """Return the groups of a team, or for None those of all teams."""
+    return [group for group in on_teams(groups) if team in (None, group.team)]
+
+
+def team_names(groups: list[Group]) -> list[str]:
+    """Return the names of the teams, in the order of their first groups."""
+    return list(dict.fromkeys(group.team for group in groups if group.team is not None))
+
+
 def teammates(groups: list[Group]) -> Teammates:
     """Return all agents that are on a team."""
     teams = on_teams(groups)
@@ -88,3 +101,34 @@ def neighbours(groups: list[Group]) -> NeighbourList:
         found.append(NeighbourList(edges + graph.start[1:], row_of[graph.identity], graph.offset, graph.distance))
         edges += len(graph.identity)
     return NeighbourList(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def are_all_sensed(groups: list[Group], arena: Arena) -> bool:
+    """Return whether all robots sense every neighbour: whether no sensor and no obstacle keeps them from it."""
+    sensors = [group.channels[TEAMMATES].sensor or Sensor() for group in on_teams(groups)]
+    return not any(needs_detection(sensor, arena) for sensor in sensors)
+
+
+def sensed_teammates(groups: list[Group], arena: Arena) -> NeighbourList:
+    """Return whom each of `teammates` really senses, by row: its neighbours that the sensor of its group detects.
+
+    False detections are left out, and detections on their way to the percept are in. Offsets are the true ones.
+    """
+    teams = on_teams(groups)
+    rows, row = {}, 0
+    for group in teams:
+        rows[group.number] = row + np.arange(len(group))
+        row += len(group)
+    position = teammates(groups).position
+    starts, identity, edges = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)], 0
+    for group in teams:
+        relation = group.relations[TEAMMATES]
+        start, indices = relation.true_lists
+        row_of = np.concatenate([rows[other.number] for other in relation.observed])
+        starts.append(edges + start[1:])
+        identity.append(row_of[indices[: start[-1]]])
+        edges += int(start[-1])
+    joined, sensed = np.concatenate(starts), np.concatenate(identity)
+    observer = np.repeat(np.arange(row), np.diff(joined))
+    offset = arena.displacement(position[observer], position[sensed])
+    return NeighbourList(joined, sensed, offset, np.hypot(offset[:, 0], offset[:, 1]))

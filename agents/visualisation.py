@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.outline import circle, outline
+from teamsight.agents.outline import COLOURS, circle, obstacles, walls
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#bcbd22")
 _BACKENDS = ("matplotlib", "altair")
 _MISSING = "mesa's visualisation needs packages that are not installed: pip install 'teamsight[viz]'"
 
@@ -49,7 +48,7 @@ def portrayal(agent: Body) -> Any:
 
 
 def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
-    """Draw the walls of a world's arena, and the headings and sensing ranges of teams.
+    """Draw the walls and obstacles of a world's arena, and the headings and sensing ranges of teams.
 
     Parameters
     ----------
@@ -61,12 +60,14 @@ def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
         Whether to draw the sensing ranges.
     """
     style = "--" if any(world.arena.period) else "-"
-    for line in outline(world.arena):
+    for line in walls(world.arena):
         axes.plot(line[:, 0], line[:, 1], color="0.3", linestyle=style, linewidth=1.5, zorder=0.5)
+    for line in obstacles(world.arena):
+        axes.fill(line[:, 0], line[:, 1], color="0.6", zorder=0.5)
     for line in _headings(world):
         axes.plot(line[:, 0], line[:, 1], color="black", linewidth=1.5, zorder=2)
     for line, number in _ranges(world) if ranges else []:
-        axes.fill(line[:, 0], line[:, 1], color=_COLOURS[number % len(_COLOURS)], alpha=0.1, zorder=0)
+        axes.fill(line[:, 0], line[:, 1], color=COLOURS[number % len(COLOURS)], alpha=0.1, zorder=0)
     axes.set_aspect("equal")
     axes.set_frame_on(False)
 
@@ -74,7 +75,7 @@ def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
 def make_world_component(
     agent_portrayal: Callable[[Any], Any] | None = None, *, backend: str = "matplotlib", ranges: bool = True
 ) -> Callable[[World], Any]:
-    """Return a component for mesa's ``SolaraViz`` that draws agents, walls and sensing ranges.
+    """Return a component for mesa's ``SolaraViz`` that draws agents, walls, obstacles and sensing ranges.
 
     Parameters
     ----------
@@ -111,7 +112,7 @@ def make_world_component(
 
 def _look(agent: Body) -> tuple[int, str]:
     """Return the size and the colour of an agent."""
-    colour = _COLOURS[agent.group.number % len(_COLOURS)]
+    colour = COLOURS[agent.group.number % len(COLOURS)]
     if agent.group.team is not None:
         return 70, colour
     return 45, colour if getattr(agent, "is_observed", True) else f"{colour}59"
@@ -158,8 +159,9 @@ def _with_walls(chart: Any, world: World, ranges: bool) -> Any:
     }
     agents = chart.encode(**axes, size=altair.Size("size:Q", scale=None), color=altair.Color("color:N", scale=None))
     # Each line with its colour, the opacity of what it encloses, and its width.
-    lines = [(line, _COLOURS[number % len(_COLOURS)], 0.1, 0.0) for line, number in (_ranges(world) if ranges else [])]
-    lines += [(line, "#777777", 0.0, 1.5) for line in outline(world.arena)]
+    lines = [(line, COLOURS[number % len(COLOURS)], 0.1, 0.0) for line, number in (_ranges(world) if ranges else [])]
+    lines += [(line, "#777777", 0.0, 1.5) for line in walls(world.arena)]
+    lines += [(line, "#999999", 1.0, 0.0) for line in obstacles(world.arena)]
     lines += [(line, "#000000", 0.0, 1.5) for line in _headings(world)]
     layers = [agents]
     for line, colour, fill, width in reversed(lines):

@@ -7,8 +7,7 @@ those of the mutual edges, where both robots sense each other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import islice
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import networkx as nx
@@ -17,6 +16,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csgraph
 
+from teamsight.analysis.cliques import largest_clique
+from teamsight.analysis.teams import check_team, team_graph
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.proximity.search import proximity_graph
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
-#: Maximal cliques that are examined, in about a second, before the search for the largest is abandoned.
-CLIQUE_BUDGET = 100_000
 
 
 class Frame(NamedTuple):
@@ -64,51 +63,6 @@ def components(edges: Ints, size: int) -> Ints:
     """
     matrix = coo_array((np.ones(len(edges), dtype=np.int8), tuple(edges.T)), shape=(size, size))
     return np.asarray(csgraph.connected_components(matrix, directed=False)[1], dtype=np.int64)
-
-
-def largest_clique(edges: Ints, size: int, *, budget: int = CLIQUE_BUDGET) -> Ints | None:
-    """Return a largest set of robots that all sense one another, sorted, or None if it is too costly to find.
-
-    Parameters
-    ----------
-    edges : ndarray of int64, shape (m, 2)
-        Mutual edges.
-    size : int
-        Number of robots.
-    budget : int
-        Maximal cliques to examine before giving up.
-
-    Notes
-    -----
-    A robot of a clique of size c has a core number of at least c − 1. Only robots whose core number is at least the
-    size of the best clique found can belong to a larger one; in sparse teams few or none remain.
-    """
-    if not len(edges):
-        return np.arange(min(size, 1), dtype=np.int64)
-    network = nx.Graph()
-    network.add_edges_from(edges.tolist())
-    core = nx.core_number(network)
-    best = _greedy_clique(network, core)
-    dense = network.subgraph([robot for robot, number in core.items() if number >= len(best)])
-    cliques = list(islice(nx.find_cliques(dense), budget))
-    best = max([best, *cliques], key=len)
-    return None if len(cliques) == budget else np.array(sorted(best), dtype=np.int64)
-
-
-def _greedy_clique(network: nx.Graph, core: dict[int, int]) -> list[int]:
-    """Return a large clique, grown from each robot of the densest core through its densest neighbours."""
-    densest = max(core.values())
-    best: list[int] = []
-    for seed in [robot for robot, number in core.items() if number == densest]:
-        clique, candidates = [seed], set(network[seed])
-        while candidates:
-            robot = max(candidates, key=lambda one: (core[one], -one))
-            clique.append(robot)
-            candidates &= set(network[robot])
-        best = max(best, clique, key=len)
-        if len(best) == densest + 1:  # no clique can be larger
-            break
-    return best
 
 
 def frame(graph: NeighbourList, *, cliques: bool = True) -> Frame:
@@ -170,7 +124,9 @@ def to_networkx(
     return network
 
 
-def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True) -> pd.DataFrame:
+def over_time(
+    model: World, steps: int, *, every: int = 1, cliques: bool = True, team: str | None = None, sensed: bool = False
+) -> pd.DataFrame:
     """Run a model and return the numbers of the neighbour graph of its teams, from its present step on.
 
     Parameters
@@ -183,6 +139,10 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
         Steps between frames.
     cliques : bool
         Whether to find the largest clique in each frame.
+    team : str, optional
+        The only team that counts; by default all do.
+    sensed : bool
+        Count only the teammates that a robot's sensor detects, not all within its awareness range; see `Group.sensors`.
 
     Returns
     -------
@@ -193,27 +153,24 @@ def over_time(model: World, steps: int, *, every: int = 1, cliques: bool = True)
     Raises
     ------
     TypeError, ValueError
-        If a number is not whole or outside its limits, or no group of the model is on a team; the model stays as it is.
+        If a number is not whole or outside its limits, or no group of the model is on a team, or on the given one;
+        the model stays as it is.
     """
     from teamsight.agents.model import World
 
     if not isinstance(model, World):
         raise TypeError(f"model={checks.shown(model)}: must be a World, such as CMOMMT(robots=5)")
     steps, every = checks.count("steps", steps, least=0), checks.count("every", every)
-    if all(group.team is None for group in model.groups):
-        raise ValueError(
-            f"model={model!r}: no group is on a team at tick {model.tick}, so no agent has neighbours; add a group of "
-            "Robot, or of an agent class with a team"
-        )
+    check_team(model, team, f"model={checks.shown(model)}")
 
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
-        yield model.tick, model.neighbours
+        yield model.tick, team_graph(model, team, sensed=sensed)
         end = model.tick + steps
         while (before := model.tick) < end:
             model.run(min(every, end - before))
             if model.tick == before:
                 return  # the model has stopped
-            yield model.tick, model.neighbours
+            yield model.tick, team_graph(model, team, sensed=sensed)
 
     return table(graphs(), cliques=cliques)
 
@@ -251,17 +208,22 @@ def over_positions(
 
 
 def over_trajectory(
-    trajectory: pd.DataFrame, awareness_range: float, arena: Arena | None = None, *, cliques: bool = True
+    trajectory: pd.DataFrame,
+    awareness_range: float | Mapping[str, float],
+    arena: Arena | None = None,
+    *,
+    cliques: bool = True,
 ) -> pd.DataFrame:
     """Return the numbers of the neighbour graph for a trajectory, in which agents may come and go.
 
     Parameters
     ----------
     trajectory : DataFrame
-        Columns time, x, y: one row an agent and time, of one group from ``model.recording.trajectory``. With a
-        column run, agents of different runs do not meet.
-    awareness_range : float
-        Distance within which robots sense each other [length].
+        Columns time, x, y: one row an agent and time, from ``model.recording.trajectory``. With a column run, agents of
+        different runs do not meet.
+    awareness_range : float or mapping of str to float
+        Distance within which robots sense each other [length]; or that of each group of one team, by its name in the
+        column group. Agents of other groups are left out.
     arena, cliques
         See `over_positions`.
 
@@ -273,20 +235,36 @@ def over_trajectory(
     Raises
     ------
     ValueError
-        If the trajectory holds several groups: their agents would count as one another's neighbours.
+        If the trajectory holds several groups and there is one range: their agents would count as one another's
+        neighbours. If it lacks a group of the mapping.
     """
-    if "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
+    if isinstance(awareness_range, Mapping):
+        trajectory = _of_groups(trajectory, awareness_range)
+    elif "group" in trajectory and (several := trajectory["group"].unique()).size > 1:
         raise ValueError(
             f"the trajectory holds the groups {', '.join(map(str, several))}: select one, as in "
-            f"trajectory[trajectory.group == {several[0]!r}]; of groups that are one team, drop the column group"
+            f"trajectory[trajectory.group == {several[0]!r}]; or give the range of each group of one team, as in "
+            f"awareness_range={{{several[0]!r}: {awareness_range}, …}}"
         )
+    else:
+        trajectory = trajectory.assign(reach=awareness_range)
     keys = ["run", "time"] if "run" in trajectory else ["time"]
-    frames = [(key, rows[["x", "y"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
-    graphs = ((key[-1], proximity_graph(position, None, awareness_range, arena)) for key, position in frames)
+    frames = [(key, rows[["x", "y", "reach"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
+    graphs = ((key[-1], proximity_graph(rows[:, :2].copy(), None, rows[:, 2].copy(), arena)) for key, rows in frames)
     found = table(graphs, cliques=cliques)
     if "run" in trajectory:
         found.insert(0, "run", [key[0] for key, _ in frames])
     return found
+
+
+def _of_groups(trajectory: pd.DataFrame, awareness_range: Mapping[str, float]) -> pd.DataFrame:
+    """Return the rows of some groups, with their ranges in a column reach."""
+    held = trajectory["group"].unique().tolist() if "group" in trajectory else []
+    if missing := [name for name in awareness_range if name not in held]:
+        found = f"holds {', '.join(map(repr, held))}" if held else "has no column group"
+        raise ValueError(f"awareness_range: names the group {missing[0]!r}, but the trajectory {found}; name others")
+    chosen = trajectory[trajectory["group"].isin(list(awareness_range))]
+    return chosen.assign(reach=chosen["group"].map(dict(awareness_range)).astype(float))
 
 
 def table(graphs: Iterable[tuple[Any, NeighbourList]], *, cliques: bool = True) -> pd.DataFrame:

@@ -28,6 +28,10 @@ class Abilities(NamedTuple):
     sensing_range: Column
     awareness_range: Column
 
+    def cut(self, size: int) -> Abilities:
+        """Return those of the first agents."""
+        return Abilities(*(array[:size].copy() for array in self))
+
     def followed_by(self, other: Abilities) -> Abilities:
         """Return those of these agents, then those of others."""
         return Abilities(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))

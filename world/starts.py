@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -58,6 +59,13 @@ class Founders(NamedTuple):
     spacing: float
     heading: Points | None = None
     first: int = 0
+
+    def cut(self, members: int) -> Founders:
+        """Return those whose number within the group is less than `members`."""
+        size = max(min(self.size, members - self.first), 0)
+        placement = self.placement if isinstance(self.placement, str) else self.placement[:size]
+        heading = None if self.heading is None else self.heading[:size]
+        return self._replace(size=size, placement=placement, heading=heading)
 
     def followed_by(self, other: Founders) -> list[Founders]:
         """Return these and the next ones of the same group, as one if the same rule can place them together."""
@@ -118,7 +126,7 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     numbers = _numbers(groups, keys)
     angle = 2 * math.pi * numbers[2]
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    last = np.cumsum([one.size for one in groups])
+    last = list(accumulate(one.size for one in groups))
     for one, end in zip(groups, last, strict=True):
         if one.heading is not None:
             heading[:, end - one.size : end] = one.heading

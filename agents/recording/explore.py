@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TARGETS
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.model import World
 from teamsight.agents.recording.transitions import Transitions, concatenated
@@ -17,7 +19,7 @@ from teamsight.world.arena import Disc
 
 
 def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
-    """Run a world and return the transitions of a group: one per robot and step.
+    """Run a world and return the transitions of a group: one for each step and robot that is there when it begins.
 
     Parameters
     ----------
@@ -31,15 +33,23 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     Returns
     -------
     LazyMemory
-        Its settings describe the world.
+        Its settings describe the world. What differs after the run has both values: numbers as [least, most].
 
     Raises
     ------
     TypeError, ValueError
-        If `world` is not a `World`, `steps` is not a whole number of at least 1, or the group is unknown or empty.
+        If `world` is not a `World` or has stopped, `steps` is not a whole number of at least 1, or the group is
+        unknown, is empty, or changes its degree of awareness or the width of its situations on the way.
+
+    Warns
+    -----
+    UserWarning
+        If the group senses nothing in the channel "targets": its situations show no targets then, and all facts are 0.
 
     Notes
     -----
+    Situations show targets and teammates. What is sensed in other channels is not in them.
+
     *Source:* §8.1: one exploration serves every objective. §8.2: 5 robots and 120 steps give 600 transitions.
     """
     if not isinstance(world, World):
@@ -49,9 +59,39 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
         raise TypeError(f"world={shown}, such as CMOMMT(robots=5)")
     steps = checks.count("steps", steps)
     robots = _explorers(world) if group is None else group
-    seed = world.seed_used
+    if not world.running:
+        shown = f"world={checks.shown(world)}"
+        raise ValueError(f"{shown}: has stopped (running is False); explore another, or set running to True")
+    if isinstance(robots, Group) and TARGETS not in robots.channels:
+        warnings.warn(
+            f"{robots!r} senses nothing in the channel {TARGETS!r}, so its situations show no targets and all facts "
+            "are 0; declare it: world.senses(group, others)",
+            stacklevel=2,
+        )
+    seed, first, before = world.seed_used, world.tick, _settings_before(world, robots)
     recorded = record_run(world, robots, steps)
-    return memory_of([recorded], robots, settings_of(world, robots) | {"steps": steps, "runs": 1, "seed": seed})
+    met = _settings_met(before, settings_of(world, robots))
+    return memory_of([recorded], robots, met | {"steps": world.tick - first, "runs": 1, "seed": seed})
+
+
+def _settings_before(world: World, group: Group) -> dict[str, Any]:
+    world.recording.record_transitions(group)  # refuses a group of another world
+    return settings_of(world, group)
+
+
+def _settings_met(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings before a run, with both values where they differ after it."""
+    met = dict(before)
+    for name, value in after.items():
+        if value in (None, "", before.get(name)):
+            continue  # as before, or nobody is left
+        if before.get(name) in (None, ""):
+            met[name] = value
+        elif isinstance(value, str | dict):
+            met[name] = f"{before[name]}, then {value}"
+        else:
+            met[name] = _range(np.hstack([before[name], value]))
+    return met
 
 
 def record_run(world: World, group: Group, steps: int) -> Transitions:
@@ -87,6 +127,8 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
     group.host.find_neighbours()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     team_size = sum(map(len, team_of(world.groups, group) or [group]))
+    # Situations come from what sensors show. Without sensors the settings are those of older memories.
+    sensors = {name: repr(channel.sensor) for name, channel in group.channels.items() if channel.sensor is not None}
     return {
         "awareness": repr(group.awareness),
         "degree": group.awareness.name,
@@ -102,7 +144,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
         "sensing_range": _range(group.sensing_range),
         "awareness_range": _range(group.awareness_range),
-    }
+    } | ({"sensors": sensors} if sensors else {})
 
 
 def _described(policy: Any) -> str:
@@ -111,11 +153,11 @@ def _described(policy: Any) -> str:
     return str(getattr(policy, "__name__", type(policy).__name__)) if " at 0x" in text else text
 
 
-def _range(values: npt.NDArray[np.float64]) -> float | list[float] | None:
+def _range(values: npt.NDArray[Any]) -> float | list[float] | None:
     """Return the common value, or the smallest and the largest."""
     if not len(values):
         return None
-    low, high = float(values.min()), float(values.max())
+    low, high = values.min().item(), values.max().item()
     return low if low == high else [low, high]
 
 

@@ -43,6 +43,19 @@ class Recording:
         """The mean over robots and completed steps of the number of robots within a robot's awareness range."""
         return self._data.history.mean_neighbours
 
+    def max_neighbours(self, team: str | None = None, first: int = 0) -> int:
+        """Return the largest number of neighbours of any robot in the completed steps.
+
+        Parameters
+        ----------
+        team : str, optional
+            The name of a team; by default all teams count.
+        first : int
+            The number of steps to leave out at the start.
+        """
+        history = self._data.history
+        return history.max_neighbours if team is None and not first else history.largest_of(team, first)
+
     def record_positions(self, every: int = 1) -> None:
         """Record the positions of all agents from now on, at each tick that `every` divides; see `trajectory`.
 

@@ -45,6 +45,8 @@ class TransitionLog:
 
     Attributes
     ----------
+    awareness : Awareness
+        The degree of awareness under which they were recorded.
     own, added : int
         The inputs of a robot's own sensors, and those added for teammates.
     situation, action, next_situation, facts : Buffer
@@ -56,7 +58,7 @@ class TransitionLog:
     """
 
     def __init__(self, group: Group, team_size: int) -> None:
-        self.group = group
+        self.group, self.awareness = group, group.awareness
         size, width = len(group), group.awareness.width(max(team_size, 1))
         self.own, self.added = width
         self.situation, self.action, self.next_situation, self.facts = self._buffers = [
@@ -137,6 +139,12 @@ def joined(group: Group, logs: list[TransitionLog]) -> Transitions:
     """
     if not logs:
         raise ValueError(f"transitions({group!r}): none were recorded; call record_transitions(group) before the steps")
+    degrees = list(dict.fromkeys(repr(log.awareness) for log in logs if log.rows))
+    if len(degrees) > 1:
+        raise ValueError(
+            f"transitions({group!r}): were recorded under {' and '.join(degrees)}, whose situations mean different "
+            "things; change the degree of awareness before recording, or in another world"
+        )
     widths = sorted({log.own + log.added for log in logs if log.rows})
     if len(widths) > 1:
         raise ValueError(

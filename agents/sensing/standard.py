@@ -5,14 +5,13 @@ The agents in range are processed in chunks: select those in view, draw their no
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from teamsight.agents.sensing.false_detections import close_rows
 from teamsight.agents.sensing.interface import Floats, Integers, Words
-from teamsight.agents.sensing.noise import is_tail, middle_normal, tail_normal, uniform
+from teamsight.agents.sensing.noise import normals, rotation, uniform
 from teamsight.agents.sensing.parameters import (
     BEARING_NOISE,
     COSINE,
@@ -23,7 +22,6 @@ from teamsight.agents.sensing.parameters import (
     RANGE_NOISE,
 )
 from teamsight.agents.sensing.writing import put
-from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined, kernel, scratch
 from teamsight.world.noise import philox
 from teamsight.world.sight import is_blocked
@@ -92,7 +90,7 @@ def _select(view: Any, parameters: Any, span: tuple[int, int, int], chunk: Any) 
 
 @inlined
 def _draw(view: Any, parameters: Any, count: int, chunk: Any) -> None:
-    """Write the random numbers of the selected entries: two normal, one uniform; and cosine and sine of the turn."""
+    """Draw the noise of the selected entries."""
     tick = np.uint64(view.tick[0])
     stream = np.uint64(view.stream)
     k0 = view.key[0] ^ view.salt[0]
@@ -103,28 +101,15 @@ def _draw(view: Any, parameters: Any, count: int, chunk: Any) -> None:
         chunk.identity[c] = np.uint64(0)
     for c in range(lanes):
         first, second, third, _ = philox(tick, chunk.member[c], chunk.identity[c], stream, k0, k1)
-        chunk.away[c] = uniform(first) - 0.5
-        chunk.turn[c] = uniform(second) - 0.5
+        chunk.member[c] = first
+        chunk.identity[c] = second
         chunk.chance[c] = uniform(third)
-    if parameters[RANGE_NOISE] > 0.0:
-        _normal(chunk.away, count, lanes, chunk.cosine)
-    if parameters[BEARING_NOISE] > 0.0:
-        _normal(chunk.turn, count, lanes, chunk.cosine)
+    if parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0:
         for c in range(lanes):
-            turns = parameters[BEARING_NOISE] * chunk.turn[c]
-            chunk.cosine[c], chunk.sine[c] = direction(turns - math.floor(turns))
-
-
-@inlined
-def _normal(numbers: Any, count: int, lanes: Any, room: Any) -> None:
-    """Turn uniform numbers, less ½, into normal ones."""
-    for c in range(lanes):
-        room[c] = middle_normal(numbers[c])
-    for c in range(np.uint64(count)):
-        if is_tail(numbers[c]):
-            room[c] = tail_normal(numbers[c])
-    for c in range(lanes):
-        numbers[c] = room[c]
+            chunk.away[c], chunk.turn[c] = normals(chunk.member[c], chunk.identity[c])
+    if parameters[BEARING_NOISE] > 0.0:
+        for c in range(lanes):
+            chunk.cosine[c], chunk.sine[c] = rotation(parameters[BEARING_NOISE] * chunk.turn[c])
 
 
 @inlined
@@ -139,7 +124,7 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
     if parameters[RANGE_NOISE] > 0.0:
         least = NEAREST * view.reach[i]
         scale = 1.0 / distance
-        if distance < least:
+        if distance <= least:
             x = view.heading[i, 0]
             y = view.heading[i, 1]
             scale = 1.0
@@ -151,13 +136,35 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
     put(sensed, edge, seen.identity[k], x, y, distance)
 
 
+@inlined
+def _append(view: Any, parameters: Any, c: Any, chunk: Any, sensed: Any, edge: Any) -> Any:
+    """Write the selected entry `c`, unless it is missed; return the next entry."""
+    if parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0:
+        _put_noisy(view, parameters, c, chunk, sensed, edge)
+    else:
+        seen = view.in_range
+        k = np.uint64(chunk.entry[c])
+        put(sensed, edge, seen.identity[k], seen.offset[k, 0], seen.offset[k, 1], seen.distance[k])
+    # Missed ones are written too, and overwritten by the next, since a branch would be mispredicted.
+    return edge + (np.uint64(chunk.chance[c] >= parameters[MISSED]) if parameters[MISSED] > 0.0 else np.uint64(1))
+
+
+@inlined
+def _fill_starts(start: Any) -> None:
+    """Write where the entries of each observer begin; so far only those that follow an observer with entries do."""
+    end = 0
+    for i in range(np.uint64(1), np.uint64(start.shape[0])):
+        end = max(end, start[i])
+        start[i] = end
+
+
 @kernel
 def sense(view: Any, parameters: Any, sensed: Any) -> int:
     """Write what a `Sensor` senses; see there."""
-    seen = view.in_range
     size = view.heading.shape[0]
-    total = seen.start[size]
-    most = total + (size if parameters[FALSE_POSITIVES] > 0.0 else 0)
+    total = view.in_range.start[size]
+    is_false = parameters[FALSE_POSITIVES] > 0.0
+    most = total + (size if is_false else 0)
     if most > sensed.distance.shape[0]:
         return int(most)
     chunk = Chunk(
@@ -165,25 +172,25 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
         scratch(CHUNK, np.float64), scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
         scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
     )  # fmt: skip
+    chance = scratch(CHUNK, np.float64)
     is_random = parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0 or parameters[MISSED] > 0.0
     last = 0
     here = 0
-    edge = 0
-    sensed.start[0] = 0
+    edge = np.uint64(0)
+    for i in range(np.uint64(size + 1)):
+        sensed.start[i] = 0
     for first in range(0, total, CHUNK):
         count, last = _select(view, parameters, (first, min(first + CHUNK, total), last), chunk)
         if is_random:
             _draw(view, parameters, count, chunk)
         for c in range(np.uint64(count)):
-            if here < chunk.row[c]:
-                edge = close_rows(view, parameters, here, chunk.row[c], edge, sensed)
-                here = chunk.row[c]
-            if is_random:
-                if chunk.chance[c] >= parameters[MISSED]:
-                    _put_noisy(view, parameters, c, chunk, sensed, np.uint64(edge))
-                    edge += 1
-            else:
-                k = np.uint64(chunk.entry[c])
-                put(sensed, np.uint64(edge), seen.identity[k], seen.offset[k, 0], seen.offset[k, 1], seen.distance[k])
-                edge += 1
-    return int(close_rows(view, parameters, here, size, edge, sensed))
+            row = chunk.row[c]
+            if is_false and here < row:
+                edge = np.uint64(close_rows(view, parameters, here, row, np.int64(edge), sensed, chance))
+                here = row
+            edge = _append(view, parameters, c, chunk, sensed, edge)
+            sensed.start[np.uint64(row) + np.uint64(1)] = edge
+    if is_false:
+        return int(close_rows(view, parameters, here, size, np.int64(edge), sensed, chance))
+    _fill_starts(sensed.start)
+    return int(sensed.start[size])

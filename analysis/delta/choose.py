@@ -6,13 +6,14 @@ import contextlib
 import math
 import pickle
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import pandas as pd
 
 from teamsight.analysis.delta import sector_occupancy, team_conditions
-from teamsight.analysis.delta.degrees import Factory, FromSeed, degrees_of, degrees_with_bearings
+from teamsight.analysis.delta.degrees import CountDegrees, Factory, FromSeed, degrees_of
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.run import Run
@@ -29,6 +30,7 @@ def choose_delta(
     steps: int = 600,
     risk: float = 0.01,
     rng: int | None = None,
+    team: str | None = None,
     confidence: float = 0.95,
     subject: str | None = None,
     pool: WorkerPool | None = None,
@@ -39,7 +41,8 @@ def choose_delta(
     Parameters
     ----------
     model : mapping or callable
-        Keyword parameters of `CMOMMT` (without rng and seed), or a function that makes a `World` from a seed.
+        Keyword parameters of `CMOMMT` (without rng and seed), or a class or function that makes a `World` from a seed,
+        which it is given as ``rng`` or ``seed`` if it has a parameter of that name, otherwise as its first argument.
     runs : int, optional
         Number of runs; 10 / risk when not given, of which about ten exceed δ.
     steps : int
@@ -48,6 +51,8 @@ def choose_delta(
         Maximum probability that any robot has more than δ neighbours during a run of T steps; between 0 and 1.
     rng : int, optional
         Root seed; a random one by default. The seeds of the runs derive from it and are in ``maxima``.
+    team : str, optional
+        The only team whose robots count; by default all teams do.
     confidence : float
         Confidence of each bound by itself.
     subject : str, optional
@@ -66,13 +71,14 @@ def choose_delta(
     ------
     ValueError, TypeError
         If a number is outside its limits, the model's parameters are wrong, a factory does not return a `World` or
-        cannot be sent to worker processes, or no agent of the first world is on a team.
+        cannot be sent to worker processes, or no agent of the first world is on a team, or on the given one.
     JobError
         If a later run fails.
 
     Notes
     -----
-    All agents that are on a team count, whatever their group. Steps that a factory has already made do not.
+    All agents that are on a team count, whatever their group. Steps that a factory has already made do not. Neighbours
+    are all teammates within the awareness range, whether or not a robot's sensor detects them.
 
     *Source:* §4 takes the largest number of neighbours in 5 runs of 600 steps for δ; §10 recommends to choose δ "in the
     beginning of the learning phase (exploration)".
@@ -89,7 +95,7 @@ def choose_delta(
         )
     runs, steps = limits.runs(math.ceil(10 / risk) if runs is None else runs), limits.steps(steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
-    planned = _planned(model, root, runs, steps)
+    planned = _planned(model, root, runs, steps, CountDegrees(team))
     if pool is not None and pool.size > 1 and not isinstance(model, Mapping):
         _check_can_be_sent(model)
     found = degrees_of(planned, pool, progress)
@@ -107,15 +113,15 @@ def choose_delta(
         largest=largest,
         prediction=team_conditions.predict(met, size, steps),
         source="simulation",
-        subject=subject or f"{_name(model, size)}, {runs:,} runs of {steps:,} steps",
+        subject=subject or f"{_name(model, size)}{_of_team(team)}, {runs:,} runs of {steps:,} steps",
         awareness_range=team_conditions.awareness_range(met),
         length=float(steps),
         unit="steps",
-        notes=team_conditions.notes(met, size),
+        notes=(*team_conditions.notes(met, size), *_of_short_runs([one.steps for one in found], steps)),
     )
 
 
-def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: int) -> list[Run]:
+def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: int, measure: CountDegrees) -> list[Run]:
     """Return the runs of a model, each of which samples bearings."""
     if not isinstance(model, Mapping):
         if not callable(model):
@@ -123,7 +129,7 @@ def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: in
                 f"model={model!r}: must be keyword parameters of CMOMMT, or a callable from a seed to a model"
             )
         made = FromSeed(model)
-        return [Run({}, run_seed(root, run), steps, degrees_with_bearings, made) for run in range(runs)]
+        return [Run({}, run_seed(root, run), steps, measure, made) for run in range(runs)]
     from teamsight.agents.cmommt import CMOMMT
 
     settings = dict(model)
@@ -135,7 +141,7 @@ def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: in
     with contextlib.closing(CMOMMT(**settings, rng=0)) as first:
         # Given, or by default.
         scenario = [first.settings[name] for name in ("robots", "targets", "radius")]
-    return [Run(settings, model_seed(root, run, *scenario), steps, degrees_with_bearings) for run in range(runs)]
+    return [Run(settings, model_seed(root, run, *scenario), steps, measure) for run in range(runs)]
 
 
 def _check_can_be_sent(model: Factory) -> None:
@@ -150,4 +156,23 @@ def _check_can_be_sent(model: Factory) -> None:
 def _name(model: Factory | Mapping[str, Any], robots: int) -> str:
     if isinstance(model, Mapping):
         return f"CMOMMT({', '.join(f'{name}={value}' for name, value in model.items())})"
-    return f"{getattr(model, '__name__', type(model).__name__)}, {robots} robots"
+    given = ""
+    if isinstance(model, partial):
+        given = ", ".join([*map(repr, model.args), *(f"{name}={value!r}" for name, value in model.keywords.items())])
+        given, model = f"({given})", model.func
+    return f"{getattr(model, '__name__', type(model).__name__)}{given}, {robots} robots"
+
+
+def _of_team(team: str | None) -> str:
+    return "" if team is None else f" of team {team}"
+
+
+def _of_short_runs(made: Sequence[int], steps: int) -> tuple[str, ...]:
+    """Return a note on runs that a model ended before the last step."""
+    short = [number for number in made if number < steps]
+    if not short:
+        return ()
+    return (
+        f"{len(short):,} of {len(made):,} runs ended before step {steps:,}, the first after {min(short):,} steps: the "
+        "stated probability is that of runs that may end so.",
+    )

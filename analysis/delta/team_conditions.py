@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from teamsight.agents.teammates import are_all_sensed, of_team, teammates
 from teamsight.analysis.delta import closed_form
 from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.world.arena import Disc
@@ -19,6 +20,7 @@ class Conditions(NamedTuple):
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
     if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
+    ``is_sensed`` is False if a sensor or an obstacle may hide teammates within the range.
     """
 
     robots: int
@@ -26,11 +28,21 @@ class Conditions(NamedTuple):
     awareness_range: float | None
     radius: float | None
     speed: float
+    is_sensed: bool = True
 
 
-def conditions(world: World) -> Conditions:
-    """Return the present conditions of a world."""
-    members = world.teammates
+def conditions(world: World, team: str | None = None) -> Conditions:
+    """Return the present conditions of a world.
+
+    Parameters
+    ----------
+    world : World
+        The world.
+    team : str, optional
+        The only team that counts; by default all do.
+    """
+    groups = of_team(world.groups, team)
+    members = teammates(groups)
     reach = members.awareness_range
     return Conditions(
         robots=members.largest_team,
@@ -38,6 +50,7 @@ def conditions(world: World) -> Conditions:
         awareness_range=float(reach[0]) if len(reach) and reach.min() == reach.max() else None,
         radius=world.arena.radius if isinstance(world.arena, Disc) else None,
         speed=float(np.sqrt(np.mean(np.square(members.speed)))) if len(members.speed) else 0.0,
+        is_sensed=are_all_sensed(groups, world.arena),
     )
 
 
@@ -83,7 +96,15 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
     """
     said = []
     if max(one.teams for one in met) > 1:
-        said.append(f"There are several teams: only teammates are neighbours, and N = {size} is the largest team.")
+        said.append(
+            f"There are several teams: only teammates are neighbours, and N = {size} is the largest team; give team to "
+            "choose δ for one of them."
+        )
     if len({one.robots for one in met} | {size}) > 1:
         said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
+    if not all(one.is_sensed for one in met):
+        said.append(
+            "Neighbours are teammates within the awareness range, also those that a robot does not sense because of "
+            "its sensor or an obstacle: the number that it really senses is at most as large."
+        )
     return tuple(said)

@@ -113,9 +113,13 @@ class Run:
 
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
+        return self.measure(self.begin(worlds), self.steps)
+
+    def begin(self, worlds: ReusedWorlds) -> World:
+        """Return the world before its first step."""
         from teamsight.agents.cmommt import CMOMMT
 
-        return self.measure(worlds.begin(self.model or CMOMMT, self.parameters, self.seed), self.steps)
+        return worlds.begin(self.model or CMOMMT, self.parameters, self.seed)
 
     def describe(self) -> str:
         """Return the settings on one line; long values, such as those of a policy, are cut."""
@@ -136,8 +140,8 @@ def _size(value: object) -> int:
 
 
 def _name(function: object) -> str:
-    """Return the full name of a class or function; or the repr of what has no name."""
+    """Return the full name of a class or function; or the repr of what has no name, or shares it, as lambdas do."""
     if function is None:
         return "CMOMMT"
     name = getattr(function, "__qualname__", None)
-    return repr(function) if name is None else f"{getattr(function, '__module__', '')}:{name}"
+    return repr(function) if name is None or "<" in name else f"{getattr(function, '__module__', '')}:{name}"

@@ -35,6 +35,14 @@ class Early(Robot):
         super().__init__(model)
 
 
+class Loaded(Robot):
+    """Has a parameter without a default."""
+
+    def __init__(self, model: World, load: float) -> None:
+        super().__init__(model)
+        self.load = load
+
+
 class Stubborn(CompiledPolicy):
     """A policy that can begin with so many robots only."""
 
@@ -104,6 +112,16 @@ OPERATIONS: dict[str, Callable[[World], Any]] = {
     "add: a place outside": lambda w: w.add(Robot, 1, policy="random-walk", placement=[(9, 9)]),
     "add: a name that is taken": lambda w: w.add(Robot, 1, policy="random-walk", name="robots"),
     "add: too fast": lambda w: w.add(Robot, 1, policy="random-walk", speed=1e155),
+    "add: a name that nothing has": lambda w: w.add(Robot, 2, policy="random-walk", batery=1),
+    "add: the class needs more": lambda w: w.add(Loaded, 2, policy="random-walk"),
+    "add: no policy": lambda w: w.add(Robot, 2),
+    "add: no team": lambda w: w.add(Robot, 2, policy="random-walk", team=3),
+    "add: no heading": lambda w: w.add(Robot, 2, policy="random-walk", heading=(0, 0)),
+    "arrive: a place outside": lambda w: w.groups[0].add(2, position=[(0, 0), (9, 9)]),
+    "arrive: too fast": lambda w: w.groups[0].add(2, speed=1e155),
+    "arrive: nobody": lambda w: w.groups[0].add(0),
+    "arrive: a name that nothing has": lambda w: w.groups[0].add(1, batery=1),
+    "arrive: another world's group": lambda w: STRANGER.add(1, position=(9, 9)),
     "adjust: the policy cannot start": lambda w: w.adjust(w.groups[0], policy=Stubborn(), speed=0.3),
     "adjust: no memory that a kernel can read": lambda w: w.adjust(w.groups[0], policy=Forgetful(9), awareness="none"),
     "adjust: one wrong of three": lambda w: w.adjust(w.groups[0], speed=0.3, sensing_range=2.0, turn_limit=-1),
@@ -282,7 +300,7 @@ def test_groups_that_a_class_has_added_leave_with_it() -> None:
         assert facts(tried) == before
 
 
-@pytest.mark.parametrize("deed", ["remove", "adjust", "place", "range", "add"])
+@pytest.mark.parametrize("deed", ["remove", "adjust", "place", "range", "add", "arrive"])
 def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
     """Ctrl-C comes at each line of the operation in turn, as a debugger would stop there."""
     before_handler = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -320,6 +338,8 @@ def _do(deed: str, world: World, robots: Any) -> None:
         robots[1].position = (0.1, 0.2)
     elif deed == "range":
         robots[1].awareness_range = 0.3
+    elif deed == "arrive":
+        robots.add(2, battery=[0.3, 0.4])
     else:
         world.add(Robot, 2, policy="random-walk", name="late")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from statistics import NormalDist
 from typing import Any, NamedTuple
 
 from naive.paper import Vector, philox
@@ -23,6 +22,12 @@ def noise(key: Any, salt: Any, stream: int, tick: int, member: int, identity: in
     """A block of Philox, as four uniform numbers."""
     both = (int(key[0]) ^ int(salt[0]), int(key[1]) ^ int(salt[1]))
     return Noise(*((word + 0.5) / 2**32 for word in philox((tick, member, identity, stream), both)))
+
+
+def normals(one: float, other: float) -> Vector:
+    """Two normal numbers from two uniform ones, by Box and Muller (1958)."""
+    length = math.sqrt(-2 * math.log(one))
+    return length * math.cos(2 * math.pi * other), length * math.sin(2 * math.pi * other)
 
 
 def sense(sensor: Any, view: Any, is_blocked: Callable[[Vector, Vector], bool]) -> list[dict[int, Vector]]:
@@ -45,12 +50,13 @@ def _sense_one(sensor: Any, view: Any, i: int, is_blocked: Callable[[Vector, Vec
         numbers = draw(int(view.everyone[j]))
         if numbers.third < sensor.missed:
             continue
+        away, turn = normals(numbers.first, numbers.second)
         if sensor.range_noise > 0:
-            distance = abs(way) + sensor.range_noise * NormalDist().inv_cdf(numbers.first)
+            distance = abs(way) + sensor.range_noise * away
             distance = min(max(distance, 1e-6 * reach), reach)
-            way = distance * (way / abs(way) if abs(way) >= 1e-6 * reach else ahead)
+            way = distance * (way / abs(way) if abs(way) > 1e-6 * reach else ahead)
         if sensor.bearing_noise > 0:
-            angle = sensor.bearing_noise * NormalDist().inv_cdf(numbers.second)
+            angle = sensor.bearing_noise * turn
             way *= complex(math.cos(angle), math.sin(angle))
         found[j] = (way.real, way.imag)
     numbers = draw(2**32 - 1)

@@ -12,10 +12,20 @@ from __future__ import annotations
 
 from teamsight.core.kernel.decorators import inlined, kernel, plain
 from teamsight.core.kernel.entry import Entry, specialise
-from teamsight.core.kernel.intrinsics import array_at, below_8, below_64, call, near_eight, ones, scratch
+from teamsight.core.kernel.intrinsics import (
+    array_at,
+    below_8,
+    below_64,
+    bits_of,
+    call,
+    float_of,
+    near_eight,
+    ones,
+    scratch,
+)
 from teamsight.core.kernel.record import Packed, Record
 
 __all__ = [
-    "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "call", "inlined", "kernel", "near_eight", "ones",
-    "plain", "scratch", "specialise",
+    "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "bits_of", "call", "float_of", "inlined", "kernel",
+    "near_eight", "ones", "plain", "scratch", "specialise",
 ]  # fmt: skip

@@ -115,6 +115,26 @@ def ones(typing_context: Any, word: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def bits_of(typing_context: Any, number: Any) -> Any:
+    """Return the bits of a float64 as a word."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.IntType(64))
+
+    return numba.types.uint64(numba.types.float64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def float_of(typing_context: Any, word: Any) -> Any:
+    """Return the float64 with these bits."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return numba.types.float64(numba.types.uint64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if point ``first + i`` is within the square distance, for 8 points."""
 

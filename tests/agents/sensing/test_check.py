@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight.agents.sensing import Sensor, check_sensor
-from teamsight.agents.sensing.noise import normal, uniform, words_of
+from teamsight.agents.sensing.noise import uniform, words_of
 from teamsight.core.kernel import kernel
 
 SENSORS = [
@@ -182,7 +182,7 @@ def _by_index(view: Any, parameters: Any, sensed: Any) -> int:
         k = _nearest(view, i)
         if k >= 0 and sensed.start[i] < sensed.distance.shape[0]:
             words = words_of(view, i, view.in_range.identity[k])
-            _put(view, sensed, sensed.start[i], k, 2.0 + 0.1 * normal(words[0]))
+            _put(view, sensed, sensed.start[i], k, 2.0 + uniform(words[0]))
     return need
 
 

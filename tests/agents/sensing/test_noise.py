@@ -10,10 +10,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from naive import sensing as naive
 from scipy import stats
 
 from teamsight.agents.sensing import Sensor
-from teamsight.agents.sensing.noise import normal
+from teamsight.agents.sensing.noise import normals, rotation
 from teamsight.core.kernel import Entry, array_at
 from teamsight.core.neighbour_list import NeighbourList
 
@@ -21,19 +24,41 @@ LEAST = 1e-9
 SIZE = 4000
 
 
-def _normal(address: int) -> int:
-    row = array_at(address, 1, np.float64)
-    row[0] = normal(array_at(address, 1, np.uint64)[0])
+def _normals(address: int) -> int:
+    words, numbers = array_at(address, 2, np.uint64), array_at(address, 2, np.float64)
+    numbers[0], numbers[1] = normals(words[0], words[1])
     return 0
 
 
-@pytest.mark.parametrize(
-    "word", [0, 1, 2, 5_000, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1, 322_122_547, 322_122_548, 3_972_844_748, 10**9]
-)
-def test_the_normal_number_of_a_word_is_the_inverse_of_its_distribution(word: int) -> None:
-    place = np.array([word], np.uint64)
-    Entry(_normal)(place.ctypes.data)
-    assert place.view(np.float64)[0] == pytest.approx(stats.norm.ppf((word + 0.5) / 2**32), abs=1e-6)
+_NORMALS = Entry(_normals)
+EDGES = [0, 1, 2, 2**16, 2**30, 2**31 - 1, 2**31, 3_037_000_499, 3_037_000_500, 2**32 - 2, 2**32 - 1]
+
+
+@given(st.one_of(st.sampled_from(EDGES), st.integers(0, 2**32 - 1)), st.integers(0, 2**32 - 1))
+def test_the_normal_numbers_of_two_words_are_those_of_the_slow_twin(word: int, other: int) -> None:
+    place = np.array([word, other], np.uint64)
+    _NORMALS(place.ctypes.data)
+    expected = naive.normals((word + 0.5) / 2**32, (other + 0.5) / 2**32)
+    # The length is accurate to its last bits, the angle to those of 2π.
+    assert place.view(np.float64) == pytest.approx(expected, rel=2e-11, abs=1e-14)
+
+
+def _rotation(address: int) -> int:
+    row = array_at(address, 2, np.float64)
+    row[0], row[1] = rotation(row[0])
+    return 0
+
+
+_ROTATION = Entry(_rotation)
+
+
+@given(st.floats(-5, 5))
+@example(0.125)
+@example(-0.375)
+def test_a_rotation_has_cosine_and_sine_of_its_turns(turns: float) -> None:
+    row = np.array([turns, 0.0])
+    _ROTATION(row.ctypes.data)
+    assert row == pytest.approx([math.cos(2 * math.pi * turns), math.sin(2 * math.pi * turns)], abs=1e-12)
 
 
 def at_half(sensor: Sensor, seed: int = 0) -> NeighbourList:

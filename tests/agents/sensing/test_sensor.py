@@ -82,14 +82,12 @@ def test_the_kernel_equals_its_slow_twin(
     wanted = naive.sense(sensor, view, cut_by(view.sight, sensor))
     assert np.allclose(sensed.distance, np.hypot(*sensed.offset.T), rtol=1e-12, atol=0)
     assert (sensed.distance <= np.repeat(view.reach, sensed.degree)).all()
-    for i, (found, expected) in enumerate(zip(rows(sensed), wanted, strict=True)):
+    for found, expected in zip(rows(sensed), wanted, strict=True):
         assert sorted(found) == sorted(expected)
         order = [index if index >= 0 else ~index for index in found]
         assert order == sorted(order)
         for index, offset in found.items():
-            # The inverse of the normal distribution is approximate, to 1e-6.
-            tolerance = 1e-6 * (sensor.range_noise + sensor.bearing_noise * view.reach[i]) + 1e-12
-            assert offset == pytest.approx(expected[index], abs=tolerance)
+            assert offset == pytest.approx(expected[index], abs=1e-9)
 
 
 def test_a_perfect_sensor_shows_what_is_in_range() -> None:
@@ -177,6 +175,13 @@ def test_options_are_values() -> None:
     assert Sensor(occluded=False, range=2).is_perfect
 
 
+def test_a_sensor_shows_the_options_that_differ() -> None:
+    assert repr(Sensor()) == "Sensor()"
+    sensor = Sensor(math.radians(90), missed=0.5, range=2)
+    assert repr(sensor) == f"Sensor(field_of_view={math.pi / 2!r}, missed=0.5, range=2.0)"
+    assert eval(repr(sensor)) == sensor
+
+
 def test_a_sensor_with_another_kernel_is_not_perfect() -> None:
     class Own(Sensor):
         sense = lambda view, parameters, sensed: 0  # noqa: E731
@@ -223,3 +228,12 @@ def test_noise_depends_on_tick_observer_identity_channel_and_seed() -> None:
         other = detect(sensor, changed).distance
         assert len(base) == len(other)
         assert (base != other).all()
+
+
+def test_a_range_of_zero_gives_finite_readings() -> None:
+    sensed = Sensor(range_noise=0.1, bearing_noise=0.1, false_positives=1.0).detect(
+        [[1, 1], [2, 2]], [[1, 1], [3, 3]], [[1, 0], [0, 1]], 0.0
+    )
+    assert (~sensed.identity[sensed.identity < 0]).size == 2
+    assert not sensed.offset.any()
+    assert not sensed.distance.any()

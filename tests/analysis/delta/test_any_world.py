@@ -22,9 +22,9 @@ class Rival(Robot):
 def two_groups(seed: int) -> World:
     """Seven robots in two groups, in an arena in which all of them are neighbours."""
     world = World(Disc(0.4), rng=seed)
-    world.add(Target, 2, policy=RandomWalk())
+    prey = world.add(Target, 2, policy=RandomWalk())
     for size in (3, 4):
-        world.add(Robot, size, policy=RandomWalk())
+        world.senses(world.add(Robot, size, policy=RandomWalk()), prey)
     return world
 
 
@@ -140,7 +140,7 @@ def test_a_world_without_a_team_is_refused() -> None:
     with pytest.raises(ValueError, match=r"no group is on a team at tick 0.*add a group of Robot"):
         neighbour_graph.over_time(world, 5)
     assert world.tick == 0
-    with pytest.raises(ValueError, match=r"no agent is on a team in the world of seed \d+.*add a group of Robot"):
+    with pytest.raises(ValueError, match=r"the world of seed \d+: no group is on a team.*add a group of Robot"):
         choose.choose_delta(nobody, runs=3, steps=2)
 
 
@@ -178,6 +178,7 @@ def test_ranges_that_differ() -> None:
     assert (table["edges"] <= 10).all()
 
 
+@pytest.mark.filterwarnings("ignore:.*senses nothing in the channel")
 @pytest.mark.parametrize("make", [two_groups, two_teams, coming_and_going])
 def test_exploring_keeps_what_each_group_meets(make: Callable[[int], World]) -> None:
     memory = explore_world(make(1), 6)

@@ -1,0 +1,61 @@
+"""Arrivals: what it costs to add agents in mid-run, and to run with them.
+
+A world of 1,000 robots with 100 arrivals of one robot each is compared with one of 1,100 robots from the start, side by
+side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step.
+
+    python benchmarks/arrivals.py
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from teamsight import CMOMMT
+from teamsight.agents.group import Group
+
+AGENTS, ARRIVALS, STEPS, REPEATS = 1_000, 100, 100, 7
+
+
+def build(robots: int) -> CMOMMT:
+    """Return a model of this many robots, with the density of the paper's."""
+    model = CMOMMT(robots=robots, targets=AGENTS, radius=50.0, rng=1)
+    model.run(1)
+    return model
+
+
+def seconds(action: Callable[[], object]) -> float:
+    """Return the time of an action."""
+    start = time.perf_counter()
+    action()
+    return time.perf_counter() - start
+
+
+def main() -> None:
+    grown, whole = build(AGENTS), build(AGENTS + ARRIVALS)
+    adding = [seconds(grown.robots.add) for _ in range(ARRIVALS)]
+    grown.run(1)
+    # In turn, so that both meet the same disturbances.
+    pairs = [(seconds(lambda: grown.run(STEPS)), seconds(lambda: whole.run(STEPS))) for _ in range(REPEATS)]
+    ratios = [one / other for one, other in pairs]
+    print(f"a run after {ARRIVALS} arrivals takes {np.median(ratios):.2f} times as long as with all from the start")
+    print(f"adding one robot to {AGENTS}: {np.median(adding) * 1e3:.2f} ms")
+    print(f"adding one robot and making a step: {np.median(steps(grown.robots.add, grown)) * 1e3:.2f} ms")
+    print(f"removing one and making a step: {np.median(steps(lambda: leave(grown.robots), grown)) * 1e3:.2f} ms")
+    print(f"a step alone: {np.median(steps(lambda: None, grown)) * 1e3:.2f} ms")
+
+
+def steps(change: Callable[[], object], model: CMOMMT) -> list[float]:
+    """Return the times of a change, each with one step after it."""
+    return [seconds(lambda: (change(), model.run(1))) for _ in range(ARRIVALS)]
+
+
+def leave(group: Group) -> None:
+    """Remove an agent from the middle of a group."""
+    group[len(group) // 2].remove()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""A correct script."""
+
+import numpy as np
+
+from teamsight import CMOMMT, Body, Disc, Robot, Target, World
+from teamsight.policies import ACmommt
+from teamsight.policies.percept_of_one import PerceptOfOne
+
+
+class Scout(Robot):
+    """A robot with a battery."""
+
+    model: World
+    battery: float
+
+    def __init__(self, model: World, load: float = 0.0) -> None:
+        super().__init__(model)
+        self.load = load
+
+    def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
+        turn, distance = super().decide(percept, rng)
+        self.battery -= distance
+        return turn, min(distance, self.battery + self.load)
+
+
+class Field(World):
+    """A world of scouts."""
+
+    def __init__(self, rng: int) -> None:
+        super().__init__(Disc(5.0), rng=rng)
+        self.scouts = self.add(Scout, 5, policy=ACmommt(), load=[1.0, 2.0, 3.0, 4.0, 5.0], team="scouts")
+        self.beacons = self.add(Body, 2, policy="stationary", name="beacons")
+        self.prey = self.add(Target, 3, policy=lambda percept, rng: (0.1, 0.1), speed=[0.1, 0.2, 0.3])
+        self.scouts.add_column("battery", 1.0)
+        self.senses(self.scouts, self.prey)
+
+
+model = Field(rng=1)
+first = model.scouts[0]
+first.battery, first.speed, first.position = 2.0, 0.2, (0.0, 1.0)
+some: list[Scout] = model.scouts[:2]
+loads = [scout.load for scout in model.scouts]
+model.scouts.policy = "a-cmommt"
+model.scouts.speed = [0.1] * 5
+model.adjust(model.scouts, speed=0.3, awareness="pairwise")
+late: list[Scout] = model.scouts.add(2, battery=3.0, position=(0, 0))
+model.run(3)
+paper = CMOMMT(robots=5, preset="touzet2000", policy="centroid", rng=1)
+paper.robots[0].speed = 1
+paper.target_speed = 0.1
+paper.policy = ACmommt()
+print(model.observed_fraction, model.steps, first.unique_id, first.observed_targets[0].group.name, first.team)
+print(paper.robots.position.shape, paper.targets[0].is_observed, model.groups[0][0].heading, paper.recording.history)

@@ -1,0 +1,27 @@
+"""A script with typos."""
+# ruff: noqa: B018
+
+from teamsight import CMOMMT, Disc, Robot, World
+
+model = CMOMMT(robots=5, rng=1)
+world = World(Disc(5.0), rng=1)
+robots = world.add(Robot, 5, policy="centroid")
+model.robots[0].sped = 1  # typo
+print(robots[0].positon)  # typo
+world.ad(Robot, 5)  # typo
+for robot in robots:
+    robot.headng = (1, 0)  # typo
+model.observed_fracton  # typo
+model.robots.polcy = "centroid"  # typo
+robots[:2].positions  # typo
+model.targets[0].is_observd  # typo
+world.groups[0][0].sped  # typo
+world.clock.att(3, print)  # typo
+world.recording.histry  # typo
+CMOMMT(robts=3)  # typo
+CMOMMT(preset="touzet2001")  # typo
+world.adjust(robots, sped=1)  # typo
+world.add(Robot, "five", policy="centroid")  # typo
+robots[0].speed = "fast"  # typo
+world.add(Robot, 5, policy=3)  # typo
+robots.awareness = 5  # typo
