@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -108,6 +109,12 @@ def signed_area(points: Points) -> float:
 def walls_of(points: Points) -> Points:
     """Return the walls between the vertices, shape (s, 4): x0, y0, x1, y1 each."""
     return np.ascontiguousarray(np.concatenate([points, np.roll(points, -1, axis=0)], axis=1))
+
+
+def round_boundary(centre: tuple[float, float], radius: float) -> Points:
+    """Return 180 vertices on a circle, shape (180, 2)."""
+    angle = 2 * math.pi * np.arange(180) / 180
+    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
 
 
 def is_convex(points: Points) -> bool:
