@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.world.arena import Arena, Box, Disc, Torus
+from teamsight.world.arena import Box, Torus
+from teamsight.world.contract import Arena, Obstructed
 
 Floats = npt.NDArray[np.float64]
 
@@ -15,28 +16,37 @@ _CELLS = 48
 _HALVINGS = 16
 
 
-def outline(arena: Arena, corners: int = 96) -> list[Floats]:
+def walls(arena: Arena) -> list[Floats]:
     """Return lines along the walls of an arena, or along its seam where it repeats.
 
     Parameters
     ----------
     arena : Arena
-        Any arena. The walls of one that does not ship are found with its `contains`; narrow parts may be missing.
-    corners : int
-        The number of corners of a circle.
+        Any arena. Walls that its `boundary` does not describe are found with `contains`; narrow parts may be missing.
 
     Returns
     -------
     list of ndarray, shape (k, 2), float64
         Lines through k points [length].
     """
-    # Not isinstance: a subclass may have another shape.
-    if type(arena) is Disc:
-        return [circle(0.0, 0.0, arena.radius, corners)]
-    if type(arena) in (Box, Torus):
-        (left, low), (right, high) = arena.bounds
-        return [np.array([(left, low), (right, low), (right, high), (left, high), (left, low)])]
+    if isinstance(arena, Obstructed):
+        return walls(arena.arena)
+    # A class that inherits `boundary` and defines `contains` has another shape than its base.
+    boundary, contains = (
+        next(home for home in type(arena).__mro__ if name in vars(home)) for name in ("boundary", "contains")
+    )
+    if type(arena) in (Box, Torus) or issubclass(boundary, contains):
+        return [_closed(arena.boundary)]
     return _chained(_walls(arena))
+
+
+def obstacles(arena: Arena) -> list[Floats]:
+    """Return lines around the obstacles of an arena, each of shape (k, 2) [length]."""
+    return [_closed(vertices) for vertices in arena.outline().obstacles]
+
+
+def _closed(vertices: Floats) -> Floats:
+    return np.concatenate([vertices, vertices[:1]])
 
 
 def circle(x: float, y: float, radius: float, corners: int) -> Floats:

@@ -164,7 +164,7 @@ def _is_same(one: Any, other: Any) -> bool:
         return False
     if isinstance(one, dict):
         return _are_same(one, other)
-    if isinstance(one, (str, int, float)):
+    if one is None or isinstance(one, (str, int, float)):
         return bool(one == other)
-    # This package's policies and degrees of awareness are frozen; lists and arrays may change.
+    # This package's policies, degrees of awareness and sensors are frozen; lists and arrays may change.
     return one is other and type(one).__module__.startswith("teamsight.")

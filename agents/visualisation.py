@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.outline import circle, outline
+from teamsight.agents.outline import circle, obstacles, walls
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def portrayal(agent: Body) -> Any:
 
 
 def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
-    """Draw the walls of a world's arena, and the headings and sensing ranges of teams.
+    """Draw the walls and obstacles of a world's arena, and the headings and sensing ranges of teams.
 
     Parameters
     ----------
@@ -61,8 +61,10 @@ def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
         Whether to draw the sensing ranges.
     """
     style = "--" if any(world.arena.period) else "-"
-    for line in outline(world.arena):
+    for line in walls(world.arena):
         axes.plot(line[:, 0], line[:, 1], color="0.3", linestyle=style, linewidth=1.5, zorder=0.5)
+    for line in obstacles(world.arena):
+        axes.fill(line[:, 0], line[:, 1], color="0.6", zorder=0.5)
     for line in _headings(world):
         axes.plot(line[:, 0], line[:, 1], color="black", linewidth=1.5, zorder=2)
     for line, number in _ranges(world) if ranges else []:
@@ -74,7 +76,7 @@ def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
 def make_world_component(
     agent_portrayal: Callable[[Any], Any] | None = None, *, backend: str = "matplotlib", ranges: bool = True
 ) -> Callable[[World], Any]:
-    """Return a component for mesa's ``SolaraViz`` that draws agents, walls and sensing ranges.
+    """Return a component for mesa's ``SolaraViz`` that draws agents, walls, obstacles and sensing ranges.
 
     Parameters
     ----------
@@ -159,7 +161,8 @@ def _with_walls(chart: Any, world: World, ranges: bool) -> Any:
     agents = chart.encode(**axes, size=altair.Size("size:Q", scale=None), color=altair.Color("color:N", scale=None))
     # Each line with its colour, the opacity of what it encloses, and its width.
     lines = [(line, _COLOURS[number % len(_COLOURS)], 0.1, 0.0) for line, number in (_ranges(world) if ranges else [])]
-    lines += [(line, "#777777", 0.0, 1.5) for line in outline(world.arena)]
+    lines += [(line, "#777777", 0.0, 1.5) for line in walls(world.arena)]
+    lines += [(line, "#999999", 1.0, 0.0) for line in obstacles(world.arena)]
     lines += [(line, "#000000", 0.0, 1.5) for line in _headings(world)]
     layers = [agents]
     for line, colour, fill, width in reversed(lines):

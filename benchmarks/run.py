@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 from scaling import measure_scaling
+from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -49,6 +50,7 @@ def main() -> int:
         "help": lambda: measure_help(min(rounds, 7)),
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
+        "sensors": lambda: measure_sensors(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []

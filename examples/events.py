@@ -5,13 +5,13 @@ The clock is a SimPy environment in ticks. Between two events all steps are made
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 from teamsight import CMOMMT
 
 
-def fog(model: CMOMMT, seen: list[tuple[float, float]]) -> Iterator[Any]:
+def fog(model: CMOMMT, seen: list[tuple[float, float]]) -> Generator[Any, Any, None]:
     """Make fog for 50 of every 150 ticks, in which robots sense half as far, and record what is observed."""
     while True:
         yield model.clock.timeout(100)

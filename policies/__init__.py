@@ -13,6 +13,7 @@ if __name__ != "teamsight.policies":
 
 if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
+    from teamsight.policies.actions import go
     from teamsight.policies.check import check_policy
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.evasive import Evasive
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.stationary import Stationary
-    from teamsight.policies.interface import Action, Percept, Policy, PolicyState, turned
+    from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
     from teamsight.policies.lazy.lazy_regression import LazyRegression
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
-    from teamsight.policies.percept_of_one import PerceptOfOne
+    from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
     from teamsight.policies.registry import POLICIES
 
 _HOMES = {
@@ -37,10 +38,12 @@ _HOMES = {
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
+    "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
     "Evolved": "teamsight.policies.evolved.policy",
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager.linear",
+    "PolicyArrays": "teamsight.policies.interface",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
     "Percept": "teamsight.policies.interface",
@@ -53,13 +56,16 @@ _HOMES = {
     "Stationary": "teamsight.policies.handmade.stationary",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
+    "go": "teamsight.policies.actions",
+    "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "LazyQ", "LazyRegression",
-    "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyState", "RandomWalk",
-    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "turned",
+    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
+    "LazyRegression", "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
+    "PolicyArrays", "PolicyState", "RandomWalk", "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "go",
+    "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -80,6 +80,21 @@ class ActionGrid:
 
 
 @inlined
+def go(action: Any, i: int, x: float, y: float, distance: float) -> None:
+    """Write the action of robot `i`: turn to the direction (x, y), of any length, and go a distance [length].
+
+    (0, 0) keeps the heading.
+    """
+    length = math.sqrt(x * x + y * y)
+    # Squares of numbers below about 1e-154 lose digits, and the heading would be no unit vector. NaN is passed on.
+    if length <= 1e-100:
+        x, y, length = 0.0, 0.0, 1.0
+    action.heading[i, 0] = x / length
+    action.heading[i, 1] = y / length
+    action.distance[i] = distance
+
+
+@inlined
 def turned_by(x: float, y: float, turns: float) -> tuple[float, float]:
     """Return the heading (x, y) turned anticlockwise by a share of a full turn, between −1 and 1."""
     cosine, sine = direction(turns if turns >= 0.0 else turns + 1.0)

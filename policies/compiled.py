@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Callable
 from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, specialise
+from teamsight.core.parameters import parameters_of
 from teamsight.policies.channels import channels_type, selected
 from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
@@ -59,7 +59,7 @@ before_decision: Callable[[CompiledPolicy, Percept, PolicyState, Floats], Any] |
 class CompiledPolicy(Policy):
     """A policy whose rule is a kernel, so that a world can run without Python between its steps.
 
-    A subclass defines `kernel` and `parameters` and, if the defaults do not fit, `table`, `start` and the attributes of
+    A subclass defines `kernel` and, if the defaults do not fit, `parameters`, `table`, `start` and the attributes of
     `Policy`.
 
     Attributes
@@ -82,9 +82,9 @@ class CompiledPolicy(Policy):
         return True
 
     @property
-    @abstractmethod
     def parameters(self) -> tuple[float, ...] | Floats:
-        """The policy's constants, in the order in which its kernel reads them."""
+        """The policy's constants, in the order in which its kernel reads them; by default the fields of a dataclass."""
+        return parameters_of(self, CompiledPolicy)
 
     @property
     def table(self) -> npt.NDArray[np.float32]:

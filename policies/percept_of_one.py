@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -55,6 +56,23 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         percept.situation[i],
         _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
     )
+
+
+def turn_to(heading: npt.ArrayLike, way: npt.ArrayLike) -> float:
+    """Return the angle from a heading to a direction, as functions for one robot return it.
+
+    Parameters
+    ----------
+    heading, way : array_like, shape (2,)
+        Two directions, of any length; `way` is often an offset of the percept.
+
+    Returns
+    -------
+    float
+        Anticlockwise [rad], from −π to π; 0 if `way` is (0, 0).
+    """
+    (ahead, left), (x, y) = np.asarray(heading, float), np.asarray(way, float)
+    return math.atan2(y * ahead - x * left, x * ahead + y * left)
 
 
 def _each_channel(channels: Any, change: Callable[[str, Any], Any]) -> Any:

@@ -13,23 +13,29 @@ if TYPE_CHECKING:
     from teamsight.agents.awareness.pairwise import PairwiseAwareness
     from teamsight.agents.awareness.registry import AWARENESS
     from teamsight.agents.awareness.ring import RingAwareness
+    from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
     from teamsight.agents.awareness.shared import SharedAwareness
+    from teamsight.agents.awareness.team import show, teammate_heading
 
 _HOMES = {
     "AWARENESS": "teamsight.agents.awareness.registry",
     "Awareness": "teamsight.agents.awareness.interface",
     "NoAwareness": "teamsight.agents.awareness.none",
+    "OWN_SECTORS": "teamsight.agents.awareness.sectors",
     "PairwiseAwareness": "teamsight.agents.awareness.pairwise",
     "RingAwareness": "teamsight.agents.awareness.ring",
     "Scene": "teamsight.agents.awareness.interface",
     "SharedAwareness": "teamsight.agents.awareness.shared",
     "Width": "teamsight.agents.awareness.interface",
     "check_awareness": "teamsight.agents.awareness.check",
+    "show": "teamsight.agents.awareness.team",
+    "situate_targets": "teamsight.agents.awareness.sectors",
+    "teammate_heading": "teamsight.agents.awareness.team",
 }
 
 __all__ = [
-    "AWARENESS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene", "SharedAwareness", "Width",
-    "check_awareness",
+    "AWARENESS", "OWN_SECTORS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene",
+    "SharedAwareness", "Width", "check_awareness", "show", "situate_targets", "teammate_heading",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
 from teamsight.core.kernel import Packed, Record
 from teamsight.core.neighbour_list import Filled
+from teamsight.core.parameters import parameters_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -78,18 +79,19 @@ class Scene(NamedTuple):
     team: list[Packed[TeamGroup]]
 
 
-class Awareness(ABC):
+class Awareness:
     """A degree of awareness of teammates.
 
-    A new degree is one file that defines a subclass, and a line in `teamsight.agents.awareness.registry`. The fields of
-    a subclass that is a dataclass are its options.
+    A subclass overrides what differs from the defaults: nothing is shown of teammates, and the inputs are the robot's
+    own. Worlds accept its objects. The fields of a subclass that is a dataclass are its options.
 
     Attributes
     ----------
     name : str
-        The name under which a user can choose it.
+        Its name in errors and records; by default that of the class. With a line in
+        `teamsight.agents.awareness.registry`, users can choose it by this name.
     order : str
-        The paper's name for it.
+        The paper's name for it; for figures and tables.
     formula : str
         The paper's formula for the number of inputs d, with n own inputs, δ sectors, σ readings per teammate, N robots.
     shows : str
@@ -104,29 +106,47 @@ class Awareness(ABC):
         (unless `shows_teammates`) and `relayed`. It returns the number of entries that the longer list needs. If there
         is less room than that, it is called again with more. None if there is nothing to write.
     situate : kernel
-        ``situate(scene, parameters, situation)`` writes the situations, the vectors for learners, shape (n, width).
+        ``situate(scene, parameters, situation)`` writes the situations, the vectors for learners, shape (n, width)
+        float32: every element, with 1 where nothing is sensed. By default the ring of target sectors. Override it
+        together with `added` or `width`.
+    added : int
+        Number of inputs that it adds to the robot's own, if that does not depend on the team.
     delivers : tuple of str
-        The neighbour lists of the percept that may have entries.
+        The neighbour lists of the percept that may have entries: by default "targets", and "teammates" if they are
+        shown or there is a kernel `perceive`. Add "relayed" if that writes relayed targets.
     """
 
-    name: ClassVar[str]
-    order: ClassVar[str]
+    name: ClassVar[str] = ""
+    order: ClassVar[str] = ""
     formula: ClassVar[str] = ""
     shows: ClassVar[str] = ""
     shows_teammates: ClassVar[bool] = False
     teammate_layout: ClassVar[str] = ""
     perceive: ClassVar[Callable[..., int] | None] = None
-    situate: ClassVar[Callable[..., None]]
+    situate: ClassVar[Callable[..., None]] = situate_targets
+    added: ClassVar[int] = 0
     delivers: ClassVar[tuple[str, ...]] = ("targets",)
+
+    def __init_subclass__(cls, **named: Any) -> None:
+        super().__init_subclass__(**named)
+        if not cls.name:
+            cls.name = cls.__name__
+        if cls.delivers is Awareness.delivers and (cls.shows_teammates or cls.perceive):
+            cls.delivers = (*cls.delivers, "teammates")
+        if "situate" in cls.__dict__ and cls.width is Awareness.width and "added" not in cls.__dict__:
+            raise TypeError(
+                f"{cls.__name__}: has a kernel situate, and does not say how many inputs that writes; define added, "
+                f"their number beyond the robot's own {OWN_SECTORS}, or width(team_size)"
+            )
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:
-        """The constants that the kernels read, shape (p,); none by default."""
-        return np.zeros(0)
+        """The constants that the kernels read, shape (p,); by default the fields of a dataclass, in order."""
+        return np.array(parameters_of(self, Awareness))
 
-    @abstractmethod
     def width(self, team_size: int) -> Width:
-        """Return the number of inputs in the situation of a robot in a team of this size."""
+        """Return the number of inputs in the situation of a robot in a team of this size; by default its own and `added`."""
+        return Width(OWN_SECTORS, self.added)
 
     def rings(self, team_size: int) -> tuple[int, ...]:
         """Return the numbers of sectors of the rings with which the added inputs begin; none by default.

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.agents.awareness.interface import Awareness, Width
-from teamsight.agents.awareness.none import situate_targets
-from teamsight.agents.awareness.sectors import OWN_SECTORS
+from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
 

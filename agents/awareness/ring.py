@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness, Width
-from teamsight.agents.awareness.none import situate_targets
-from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, sector_of
+from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, sector_of, situate_targets
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
 

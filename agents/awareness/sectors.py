@@ -7,6 +7,7 @@ from typing import Any
 
 from teamsight.core.kernel import inlined, kernel
 
+#: Number of sectors of the ring with which a robot senses targets: the inputs of its own.
 OWN_SECTORS = 16
 
 _FULL_TURN = 2.0 * math.pi
@@ -59,3 +60,12 @@ def read_ring(
         reading = seen.distance[k] / reach
         if reading < row[sector]:
             row[sector] = reading
+
+
+@kernel
+def situate_targets(scene: Any, parameters: Any, situation: Any) -> None:
+    """Write the own part of the situation: a heading-relative ring of `OWN_SECTORS` target sectors."""
+    targets = scene.targets
+    for i in range(situation.shape[0]):
+        edges = (targets.start[i], targets.start[i + 1])
+        read_ring(situation[i], 0, OWN_SECTORS, scene.heading[i], targets, edges, scene.sensing_range[i])

@@ -7,22 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.agents.awareness.interface import Awareness, Width, team_group_at
-from teamsight.agents.awareness.none import situate_targets
 from teamsight.agents.awareness.pairwise import slot_of
-from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring
+from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, situate_targets
+from teamsight.agents.awareness.team import group_of
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
-
-
-@kernel
-def group_of(team: Any, place: int) -> int:
-    """Return the address, for `team_group_at`, of the group to which the robot with this index in the team belongs."""
-    at = 0
-    group = team_group_at(team[at])
-    while place >= group.first + group.heading.shape[0]:
-        at += 1
-        group = team_group_at(team[at])
-    return team[at]  # type: ignore[no-any-return]
 
 
 @kernel

@@ -97,26 +97,42 @@ def _show(detection: Any) -> None:
 
 
 @kernel
+def _count_true(detection: Any, are_all_true: bool) -> None:
+    """Write where the true detections of each observer begin."""
+    start = detection.sensed.start
+    if are_all_true:
+        for i in range(np.uint64(start.shape[0])):
+            detection.true_start[i] = start[i]
+        return
+    found = 0
+    for i in range(start.shape[0] - 1):
+        detection.true_start[i] = found
+        for k in range(start[i], start[i + 1]):
+            found += detection.sensed.identity[k] >= 0
+    detection.true_start[start.shape[0] - 1] = found
+
+
+@kernel
 def detect(address: int) -> int:
     """Apply the sensor to the agents in range; return the number of entries that the list needs."""
     detection = detection_at(address)
     need = call(detection.sense, detection.detecting)
     if need > detection.place.shape[0]:
         return need  # type: ignore[no-any-return]
-    start, identity = detection.sensed.start, detection.sensed.identity
-    found = 0
-    for i in range(start.shape[0] - 1):
-        detection.true_start[i] = found
-        for k in range(start[i], start[i + 1]):
-            index = identity[k]
-            if index >= 0:
-                detection.true_index[found] = index
-                found += 1
-            else:
-                index = -1 - index
-            detection.place[k] = index
-            detection.identity[k] = detection.everyone[index]
-    detection.true_start[start.shape[0] - 1] = found
+    # Unsigned, because numba would check signed indices for negative values.
+    size = np.uint64(detection.true_start.shape[0] - 1)
+    entries = np.uint64(detection.sensed.start[size])
+    found = np.uint64(0)
+    for k in range(entries):
+        index = detection.sensed.identity[k]
+        is_true = index >= 0
+        index = index if is_true else ~index
+        detection.place[k] = index
+        detection.identity[k] = detection.everyone[np.uint64(index)]
+        # Written in any case, since a branch would be mispredicted.
+        detection.true_index[found] = index
+        found += np.uint64(is_true)
+    _count_true(detection, found == entries)
     if detection.delay > 0:
         _keep(detection, need)
         _show(detection)

@@ -8,6 +8,7 @@ from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import check_places, endless_growth, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
+from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
@@ -19,6 +20,7 @@ from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.core.kernel.report import REPORT
 
 if TYPE_CHECKING:
     from teamsight.agents.recording.history import Stretch
@@ -83,6 +85,7 @@ class Engine:
                     trail = Trail(self._data.groups, self._every, self._data.timeline.tick)
                     self.trails.append(trail)
                 self.transitions.begin(self._data.groups)
+                REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._phase
                 self.is_bound, self.is_seen = True, False

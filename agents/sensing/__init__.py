@@ -9,14 +9,20 @@ from teamsight.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.interface import View
+    from teamsight.agents.sensing.noise import NOBODY, normals, rotation, uniform, words_of
     from teamsight.agents.sensing.sensor import Sensor
 
 _HOMES = {
+    "NOBODY": "teamsight.agents.sensing.noise",
     "Sensor": "teamsight.agents.sensing.sensor",
     "View": "teamsight.agents.sensing.interface",
     "check_sensor": "teamsight.agents.sensing.check",
+    "normals": "teamsight.agents.sensing.noise",
+    "rotation": "teamsight.agents.sensing.noise",
+    "uniform": "teamsight.agents.sensing.noise",
+    "words_of": "teamsight.agents.sensing.noise",
 }
 
-__all__ = ["Sensor", "View", "check_sensor"]
+__all__ = ["NOBODY", "Sensor", "View", "check_sensor", "normals", "rotation", "uniform", "words_of"]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -27,6 +27,7 @@ _ONE = np.uint64(_BIAS << 52)
 
 _ROOT = math.sqrt(2.0)
 _LOG_2 = math.log(2.0)
+_FULL_TURN = 2.0 * math.pi
 
 @inlined
 def words_of(view: Any, i: int, identity: Any) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
@@ -58,7 +59,7 @@ def uniform(word: np.uint64) -> float:
 
 @inlined
 def _minus_log(word: np.uint64) -> float:
-    """Return −ln of the uniform number of a word, to within 1e-12 of its value.
+    """Return −ln of the uniform number of a word, to within 1e-11 of its value.
 
     Unlike that of the mathematics library, it can be computed in SIMD lanes and is the same on every machine.
     """
@@ -70,7 +71,9 @@ def _minus_log(word: np.uint64) -> float:
     part = 0.5 * part if is_high else part
     s = (part - 1.0) / (part + 1.0)
     t = s * s
-    series = 1.0 + t * (1 / 3 + t * (1 / 5 + t * (1 / 7 + t * (1 / 9 + t * (1 / 11 + t * (1 / 13 + t * (1 / 15)))))))
+    # Here and below sums are grouped so that their parts can be computed at the same time: nothing else waits.
+    tt = t * t
+    series = (1.0 + t * (1 / 3)) + tt * (1 / 5 + t * (1 / 7)) + tt * tt * ((1 / 9 + t * (1 / 11)) + tt * (1 / 13))
     return -((power + is_high) * _LOG_2 + 2.0 * s * series)  # type: ignore[no-any-return]
 
 
@@ -80,3 +83,20 @@ def normals(word: np.uint64, other: np.uint64) -> tuple[float, float]:
     x, y = direction(uniform(other))
     length = math.sqrt(2.0 * _minus_log(word))
     return length * x, length * y
+
+
+@inlined
+def rotation(turns: float) -> tuple[float, float]:
+    """Return cosine and sine of any number of full turns, to within 1e-12; faster than `direction`."""
+    quarter = np.rint(4.0 * turns)
+    t = (turns - 0.25 * quarter) * _FULL_TURN
+    s = t * t
+    ss = s * s
+    sine = (1.0 - s * (1 / 6)) + ss * (1 / 120 - s * (1 / 5040)) + ss * ss * (1 / 362880 - s * (1 / 39916800))
+    sine = t * (sine + ss * ss * ss * (1 / 6227020800))
+    cosine = (1.0 - s * 0.5) + ss * (1 / 24 - s * (1 / 720)) + ss * ss * (1 / 40320 - s * (1 / 3628800))
+    cosine += ss * ss * ss * (1 / 479001600 - s * (1 / 87178291200))
+    which = int(quarter)
+    x = -sine if which & 1 else cosine
+    y = cosine if which & 1 else sine
+    return (-x if which & 2 else x), (-y if which & 2 else y)

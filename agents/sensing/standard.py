@@ -5,14 +5,13 @@ The agents in range are processed in chunks: select those in view, draw their no
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from teamsight.agents.sensing.false_detections import close_rows
 from teamsight.agents.sensing.interface import Floats, Integers, Words
-from teamsight.agents.sensing.noise import normals, uniform
+from teamsight.agents.sensing.noise import normals, rotation, uniform
 from teamsight.agents.sensing.parameters import (
     BEARING_NOISE,
     COSINE,
@@ -23,7 +22,6 @@ from teamsight.agents.sensing.parameters import (
     RANGE_NOISE,
 )
 from teamsight.agents.sensing.writing import put
-from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined, kernel, scratch
 from teamsight.world.noise import philox
 from teamsight.world.sight import is_blocked
@@ -111,8 +109,7 @@ def _draw(view: Any, parameters: Any, count: int, chunk: Any) -> None:
             chunk.away[c], chunk.turn[c] = normals(chunk.member[c], chunk.identity[c])
     if parameters[BEARING_NOISE] > 0.0:
         for c in range(lanes):
-            turns = parameters[BEARING_NOISE] * chunk.turn[c]
-            chunk.cosine[c], chunk.sine[c] = direction(turns - math.floor(turns))
+            chunk.cosine[c], chunk.sine[c] = rotation(parameters[BEARING_NOISE] * chunk.turn[c])
 
 
 @inlined
@@ -127,7 +124,7 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
     if parameters[RANGE_NOISE] > 0.0:
         least = NEAREST * view.reach[i]
         scale = 1.0 / distance
-        if distance < least:
+        if distance <= least:
             x = view.heading[i, 0]
             y = view.heading[i, 1]
             scale = 1.0

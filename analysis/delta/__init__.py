@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
     from teamsight.analysis.delta.report import DeltaReport
+    from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning
     from teamsight.analysis.delta.trajectory_files import read_trajectories
-    from teamsight.analysis.delta.trajectory_units import UnitWarning
 
 _HOMES = {
     "DeltaReport": "teamsight.analysis.delta.report",
-    "UnitWarning": "teamsight.analysis.delta.trajectory_units",
+    "TrajectoryWarning": "teamsight.analysis.delta.trajectory_cautions",
     "choose_delta": "teamsight.analysis.delta.choose",
     "delta_from_trajectories": "teamsight.analysis.delta.from_trajectories",
     "read_trajectories": "teamsight.analysis.delta.trajectory_files",
 }
 
-__all__ = ["DeltaReport", "UnitWarning", "choose_delta", "delta_from_trajectories", "read_trajectories"]
+__all__ = ["DeltaReport", "TrajectoryWarning", "choose_delta", "delta_from_trajectories", "read_trajectories"]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -62,7 +62,8 @@ class DeltaEstimate:
     is_moving : bool
         Whether any robot moves.
     cautions : tuple of str
-        For trajectories, why the unit of the range may not be that of the positions; then no number is to be trusted.
+        For trajectories, why the unit of the range may not be that of the positions, or the record not that of one
+        team; then no number is to be trusted.
     notes : tuple of str
         Further conditions that limit the result.
     """

@@ -35,7 +35,7 @@ def draw(report: DeltaEstimate) -> bytes:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("δ  (number of neighbours)")
     axes.set_ylabel(f"probability that in {trial_phrase(report)}\nany robot has more than δ neighbours")
-    doubt = "check the unit of the awareness range: " * bool(report.cautions)
+    doubt = "doubtful record, see the report: " * bool(report.cautions)
     axes.set_title(doubt + report.subject, fontsize=10, wrap=True, color=_RED if doubt else "black")
     axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
     axes.legend(loc="upper right", fontsize=9, framealpha=0.95)

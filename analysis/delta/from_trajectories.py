@@ -9,13 +9,14 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.delta import closed_form
+from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.resample import Grid, make_grid
+from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning, cautions, check_motion, scale_note, scale_of
 from teamsight.analysis.delta.trajectory_files import check_trajectories
-from teamsight.analysis.delta.trajectory_neighbours import neighbours_over_time
+from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
-from teamsight.analysis.delta.trajectory_trials import recordings, shorter_window, trials, window_frames
-from teamsight.analysis.delta.trajectory_units import UnitWarning, cautions, check_motion, scale_note, scale_of
+from teamsight.analysis.delta.trajectory_trials import Trials, recordings, shorter_window, trials, window_frames
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
@@ -75,9 +76,10 @@ def delta_from_trajectories(
 
     Warns
     -----
-    UnitWarning
+    TrajectoryWarning
         If the unit of the range is probably not that of the positions: robots move more than a range between samples,
-        never meet, or always fit into a tenth of a range. The report begins with the same sentences, `cautions`.
+        never meet, or always fit into a tenth of a range. Or if a column group has several values in one run: all count
+        as one team. The report begins with the same sentences, `cautions`.
 
     Notes
     -----
@@ -99,16 +101,7 @@ def delta_from_trajectories(
     tried = trials(found.over_time, grid, frames)
     doubts = cautions(found, trajectories, scale, awareness_range, arena)
     for doubt in doubts:
-        warnings.warn(doubt, UnitWarning, stacklevel=2)
-    shorter = None
-    if not exceedance.supports(tried.independent, risk, confidence):
-        needed = exceedance.trials_needed(risk, confidence)
-        shorter = shorter_window(found.over_time, grid, tried.frames, needed)
-    prediction = None
-    if isinstance(arena, Disc):
-        prediction = closed_form.predict(
-            grid.robots, arena.radius, steps=tried.frames, awareness_range=awareness_range, speed=found.move
-        )
+        warnings.warn(doubt, TrajectoryWarning, stacklevel=2)
     return DeltaReport(
         maxima=tried.maxima,
         bearings=found.bearings,
@@ -117,7 +110,7 @@ def delta_from_trajectories(
         confidence=confidence,
         independent=tried.independent,
         largest=int(found.over_time["max_degree"].max()),
-        prediction=prediction,
+        prediction=_predicted(found, arena, awareness_range, tried.frames),
         source="trajectories",
         subject=subject or _describe(trajectories, grid),
         awareness_range=awareness_range,
@@ -125,12 +118,29 @@ def delta_from_trajectories(
         unit="time units",
         trial=tried.kind,
         recorded=grid.frames * grid.step,
-        shorter=None if shorter is None else shorter * grid.step,
+        shorter=_shorter(found, tried, risk, confidence),
         over_time=found.over_time,
         frame=grid.step,
         is_moving=found.move > 0,
         cautions=doubts,
         notes=(*notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range)),
+    )
+
+
+def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float) -> float | None:
+    """Return the longest window that supports the risk [time], or None if there is none or the trials support it."""
+    if exceedance.supports(tried.independent, risk, confidence):
+        return None
+    needed = exceedance.trials_needed(risk, confidence)
+    window = shorter_window(found.over_time, found.grid, tried.frames, needed)
+    return None if window is None else window * found.grid.step
+
+
+def _predicted(found: Neighbours, arena: Arena | None, awareness_range: float, frames: int) -> Prediction | None:
+    if not isinstance(arena, Disc):
+        return None
+    return closed_form.predict(
+        found.grid.robots, arena.radius, steps=frames, awareness_range=awareness_range, speed=found.move
     )
 
 

@@ -16,6 +16,8 @@ from teamsight.analysis.runs.simulate import Progress
 COLUMNS = ("time", "robot", "x", "y")
 #: Optional column that divides a record into runs; other columns are ignored.
 RUN = "run"
+#: Column of trajectories that a world has recorded. All rows count as one team, whatever is in it.
+GROUP = "group"
 _NUMBERS = ("time", "x", "y")
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 # Text columns with more distinct values are not read as categories.
@@ -43,7 +45,8 @@ def read_trajectories(
     -------
     DataFrame
         time (float64), robot (category), x, y (float64), robot by robot, in the order of time; with runs also run
-        (category), run by run in the order in which they first appear.
+        (category), run by run in the order in which they first appear. If a column group has several values in one run,
+        they are in ``attrs["groups"]``.
 
     Raises
     ------
@@ -84,7 +87,7 @@ def _read(place: Path, kind: str) -> pd.DataFrame:
         else:
             found = parquet.read_schema(place).names
         _check_columns(found, str(place))
-        wanted = [*COLUMNS, *([RUN] if RUN in found else [])]
+        wanted = [*COLUMNS, *(name for name in (RUN, GROUP) if found.count(name) == 1)]
         if kind == "CSV":
             options = csv.ConvertOptions(
                 include_columns=wanted,
@@ -161,7 +164,18 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     if len(robot.categories) == 1:
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
-    return pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
+    found = pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
+    found.attrs["groups"] = trajectories.attrs.get("groups") or _mixed_groups(trajectories)
+    return found
+
+
+def _mixed_groups(trajectories: pd.DataFrame) -> list[str]:
+    """Return the names in the column group if several are in one run; otherwise nothing."""
+    if list(trajectories.columns).count(GROUP) != 1:
+        return []
+    names = trajectories[GROUP].groupby(trajectories[RUN], observed=True) if RUN in trajectories else None
+    several = trajectories[GROUP].nunique() if names is None else names.nunique().max()
+    return sorted(map(str, trajectories[GROUP].dropna().unique())) if several > 1 else []
 
 
 def _names(column: pd.Series[Any], name: str) -> pd.Categorical:

@@ -14,6 +14,8 @@ from teamsight.core import checks
 
 # Rounds until an effective number is consistent with its own correction; ten are usual.
 _MOST_ROUNDS = 100
+# Autocorrelations below are 0 but for rounding.
+_ROUNDING = 1e-12
 
 
 def bounds(
@@ -187,7 +189,7 @@ def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: floa
     # Each round lowers the number, because a smaller number raises the correction.
     for _ in range(_MOST_ROUNDS):
         corrected = correlation + share / number
-        noise = np.flatnonzero(corrected <= errors / math.sqrt(size))
+        noise = np.flatnonzero(corrected <= max(errors / math.sqrt(size), _ROUNDING))
         correlated = corrected[: noise[0] if len(noise) else None].sum()
         before, number = number, float(np.clip(size / (1.0 + 2.0 * correlated), 1.0, size))
         if number >= before * (1 - 1e-6):
@@ -198,10 +200,12 @@ def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: floa
 def _lagged(deviation: NDArray[np.float64], lengths: NDArray[np.int64]) -> tuple[NDArray[np.float64], Any]:
     """Return for each lag from 1 on the sum of the products of pairs in the same run, and the number of these pairs."""
     products, pairs = np.zeros((2, max(int(lengths.max()) - 1, 1)))
-    ends = np.cumsum(lengths)
-    for first, length in zip(ends - lengths, lengths, strict=True):
-        spectrum = np.fft.rfft(deviation[first : first + length], 2 * length)
-        power = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, 2 * length)
+    first = np.cumsum(lengths) - lengths
+    for length in np.unique(lengths[lengths > 1]).tolist():
+        # All runs of a length at once. Padded with zeros to twice the length, their ends do not meet.
+        runs = deviation[first[lengths == length, np.newaxis] + np.arange(length)]
+        spectrum = np.fft.rfft(runs, 2 * length, axis=1)
+        power = np.fft.irfft(spectrum.real**2 + spectrum.imag**2, 2 * length, axis=1).sum(axis=0)
         products[: length - 1] += power[1:length]
-        pairs[: length - 1] += np.arange(length - 1, 0, -1)
+        pairs[: length - 1] += len(runs) * np.arange(length - 1, 0, -1)
     return products, pairs

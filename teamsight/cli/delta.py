@@ -144,13 +144,13 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
 
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
-    from teamsight.analysis.delta import UnitWarning, delta_from_trajectories, read_trajectories
+    from teamsight.analysis.delta import TrajectoryWarning, delta_from_trajectories, read_trajectories
     from teamsight.cli.show import Watch
 
     assert settings.trajectories is not None
     with Watch() as watch, warnings.catch_warnings():
         # The report begins with it.
-        warnings.simplefilter("ignore", UnitWarning)
+        warnings.simplefilter("ignore", TrajectoryWarning)
         progress = partial(watch, "reading")
         trajectories = read_trajectories(settings.trajectories, sort=settings.sort, progress=progress)
         return delta_from_trajectories(

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Box, Robot, World
+from teamsight import CMOMMT, Box, Robot, Sensor, World
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.policies import ACmommt, Evolved, RandomWalk, SheppardLazyQ
@@ -30,6 +30,9 @@ KINDS: list[dict[str, Any]] = [
     {"policy": "lazy-collective", "awareness": "none"},
     {"policy": "lazy-cooperative", "awareness": "ring"},
     {"policy": Evolved(), "awareness": "pairwise"},
+    {"policy": "a-cmommt", "awareness": "pairwise", "sensor": None},
+    {"policy": "a-cmommt", "awareness": "pairwise", "sensor": Sensor(field_of_view=2.0, range_noise=0.1, delay=2)},
+    {"policy": "centroid", "awareness": "none", "sensor": Sensor(missed=0.2, false_positives=0.1)},
     {"policy": SheppardLazyQ(inputs=32, capacity=30), "awareness": RingAwareness(16)},
 ]  # fmt: skip
 
@@ -101,6 +104,9 @@ CHANGES: dict[str, Any] = {
     "a recorder is added": lambda world: world.recording.callbacks.append(lambda model: None),
     "a group is added": lambda world: world.add(Robot, 2, policy="centroid"),
     "a group senses": lambda world: world.senses(world.targets, world.robots),
+    "a group senses in a channel": lambda world: world.senses(world.targets, world.robots, as_="hunters"),
+    "a sensor is set": lambda world: setattr(world, "sensor", Sensor(missed=0.5)),
+    "a sensor of teammates is set": lambda world: world.robots.sensors.update(teammates=Sensor(field_of_view=1.0)),
     "an attribute is set": lambda world: setattr(world, "mark", 1),
     "an agent gets an attribute": lambda world: setattr(world.robots[0], "mark", 1),
     "an agent of mesa is made": lambda world: mesa.Agent(world),

@@ -56,3 +56,18 @@ def test_recordings_without_a_number_are_reported_the_cure(capsys: pytest.Captur
     assert (status, out) == (2, "")
     assert "goes back from time 13" in err
     assert "column run" in err
+
+
+def test_a_range_in_another_unit_is_an_error_or_the_first_line(capsys: pytest.CaptureFixture[str], file: Path) -> None:
+    record = pd.read_csv(file)
+    record.assign(x=1000 * record["x"], y=1000 * record["y"]).to_csv(file, index=False)
+    status, out, err = call(capsys, file)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "robots move 1,000 ranges between samples (median 1,000), at most 10" in err
+    assert "give the range in the unit of the positions, which span 9,500 × 13,000, or record at least every 0.0005" in err
+    record.assign(x=3 * record["x"] + 20 * record["robot"], y=3 * record["y"]).to_csv(file, index=False)
+    status, out, err = call(capsys, file)
+    assert (status, err) == (0, "")
+    cautions, delta = out.index("Check the unit: no two robots were ever within"), out.index("δ = 0")
+    assert out.index("Check the unit: robots move 3 awareness ranges") < cautions < delta
+    assert "NoAwareness" not in out

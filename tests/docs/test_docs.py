@@ -39,8 +39,13 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
     assert re.match(r"\d+% of the targets observed", capsys.readouterr().out)
 
 
+WITH_CODE = [
+    "agents", "arenas", "awareness", "extending", "learning", "model", "notebooks", "policies", "sensors",
+]  # fmt: skip
+
+
 @pytest.mark.short
-@pytest.mark.parametrize("name", ["arenas", "model", "agents", "awareness", "policies", "learning", "notebooks"])
+@pytest.mark.parametrize("name", WITH_CODE)
 def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
     run(ROOT / "docs" / f"{name}.md", tmp_path)
 

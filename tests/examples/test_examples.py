@@ -122,3 +122,15 @@ def test_the_sweep_script_runs_on_two_processes() -> None:
 def test_the_example_for_mesas_visualisation_shows_a_page(run: Run) -> None:
     pytest.importorskip("solara", reason="mesa's visualisation is not installed: pip install 'teamsight[viz]'")
     run("watch")
+
+
+def test_robots_that_sense_less_observe_less(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = re.findall(r"(\d+) (field|missed) .* ([+-][\d.]+) points", run("field_of_view"))
+    view, missed = ([float(lost) for _, what, lost in rows if what == word] for word in ("field", "missed"))
+    assert len(view) == 8
+    assert view == sorted(view)
+    assert missed == sorted(missed, reverse=True)
+    assert view[-1] == missed[0] == 0
+    assert view[0] < -40 > missed[-1]
+    assert (tmp_path / "field_of_view.png").stat().st_size > 10_000

@@ -54,7 +54,7 @@ def _sense_one(sensor: Any, view: Any, i: int, is_blocked: Callable[[Vector, Vec
         if sensor.range_noise > 0:
             distance = abs(way) + sensor.range_noise * away
             distance = min(max(distance, 1e-6 * reach), reach)
-            way = distance * (way / abs(way) if abs(way) >= 1e-6 * reach else ahead)
+            way = distance * (way / abs(way) if abs(way) > 1e-6 * reach else ahead)
         if sensor.bearing_noise > 0:
             angle = sensor.bearing_noise * turn
             way *= complex(math.cos(angle), math.sin(angle))

@@ -94,10 +94,10 @@ def test_the_package_imports_its_dependencies_alone() -> None:
     """What only the tests install would be missing from a wheel; cma is an extra, and its one import says so."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     declared = {re.match(r"[\w-]+", line)[0] for line in project["dependencies"]}  # type: ignore[index]
-    # numba comes with llvmlite, matplotlib with mpl_toolkits, the extra `viz` with altair; type checkers bring
-    # typing_extensions.
+    # numba comes with llvmlite, matplotlib with mpl_toolkits, the extra `viz` with altair; notebooks run in IPython;
+    # type checkers bring typing_extensions.
     allowed = declared | set(sys.stdlib_module_names) | {"teamsight", "llvmlite", "mpl_toolkits", "cma", "altair"}
-    allowed |= {"typing_extensions"}
+    allowed |= {"IPython", "typing_extensions"}
     for path in modules().values():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []

@@ -60,6 +60,11 @@ class KernelCache:
         self._missing(self._name)
         return None
 
+    def contains(self, signature: Any, target: Any) -> bool:
+        """Whether the cache has a compile result; only loading it shows whether the file is intact."""
+        _, file = self._place(signature, target.codegen())
+        return file is not None and file.exists()
+
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compile result, if there is a cache folder."""
         key, file = self._place(signature, result.codegen)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import ctypes
-import sys
 import types as python_types
 from collections.abc import Callable
 from typing import Any
 
 import numba
 from numba.core.ccallback import CFunc
+from numba.core.registry import cpu_target
 
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
 from teamsight.core.kernel.decorators import FLAGS
 from teamsight.core.kernel.errors import COMPILE_ERRORS, explained
 from teamsight.core.kernel.record import Packed
+from teamsight.core.kernel.report import REPORT
+
+_SIGNATURE = numba.types.int64(numba.types.int64)
 
 
 class Entry:
@@ -29,6 +32,7 @@ class Entry:
 
     def __init__(self, function: Callable[[int], int]) -> None:
         self.function = function
+        self._cache: KernelCache | None = None
         self._compiled: Any = None
         self._callable: Any = None
 
@@ -38,7 +42,7 @@ class Entry:
         if self._compiled is None:
             # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
             with deferred():
-                self._compiled = self._compile()
+                self._compile()
         return int(self._compiled.address)
 
     def __call__(self, record: Packed[Any] | int) -> int:
@@ -47,18 +51,31 @@ class Entry:
             self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
         return int(self._callable(record if isinstance(record, int) else record.address))
 
-    def _compile(self) -> Any:
-        signature = numba.types.int64(numba.types.int64)
+    def is_missing(self) -> bool:
+        """Whether it has to be compiled: it is not in use, and not in the cache."""
+        return self._compiled is None and not self._kept().contains(_SIGNATURE, cpu_target.target_context)
+
+    def _kept(self) -> KernelCache:
+        if self._cache is None:
+            self._cache = KernelCache(self.function, lambda name: announce(name))
+        return self._cache
+
+    def _compile(self) -> None:
         # numba.cfunc would compile at once and use numba's own cache.
         compiled: Any = CFunc(
-            self.function, (signature.args, signature.return_type), locals={}, options=dict(FLAGS, nopython=True)
+            self.function, (_SIGNATURE.args, _SIGNATURE.return_type), locals={}, options=dict(FLAGS, nopython=True)
         )
-        compiled._cache = KernelCache(self.function, lambda name: announce(name))
+        compiled._cache = self._kept()
+        is_done = False
         try:
             compiled.compile()
+            is_done = True
         except COMPILE_ERRORS as error:
             raise TypeError(explained(self.function, error)) from error
-        return compiled
+        finally:
+            # Set before the report, which counts what is missing.
+            self._compiled = compiled if is_done else None
+            REPORT.end(is_done=is_done)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))
@@ -82,16 +99,5 @@ def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry
     return Entry(bound)
 
 
-def _announce_once(name: str) -> None:
-    global announce
-    announce = _silent
-    message = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
-    print(message, file=sys.stderr)
-
-
-def _silent(name: str) -> None:
-    pass
-
-
-# Called with the name of each entry that is about to be compiled; a command line may put its own announcement here.
-announce: Callable[[str], None] = _announce_once
+# Called with the name of each entry that is about to be compiled; tests and commands may put another function here.
+announce: Callable[[str], None] = REPORT.begin

@@ -10,13 +10,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from naive import sensing as naive
 from scipy import stats
 
 from teamsight.agents.sensing import Sensor
-from teamsight.agents.sensing.noise import normals
+from teamsight.agents.sensing.noise import normals, rotation
 from teamsight.core.kernel import Entry, array_at
 from teamsight.core.neighbour_list import NeighbourList
 
@@ -40,7 +40,25 @@ def test_the_normal_numbers_of_two_words_are_those_of_the_slow_twin(word: int, o
     _NORMALS(place.ctypes.data)
     expected = naive.normals((word + 0.5) / 2**32, (other + 0.5) / 2**32)
     # The length is accurate to its last bits, the angle to those of 2π.
-    assert place.view(np.float64) == pytest.approx(expected, rel=1e-11, abs=1e-14)
+    assert place.view(np.float64) == pytest.approx(expected, rel=2e-11, abs=1e-14)
+
+
+def _rotation(address: int) -> int:
+    row = array_at(address, 2, np.float64)
+    row[0], row[1] = rotation(row[0])
+    return 0
+
+
+_ROTATION = Entry(_rotation)
+
+
+@given(st.floats(-5, 5))
+@example(0.125)
+@example(-0.375)
+def test_a_rotation_has_cosine_and_sine_of_its_turns(turns: float) -> None:
+    row = np.array([turns, 0.0])
+    _ROTATION(row.ctypes.data)
+    assert row == pytest.approx([math.cos(2 * math.pi * turns), math.sin(2 * math.pi * turns)], abs=1e-12)
 
 
 def at_half(sensor: Sensor, seed: int = 0) -> NeighbourList:

@@ -221,3 +221,12 @@ def test_noise_depends_on_tick_observer_identity_channel_and_seed() -> None:
         other = detect(sensor, changed).distance
         assert len(base) == len(other)
         assert (base != other).all()
+
+
+def test_a_range_of_zero_gives_finite_readings() -> None:
+    sensed = Sensor(range_noise=0.1, bearing_noise=0.1, false_positives=1.0).detect(
+        [[1, 1], [2, 2]], [[1, 1], [3, 3]], [[1, 0], [0, 1]], 0.0
+    )
+    assert (~sensed.identity[sensed.identity < 0]).size == 2
+    assert not sensed.offset.any()
+    assert not sensed.distance.any()

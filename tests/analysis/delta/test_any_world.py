@@ -22,9 +22,9 @@ class Rival(Robot):
 def two_groups(seed: int) -> World:
     """Seven robots in two groups, in an arena in which all of them are neighbours."""
     world = World(Disc(0.4), rng=seed)
-    world.add(Target, 2, policy=RandomWalk())
+    prey = world.add(Target, 2, policy=RandomWalk())
     for size in (3, 4):
-        world.add(Robot, size, policy=RandomWalk())
+        world.senses(world.add(Robot, size, policy=RandomWalk()), prey)
     return world
 
 

@@ -25,7 +25,7 @@ from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.stats import exceedance
 
 # Robots that are anywhere at each time move several ranges.
-pytestmark = pytest.mark.filterwarnings("ignore::teamsight.analysis.delta.trajectory_units.UnitWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::teamsight.analysis.delta.trajectory_cautions.TrajectoryWarning")
 
 
 def seed_of() -> int:

@@ -92,3 +92,31 @@ def test_bad_input_is_named() -> None:
         exceedance.curve([], 3)
     with pytest.raises(ValueError, match="risk=0"):
         exceedance.trials_needed(0.0)
+
+
+def naive_number(values: list[float], run: list[int]) -> float:
+    """Sum all pairs of the same run lag by lag; correct for the mean until nothing changes."""
+    size, mean = len(values), sum(values) / len(values)
+    variance = sum((value - mean) ** 2 for value in values)
+    number = float(size)
+    for _ in range(100):
+        total = 0.0
+        for lag in range(1, size):
+            pairs = [(i, i + lag) for i in range(size - lag) if run[i] == run[i + lag]]
+            share = sum((values[i] - mean) * (values[j] - mean) for i, j in pairs) / variance
+            share += len(pairs) / (size - lag) / number
+            if share <= 1e-12:
+                break
+            total += share
+        before, number = number, min(max(size / (1 + 2 * total), 1.0), size)
+        if number >= before * (1 - 1e-6):
+            break
+    return number
+
+
+@given(st.lists(st.integers(0, 6), min_size=2, max_size=30), st.lists(st.integers(1, 9), min_size=1, max_size=30))
+def test_the_effective_number_is_that_of_its_slow_twin(numbers: list[int], lengths: list[int]) -> None:
+    values = [number + 0.1 * place**0.5 for place, number in enumerate(numbers)]
+    run = np.repeat(np.arange(len(lengths)), lengths)[: len(values)].tolist()
+    run += [len(lengths)] * (len(values) - len(run))
+    assert exceedance.effective_number(values, run=run) == pytest.approx(naive_number(values, run), rel=1e-4)

@@ -1,4 +1,4 @@
-"""The unit of a record: motion and distances in awareness ranges show whether range and positions can have one unit."""
+"""Cautions on a record: a unit that cannot be that of the awareness range, and groups that are not one team."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _USUAL_MOVE, _USUAL_TEAM = 1.0, 0.1
 _FINE = 0.5
 
 
-class UnitWarning(UserWarning):
-    """The awareness range and the positions of a record probably have different units."""
+class TrajectoryWarning(UserWarning):
+    """Recorded positions that probably have another unit than the awareness range, or are not of one team."""
 
 
 class Scale(NamedTuple):
@@ -87,12 +87,12 @@ def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int |
     ValueError
         If they do.
     """
-    ranges = scale.move / awareness_range
+    ranges, span = scale.move / awareness_range, f"{_shown(scale.width)} × {_shown(scale.height)}"
     if frames != 1 and ranges > _MOST_MOVE:
         raise ValueError(
-            f"awareness_range={awareness_range:g}: robots move {ranges:.3g} ranges between samples (median "
-            f"{scale.move:.3g}), at most {_MOST_MOVE:g}, so their neighbours in between are unknown; give the range in "
-            f"the unit of the positions, which span {scale.width:.4g} × {scale.height:.4g}, or record at least every "
+            f"awareness_range={awareness_range:g}: robots move {_shown(ranges)} ranges between samples (median "
+            f"{_shown(scale.move)}), at most {_MOST_MOVE:g}, so their neighbours in between are unknown; give the "
+            f"range in the unit of the positions, which span {span}, or record at least every "
             f"{grid.step * _FINE / ranges:.2g}"
         )
 
@@ -100,7 +100,7 @@ def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int |
 def cautions(
     found: Neighbours, trajectories: pd.DataFrame, scale: Scale, awareness_range: float, arena: Arena | None = None
 ) -> tuple[str, ...]:
-    """Return why the unit may be wrong, one sentence each.
+    """Return why the unit may be wrong, or that several groups count as one team, one sentence each.
 
     Parameters
     ----------
@@ -116,24 +116,28 @@ def cautions(
         Distances are periodic if it is.
     """
     said = []
-    span = f"the positions span {scale.width:.4g} × {scale.height:.4g}"
+    span = f"the positions span {_shown(scale.width)} × {_shown(scale.height)}"
     if (ranges := scale.move / awareness_range) > _USUAL_MOVE:
         said.append(
-            f"robots move {ranges:.3g} awareness ranges between samples (median {scale.move:.3g}; {span}). If the unit "
-            "is right, record more often: neighbours between samples are not found."
+            f"robots move {_shown(ranges)} awareness ranges between samples (median {_shown(scale.move)}; {span}). If "
+            "the unit is right, record more often: neighbours between samples are not found."
         )
     if not found.over_time["max_degree"].any():
         near = nearest(trajectories, found.grid, arena)
         said.append(
             f"no two robots were ever within the awareness range of {awareness_range:g}; the nearest two were "
-            f"{near:.4g} apart, {near / awareness_range:.3g} ranges ({span})."
+            f"{_shown(near)} apart, {_shown(near / awareness_range)} ranges ({span})."
         )
     if are_all_near(found) and (ranges := found.farthest / awareness_range) < _USUAL_TEAM:
         said.append(
-            f"all robots are always within {ranges:.2g} awareness ranges of each other, at most {found.farthest:.3g} "
-            f"apart ({span}), so each always has all others as neighbours."
+            f"all robots are always within {_shown(ranges)} awareness ranges of each other, at most "
+            f"{_shown(found.farthest)} apart ({span}), so each always has all others as neighbours."
         )
-    return tuple(f"Check the unit: {sentence}" for sentence in said)
+    doubts = [f"Check the unit: {sentence}" for sentence in said]
+    if groups := trajectories.attrs.get("groups"):
+        listed = ", ".join(groups)
+        doubts.append(f"Check the groups: all agents of {listed} count as one team; leave out the rows of others.")
+    return tuple(doubts)
 
 
 def scale_note(scale: Scale, awareness_range: float) -> str:
@@ -146,7 +150,7 @@ def scale_note(scale: Scale, awareness_range: float) -> str:
     awareness_range : float
         Distance within which two robots are neighbours [length].
     """
-    move, width, height = (f"{length / awareness_range:.3g}" for length in scale)
+    move, width, height = (f"{_shown(length / awareness_range)}" for length in scale)
     return (
         f"In awareness ranges of {awareness_range:g}: positions span {width} × {height}, and a robot that moves covers "
         f"{move} from one sample to the next (median)."
@@ -182,3 +186,8 @@ def nearest(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) 
                 distance, _ = cKDTree(present, boxsize=period).query(present, k=2)
                 least = min(least, float(distance[:, 1].min()))
     return least
+
+
+def _shown(number: float) -> str:
+    """Return a number in three digits, without an exponent unless it is very large or small."""
+    return f"{number:,.0f}" if 1000 <= number < 1e9 else f"{number:.3g}"

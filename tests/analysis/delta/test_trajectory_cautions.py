@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -10,8 +11,15 @@ import pytest
 from chance import fresh_seed, generator
 from scipy import stats
 
-from teamsight import Box, Torus
-from teamsight.analysis.delta import UnitWarning, delta_from_trajectories, resample, trajectory_files, trajectory_units
+from teamsight import CMOMMT, Box, Torus
+from teamsight.analysis.delta import (
+    TrajectoryWarning,
+    delta_from_trajectories,
+    read_trajectories,
+    resample,
+    trajectory_cautions,
+    trajectory_files,
+)
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.stats import exceedance
 
@@ -38,7 +46,7 @@ def test_robots_that_move_many_ranges_are_refused(window: float | None) -> None:
     with pytest.raises(
         ValueError,
         match=r"awareness_range=1: robots move 1\d\d ranges .*at most 10, .*give the range in the unit of the positions, "
-        r"which span \d+ × \d+, or record at least every 0\.00[45]",
+        r"which span \d,\d+ × \d,\d+, or record at least every 0\.00[45]",
     ):
         delta_from_trajectories(walk(1000), 1.0, window=window)
 
@@ -47,7 +55,7 @@ def doubtful(record: pd.DataFrame, awareness_range: float, **given: float) -> De
     with pytest.warns(UserWarning, match="Check the unit") as caught:
         report = delta_from_trajectories(record, awareness_range, risk=0.5, **given)
     assert [str(one.message) for one in caught] == list(report.cautions)
-    assert {one.category for one in caught} == {UnitWarning}
+    assert {one.category for one in caught} == {TrajectoryWarning}
     assert caught[0].filename == __file__
     assert report.sentences()[: len(report.cautions)] == list(report.cautions)
     assert str(report).split("\n")[1].startswith("Check the unit: ")
@@ -68,7 +76,7 @@ def test_robots_that_never_meet_are_doubted_before_delta_is_0() -> None:
     places = apart.sort_values(["time", "robot"])[["x", "y"]].to_numpy().reshape(400, 6, 1, 2)
     distance = np.hypot(*np.moveaxis(places - places.transpose(0, 2, 1, 3), -1, 0))
     least = distance[distance > 0].min()
-    assert f"the nearest two were {least:.4g} apart, {least:.3g} ranges" in report.cautions[0]
+    assert f"the nearest two were {least:.3g} apart, {least:.3g} ranges" in report.cautions[0]
     assert report.delta == 0
 
 
@@ -77,10 +85,10 @@ def test_the_nearest_of_a_torus_may_be_over_its_edge() -> None:
         pd.DataFrame({"time": [0.0, 1, 0, 1], "robot": [1, 1, 2, 2], "x": [4.9, 4.9, -4.9, -4.9], "y": [-5.0, 5, 0, 5]})
     )
     grid = resample.make_grid(record)
-    assert trajectory_units.nearest(record, grid, Torus(10, 10)) == pytest.approx(0.2)
-    assert trajectory_units.nearest(record, grid, Box(10, 10)) == pytest.approx(9.8)
-    assert trajectory_units.scale_of(record, grid, Torus(10, 10)).move == pytest.approx(5)
-    assert trajectory_units.scale_of(record, grid, Box(10, 10)).move == pytest.approx(7.5)
+    assert trajectory_cautions.nearest(record, grid, Torus(10, 10)) == pytest.approx(0.2)
+    assert trajectory_cautions.nearest(record, grid, Box(10, 10)) == pytest.approx(9.8)
+    assert trajectory_cautions.scale_of(record, grid, Torus(10, 10)).move == pytest.approx(5)
+    assert trajectory_cautions.scale_of(record, grid, Box(10, 10)).move == pytest.approx(7.5)
 
 
 def test_a_team_that_fits_into_a_small_part_of_a_range_is_doubted() -> None:
@@ -92,7 +100,7 @@ def test_a_team_that_fits_into_a_small_part_of_a_range_is_doubted() -> None:
 
 def test_the_motion_counts_between_frames_if_these_are_farther_apart_than_samples() -> None:
     record = walk()
-    with pytest.warns(UnitWarning, match=r"robots move 1\d\.\d awareness ranges"):
+    with pytest.warns(TrajectoryWarning, match=r"robots move 1\d(\.\d)? awareness ranges"):
         delta_from_trajectories(record, 1.0, step=100.0, window=100.0)
 
 
@@ -107,3 +115,18 @@ def test_few_windows_of_slow_robots_do_not_count_as_independent() -> None:
         wrong += stats.norm.sf(values.max()) > risk
     # 5 % is the aim and 7 % is found; 24 % without the correction for the mean. Six standard errors are 8 %.
     assert wrong / repeats < 0.15, seed
+
+
+def test_groups_that_are_counted_as_one_team_are_named(tmp_path: Path) -> None:
+    model = CMOMMT(robots=4, targets=3, radius=2.0, rng=1)
+    model.recording.record_positions()
+    model.run(30)
+    mixed = model.recording.trajectory.rename(columns={"identity": "robot"})
+    mixed.to_csv(tmp_path / "t.csv", index=False)
+    for record in (mixed, read_trajectories(tmp_path / "t.csv")):
+        with pytest.warns(TrajectoryWarning, match="Check the groups: all agents of robots, targets count as one team"):
+            report = delta_from_trajectories(record, 1.0, risk=0.9)
+        assert report.robots == 7
+        assert report.sentences()[0] == report.cautions[0]
+    for record in (mixed[mixed["group"] == "robots"], mixed.assign(run=mixed["group"])):
+        assert delta_from_trajectories(record, 1.0, risk=0.9).cautions == ()

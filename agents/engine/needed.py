@@ -1,0 +1,51 @@
+"""The kernels that a world needs, for the report of compilation."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+
+from teamsight.agents.awareness.binding import perceive_entry, situate_entry
+from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
+from teamsight.agents.engine.relation import needs_detection
+from teamsight.agents.group import Group
+from teamsight.agents.sensing.binding import sense_entry
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world_data import WorldData
+from teamsight.core.kernel import Entry
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.world.motion import advance_entry
+
+
+def kernels_needed(data: WorldData) -> Callable[[], list[Entry]]:
+    """Return a function that lists the kernels for the steps of a world; it does not keep the world alive."""
+    known = weakref.ref(data)
+
+    def entries() -> list[Entry]:
+        world = known()
+        return _entries_of(world) if world is not None else []
+
+    return entries
+
+
+def _entries_of(data: WorldData) -> list[Entry]:
+    groups = data.groups
+    steps = [RUN] if all(group.is_compiled for group in groups) else [BEGIN_STEP, END_STEP]
+    found = [SEE, advance_entry(data.arena), *steps]
+    for group in groups:
+        found += _entries_of_group(group)
+        sensors = (channel.sensor or Sensor() for channel in group.channels.values())
+        found += [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
+    return list(dict.fromkeys(found))
+
+
+def _entries_of_group(group: Group) -> list[Entry]:
+    """Return the kernels of a policy and a degree of awareness."""
+    entries, policy = [], group.rules[0]
+    if group.is_compiled and isinstance(policy, CompiledPolicy):
+        entries.append(policy.entry())
+    if group.reads_teammates and (perceive := perceive_entry(group.awareness)) is not None:
+        entries.append(perceive)
+    if group.inputs:
+        entries.append(situate_entry(group.awareness))
+    return entries

@@ -1,0 +1,87 @@
+"""What is said while kernels are compiled: which of how many, and for how long.
+
+On a terminal or in a notebook, one line shows the state. Elsewhere one line says that kernels are compiled. When all
+that a world needs are there, one line says how many were compiled.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from time import monotonic
+from typing import Protocol
+
+from teamsight.core.status_line import StatusLine, has_reader, in_notebook, seconds
+
+_NOTICE = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
+
+
+class Kernel(Protocol):
+    """What this file uses of an entry."""
+
+    def is_missing(self) -> bool: ...
+
+
+class CompilationReport:
+    """The report of a process. Kernels that another process compiles first are not counted."""
+
+    def __init__(self) -> None:
+        self._needed: Callable[[], Sequence[Kernel]] = lambda: ()
+        self._line: StatusLine | None = None
+        self._is_announced = self._is_compiling = False
+        self._number, self._began = 0, 0.0
+
+    def plan(self, needed: Callable[[], Sequence[Kernel]]) -> None:
+        """Set the kernels that will be needed, which are counted if one of them has to be compiled.
+
+        Parameters
+        ----------
+        needed : callable
+            Returns the kernels, with those that are there already. It is not called if nothing is compiled.
+        """
+        self._needed = needed
+
+    def begin(self, name: str) -> None:
+        """Say that a kernel is about to be compiled.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+        """
+        if self._number == 0:
+            self._began = monotonic()
+        self._number += 1
+        self._is_compiling = True
+        if has_reader():
+            self._line = self._line or StatusLine()
+            needed = self._needed()
+            missing = max(sum(kernel.is_missing() for kernel in needed), 1)
+            number = f"{self._number} of {self._number - 1 + missing}" if needed else f"{self._number}"
+            taken = seconds(monotonic() - self._began)
+            self._line.show(f"teamsight: compiling kernel {number}, once per machine ({taken}): {name}")
+        elif not self._is_announced:
+            print(_NOTICE, file=sys.stderr)
+        self._is_announced = True
+
+    def end(self, *, is_done: bool) -> None:
+        """Say that the kernel is compiled, or, if not `is_done`, that this failed."""
+        if not self._is_compiling:
+            return
+        self._is_compiling = False
+        if self._line is not None:
+            self._line.close()
+        needed = self._needed()
+        if not is_done or not needed or any(kernel.is_missing() for kernel in needed):
+            return
+        count = f"{self._number} kernel" if self._number == 1 else f"{self._number} kernels"
+        closing = f"teamsight: compiled {count} in {seconds(monotonic() - self._began)}"
+        if self._line is not None and in_notebook():
+            self._line.show(closing)
+        else:
+            print(closing, file=sys.stderr)
+        self._number, self._line = 0, None
+
+
+#: The report of this process.
+REPORT = CompilationReport()
