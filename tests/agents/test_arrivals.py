@@ -238,11 +238,13 @@ def test_a_state_from_before_lets_those_go_who_came_since() -> None:
             late[0].row  # noqa: B018
         assert len(model.robots.columns[f"c{len(ends) - 1}"]) == robots
     assert ends[0] == ends[1]
-    model.robots.add(speed=0.1)
+    model.robots.add(speed=0.7)
     model.robots[0].remove()
     with pytest.raises(ValueError, match=rf"with {robots} robots, of which {robots - 1} are among the {robots} here"):
         model.restore(saved)
     model.run(2)
+    model.reset()
+    assert model.robots[-1].speed == 0.7
 
 
 class Late(Robot):
