@@ -20,6 +20,7 @@ from teamsight.agents.host_protocol import Host
 from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
+from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
 from teamsight.policies.compiled import CompiledPolicy
@@ -159,6 +160,11 @@ class Group(Settings, Generic[A]):
 
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import group_html
+
+        return shown(group_html, self)
 
     @property
     def team(self) -> str | None:

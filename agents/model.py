@@ -29,6 +29,7 @@ from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
+from teamsight.core.card import shown
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
 
@@ -296,6 +297,18 @@ class World(Measures):
         """Release the model, which mesa 3.3 would otherwise keep in memory."""
         self.running = False
         mesa_compat.release(self)
+
+    def __repr__(self) -> str:
+        data = vars(self).get("_data")
+        if data is None:
+            return f"<{type(self).__name__}, not built>"
+        groups = "".join(f", {len(group):,} {group.name}" for group in data.groups)
+        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.world_card import world_html
+
+        return shown(lambda: world_html(type(self).__name__, self._data, self._engine))
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")

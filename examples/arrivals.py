@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from teamsight import Disc, Robot, Target, World
 
 
-def arrivals(world: World, robots: Any, rng: np.random.Generator) -> Iterator[Any]:
+def arrivals(world: World, robots: Any, rng: np.random.Generator) -> Generator[Any, Any, None]:
     """Let a robot arrive every 10 ticks, with a battery of its own; it leaves as many ticks later."""
     while True:
         yield world.clock.timeout(10)

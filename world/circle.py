@@ -52,6 +52,11 @@ class Circle:
         return np.array(self.centre) - self.radius, np.array(self.centre) + self.radius
 
     @property
+    def finest(self) -> float:
+        """Its diameter [length]."""
+        return 2.0 * self.radius
+
+    @property
     def faces(self) -> Walls:
         """Its wall, seen from outside."""
         return Walls(np.empty((0, 4)), np.array([[*self.centre, self.radius]]))

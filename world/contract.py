@@ -237,7 +237,7 @@ class Obstructed(Arena):
     def sight(self) -> Sight:
         inner = self.arena.sight
         blocking = joined([Walls(inner.segments, inner.discs), *(obstacle.faces for obstacle in self.obstacles)])
-        return Sight(*blocking, np.array(self.period), 1e3 * self._slack)
+        return Sight(*blocking, np.array(self.period), 10.0 * self._slack)
 
     @property
     def boundary(self) -> Points:

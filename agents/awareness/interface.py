@@ -145,7 +145,7 @@ class Awareness:
         return np.array(parameters_of(self, Awareness))
 
     def width(self, team_size: int) -> Width:
-        """Return the number of inputs in the situation of a robot in a team of this size; by default its own and `added`."""
+        """Return the number of inputs of a robot in a team of this size; by default its own and `added`."""
         return Width(OWN_SECTORS, self.added)
 
     def rings(self, team_size: int) -> tuple[int, ...]:

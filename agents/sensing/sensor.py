@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
@@ -98,6 +98,11 @@ class Sensor:
             raise ValueError("field_of_view=0.0: must be above 0 [rad]; to sense nothing, use missed=1")
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        values = [(each, getattr(self, each.name)) for each in fields(self)]
+        changed = ", ".join(f"{each.name}={value!r}" for each, value in values if value != each.default)
+        return f"{type(self).__name__}({changed})"
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight.core.kernel import kernel
-from teamsight.policies import CompiledPolicy, check_policy
+from teamsight.policies import CompiledPolicy, check_policy, turn_to
 
 
 def test_a_rule_that_keeps_the_contract_passes() -> None:
@@ -47,3 +47,8 @@ def test_a_kernel_that_copies_an_array_is_named_where_and_what_to_do() -> None:
     with pytest.raises(TypeError, match=r"test_check_callables\.py:\d+: the kernel makes or copies") as caught:
         check_policy(CopiesARow())
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("way", "turn"), [((0, 2), 0.0), ((-3, 0), np.pi / 2), ((1, 0), -np.pi / 2), ((0, 0), 0.0)])
+def test_the_turn_to_a_direction(way: tuple[float, float], turn: float) -> None:
+    assert turn_to((0.0, 1.0), way) == pytest.approx(turn)

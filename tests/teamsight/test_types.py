@@ -21,6 +21,8 @@ from teamsight.policies.registry import POLICIES
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
 SCRIPTS = Path(__file__).parent / "scripts"
+CHECKED = sorted(SCRIPTS.glob("*.py"))
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +31,13 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[int]]:
     folder = tmp_path_factory.mktemp("mypy")
     empty = folder / "mypy.ini"
     # What the package imports is found here, and not checked again: errors in it are no user's.
-    empty.write_text(f"[mypy]\nmypy_path = {ROOT}\n", encoding="utf-8")
+    # Some other packages have no types.
+    empty.write_text(f"[mypy]\nmypy_path = {ROOT}\ndisable_error_code = import-untyped\n", encoding="utf-8")
     options = ["--strict", "--follow-imports=silent", f"--config-file={empty}", f"--cache-dir={folder}"]
-    command = [sys.executable, "-m", "mypy", *options, *(str(path) for path in sorted(SCRIPTS.glob("*.py")))]
+    command = [sys.executable, "-m", "mypy", *options, *map(str, [*CHECKED, *EXAMPLES])]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300)
     assert not done.stderr
-    found: dict[str, set[int]] = {"correct": set(), "typos": set()}
+    found: dict[str, set[int]] = {path.stem: set() for path in [*CHECKED, *EXAMPLES]}
     for name, line in re.findall(r"(\w+)\.py:(\d+): error", done.stdout):
         found[name].add(int(line))
     return found
@@ -42,6 +45,11 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[int]]:
 
 def test_a_correct_script_has_no_errors(reports: dict[str, set[int]]) -> None:
     assert reports["correct"] == set()
+
+
+@pytest.mark.parametrize("name", [path.stem for path in EXAMPLES])
+def test_an_example_has_no_errors(reports: dict[str, set[int]], name: str) -> None:
+    assert reports[name] == set()
 
 
 def test_each_typo_is_found(reports: dict[str, set[int]]) -> None:

@@ -85,7 +85,7 @@ def test_discs_that_do_not_fit_are_spread_evenly(arena: Arena, count: int) -> No
     ],
     ids=lambda arena: str(arena)[:40],
 )
-@pytest.mark.parametrize(("count", "radius"), [(7, 1.0), (40, 1.0), (5, 4.0)])
+@pytest.mark.parametrize(("count", "radius"), [(7, 1.0), (40, 1.0), (5, 4.0), (1, 4.0)])
 def test_discs_are_spread_among_obstacles(arena: Arena, count: int, radius: float) -> None:
     points = placement.spread(arena, generator().random((2, count)), radius)
     assert arena.contains(points).all()

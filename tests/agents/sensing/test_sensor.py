@@ -175,6 +175,13 @@ def test_options_are_values() -> None:
     assert Sensor(occluded=False, range=2).is_perfect
 
 
+def test_a_sensor_shows_the_options_that_differ() -> None:
+    assert repr(Sensor()) == "Sensor()"
+    sensor = Sensor(math.radians(90), missed=0.5, range=2)
+    assert repr(sensor) == f"Sensor(field_of_view={math.pi / 2!r}, missed=0.5, range=2.0)"
+    assert eval(repr(sensor)) == sensor
+
+
 def test_a_sensor_with_another_kernel_is_not_perfect() -> None:
     class Own(Sensor):
         sense = lambda view, parameters, sensed: 0  # noqa: E731
