@@ -153,6 +153,7 @@ WRONG = [
     ({"false_positives": 20}, r"false_positives=20.0: must be a finite number, at least 0 and at most 1"),
     ({"delay": 1.5}, r"delay=1.5: must be a whole number of at least 0"),
     ({"delay": -1}, r"delay=-1: must be at least 0; it is a number of ticks"),
+    ({"delay": 1_001}, r"delay=1001: must be at most 1000; it is a number of ticks"),
     ({"occluded": 1}, r"occluded=1: must be True or False"),
     ({"range": 0}, r"range=0.0: must be a finite number, above 0"),
 ]

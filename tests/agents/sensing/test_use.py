@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from sensed_worlds import SENSORS, fingerprint, herd, percept_of, shown
 
 from teamsight import CMOMMT, Sensor, World, run_many
 from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.agents.sensing.standard import sense
+from teamsight.core.kernel import kernel
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 
@@ -28,6 +31,23 @@ def test_a_reused_world_gives_the_bits_of_a_new_one(name: str) -> None:
         assert fingerprint(world) == fingerprint(new)
         used.add(id(world))
     assert len(used) == 1
+    worlds.close()
+
+
+def test_a_sensor_that_a_run_changes_does_not_stay_for_the_next() -> None:
+    worlds, parameters = ReusedWorlds(), {"robots": 5, "targets": 9, "radius": 2.0}
+    for seed, change in (
+        (1, lambda world: setattr(world, "sensor", Sensor(missed=0.5))),
+        (2, lambda world: world.robots.sensors.update(teammates=Sensor(range_noise=0.1))),
+        (3, lambda world: world.senses(world.robots, world.targets, as_="prey", counts=True)),
+    ):
+        world = worlds.begin(CMOMMT, parameters, seed)
+        world.run(5)
+        change(world)
+        following, new = worlds.begin(CMOMMT, parameters, seed + 10), CMOMMT(**parameters, rng=seed + 10)
+        for each in (following, new):
+            each.run(20)
+        assert fingerprint(following) == fingerprint(new)
     worlds.close()
 
 
@@ -139,3 +159,81 @@ def test_transitions_are_the_same_on_both_paths_and_count_true_detections(name: 
         for a, b in zip([*found[:3], *found.facts.values()], [*again[:3], *again.facts.values()], strict=True):
             assert a.tobytes() == b.tobytes()
         assert found.facts["sensed"].tolist() == [count for step in counts for count in step[number]]
+
+
+_MISSED = tuple(Sensor(missed=0.3).parameters.tolist())
+
+
+@kernel
+def _greedy(view: Any, parameters: Any, sensed: Any) -> int:
+    need = 10 * view.in_range.start[view.heading.shape[0]] + 100
+    if parameters[0] > 0.0:
+        return sensed.distance.shape[0] + 1
+    if need <= sensed.distance.shape[0]:
+        sense(view, _MISSED, sensed)
+    return need
+
+
+class Greedy(Sensor):
+    """Needs more room than the engine expects; without end if it is given a range noise."""
+
+    sense = _greedy
+
+    @property
+    def parameters(self) -> Any:
+        return np.array([self.range_noise])
+
+
+def test_a_sensor_gets_the_room_that_it_asks_for() -> None:
+    channels = ("targets", "teammates")
+    greedy = herd(dict.fromkeys(channels, Greedy(delay=1)))
+    plain = herd(dict.fromkeys(channels, Sensor(missed=0.3, delay=1)))
+    for world in (greedy, plain):
+        world.run(25)
+    assert fingerprint(greedy) == fingerprint(plain)
+
+
+def test_a_sensor_that_never_has_enough_room_is_named() -> None:
+    world = herd({"targets": Greedy(range_noise=1.0)})
+    with pytest.raises(ValueError, match=r"sensors\['targets'\]=Greedy\(range_noise=1.0\): sense asks .* for fast; check"):
+        world.run(1)
+    assert world.tick == 0
+    del world.groups[0].sensors["targets"], world.groups[1].sensors["targets"]
+    world.run(1)
+
+
+def test_a_state_with_measurements_on_their_way_goes_on_in_an_equal_world() -> None:
+    sensors = {"targets": SENSORS["all"], "teammates": SENSORS["delay"]}
+    one, other = herd(sensors), herd(sensors, seed=2)
+    one.run(11)
+    saved = pickle.loads(pickle.dumps(one.state()))
+    other.run(3)
+    other.restore(saved)
+    for world in (one, other):
+        world.run(9)
+    assert fingerprint(one) == fingerprint(other)
+
+
+def test_agents_that_arrive_sense_and_are_sensed() -> None:
+    def make() -> World:
+        world = herd({"targets": SENSORS["all"], "teammates": Sensor(delay=2, false_positives=0.5)})
+        world.clock.at(7, lambda: world.groups[0].add(3))
+        world.clock.at(9, lambda: world.groups[0][1].remove())
+        world.clock.at(11, lambda: world.groups[2].add(4))
+        return world
+
+    one, other = make(), make()
+    one.run(30)
+    for _ in range(30):
+        other.step()
+    assert fingerprint(one) == fingerprint(other)
+    assert len(one.groups[0]) == 8
+
+
+def test_groups_without_agents_are_sensed_and_sense() -> None:
+    world = herd({"targets": SENSORS["all"], "teammates": SENSORS["all"]})
+    for group in (world.groups[2], world.groups[3], world.groups[0]):
+        for agent in list(group):
+            agent.remove()
+        world.run(2)
+    assert world.tick == 6
