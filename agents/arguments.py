@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ class Arguments(NamedTuple):
 
 
 def divided(
-    agent_class: type, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
+    agent_class: Any, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
 ) -> Arguments:
     """Divide arguments among the agents: lists, tuples and arrays of length `size` by element, others as they are.
 
@@ -56,7 +57,7 @@ def divided(
     TypeError
         If neither takes an argument, if one is missing, or if a parameter of ``__init__`` is also one of `add`.
     """
-    taken, needed, is_open = _parameters(agent_class)
+    taken, needed, is_open = _parameters(agent_class.__init__)
     name, own, columns = f"{agent_class.__name__}.__init__", tuple(own), tuple(columns)
     for parameter in taken:
         if parameter in own:
@@ -77,14 +78,17 @@ def divided(
     missing = [key for key in needed if key not in of_init]
     if missing:
         raise TypeError(f"{name} needs {', '.join(missing)}; give it to add, as in add(…, {missing[0]}=…)")
+    if not of_init:
+        return Arguments([{}] * size, of_columns)
     each = [{key: _part(value, row, size) for key, value in of_init.items()} for row in range(size)]
     return Arguments(each, of_columns)
 
 
-def _parameters(agent_class: Any) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
-    """Return the names of the parameters of ``__init__`` after the model, those without a default, and if it has **."""
+@lru_cache(maxsize=64)
+def _parameters(init: Callable[..., None]) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return the names of the parameters of an ``__init__`` after the model, those without a default, if it has **."""
     try:
-        parameters = list(inspect.signature(agent_class.__init__).parameters.values())[2:]
+        parameters = list(inspect.signature(init).parameters.values())[2:]
     except ValueError:
         # Some classes written in C have no signature.
         return (), (), True

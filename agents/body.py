@@ -13,6 +13,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
 from teamsight.agents.places import checked_headings
 from teamsight.agents.settings import Ability, OfGroup, Team
+from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
@@ -66,7 +67,7 @@ class Body(mesa_bases.Agent):
             cls.team = Team(team)  # type: ignore[assignment]
 
     def __init__(self, model: Any) -> None:
-        if "group" not in vars(self):
+        if "group" not in self.__dict__:
             name = type(self).__name__
             raise TypeError(
                 f"{name}(…): agents belong to a group, which makes them; use world.add({name}, 1, policy=…), or "
@@ -90,6 +91,11 @@ class Body(mesa_bases.Agent):
         # No number yet while it is made.
         number = vars(self).get("unique_id", "")
         return f"<{type(self).__name__} {number} of {self.group.name!r}>"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import agent_html
+
+        return shown(lambda: agent_html(self, self.group, self._row))
 
     @property
     def position(self) -> Floats:

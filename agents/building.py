@@ -168,6 +168,10 @@ def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, flo
 
 def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     """Return the cosines and sines of the turning limits."""
+    if isinstance(limit, float):
+        # The usual case, in a tenth of the time.
+        cosine, sine = turn_limit_of(checks.number("turn_limit", limit, least=0))
+        return np.full(size, cosine), np.full(size, sine)
     angles = column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
-    cosine, sine = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
-    return np.ascontiguousarray(cosine), np.ascontiguousarray(sine)
+    cosines, sines = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
+    return np.ascontiguousarray(cosines), np.ascontiguousarray(sines)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.cmommt_numbers import checked_numbers
 from teamsight.agents.given import AwarenessLike, PolicyLike, PresetName
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
@@ -24,8 +25,6 @@ from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.arena import Disc
-from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.starts import Starts
 
@@ -273,32 +272,6 @@ class CMOMMT(World):
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
-
-
-class Numbers(NamedTuple):
-    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
-
-    arena: Disc
-    limits: Limits
-    sensing_range: float
-    awareness_range: float
-    robot_speed: float
-    target_speed: float
-
-
-def checked_numbers(plan: Mapping[str, Any]) -> Numbers:
-    """Return the arena, the ranges and the speeds of a plan.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one is not a number or outside its limits.
-    """
-    arena = Disc(length("radius", plan["radius"]))
-    limits = Limits(arena)
-    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
-    return Numbers(arena, limits, sensing, aware, *speeds)
 
 
 def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from teamsight.core import checks
+from teamsight.core.card import shown
 
 Array = npt.NDArray[Any]
 
@@ -73,6 +74,11 @@ class Column(NDArrayOperatorsMixin):
 
     def __repr__(self) -> str:
         return f"Column({self._name!r}, {self.values!r})"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import column_html
+
+        return shown(lambda: column_html(self._name, self.values))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy is a plain array.

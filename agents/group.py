@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors
+from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.engine.readings import Readings
@@ -20,6 +20,7 @@ from teamsight.agents.host_protocol import Host
 from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
+from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
 from teamsight.policies.compiled import CompiledPolicy
@@ -53,12 +54,10 @@ class Group(Settings, Generic[A]):
         Its index among the groups of its world.
     team : str or None
         Groups of the same team are teammates.
-    agent_class : type
-        The class of its agents.
-    first_size : int
-        The number of agents with which it was added.
+    agent_class, first_size : type, int
+        The class of its agents, and their number when the group was added.
     agents : list of Body
-        The agents, one for each row of the arrays.
+        One for each row of the arrays.
     bodies : Bodies
         The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
@@ -162,10 +161,10 @@ class Group(Settings, Generic[A]):
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
 
-    @property
-    def sensors(self) -> Sensors:
-        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
-        return Sensors(self.channels, self.host.set_sensor)
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.group_card import group_html
+
+        return shown(group_html, self)
 
     @property
     def team(self) -> str | None:
@@ -192,8 +191,7 @@ class Group(Settings, Generic[A]):
     ) -> list[A]:
         """Add agents, before a run or in the middle: between steps, in events and in processes.
 
-        They go on as if they had been in the group from the start: with the group's policy and degree of awareness, in
-        the same arrays. A reset places them again with the others.
+        They go on as if they had been in the group from the start, in the same arrays; a reset places all again.
 
         Parameters
         ----------
@@ -209,7 +207,7 @@ class Group(Settings, Generic[A]):
 
         Returns
         -------
-        list
+        list of Body
             The new agents.
 
         Raises

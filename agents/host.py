@@ -97,15 +97,16 @@ class WorldHost:
 
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
         """Make the agents of the last rows of a group, each with its arguments."""
-        timeline, made = self._data.timeline, group.agent_class
+        timeline, made, model = self._data.timeline, group.agent_class, self._model
         group.is_growing = True
         with timeline.calling(timeline.inside or f"{made.__name__}.__init__"):
             for row, arguments in enumerate(each, len(group) - len(each)):
                 # Its row comes first, so that __init__ can use all that an agent has.
                 agent = made.__new__(made)
-                agent.group, agent.row = group, row
-                agent.__init__(self._model, **arguments)  # type: ignore[misc]
-                if "unique_id" not in vars(agent):
+                attributes = agent.__dict__
+                attributes["group"], attributes["_row"] = group, row
+                agent.__init__(model, **arguments)  # type: ignore[misc]
+                if "unique_id" not in attributes:
                     raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
                 group.agents.append(agent)
         group.is_growing = False

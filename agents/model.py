@@ -9,10 +9,9 @@ from functools import cached_property
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import mesa
 import numpy.typing as npt
 
-from teamsight.agents import mesa_bases, mesa_compat
+from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
@@ -21,16 +20,16 @@ from teamsight.agents.given import AwarenessLike, PlacementName, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
+from teamsight.agents.measures import Measures
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
-from teamsight.agents.teammates import Teammates, neighbours, teammates
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.card import shown
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
 
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 
 
 
-class World(mesa_bases.Model):
+class World(Measures):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -78,7 +77,6 @@ class World(mesa_bases.Model):
 
     groups: list[Group[Body]]
     clock: Clock
-    recording: Recording
 
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
         if not isinstance(arena, Arena):
@@ -109,25 +107,10 @@ class World(mesa_bases.Model):
         super().__init_subclass__(**named)
         cls.__signature__ = mesa_compat.signature_for_batches(cls)  # type: ignore[attr-defined]
 
-    @property
-    def arena(self) -> Arena:
-        """The arena. It cannot be changed: all agents were placed in it."""
-        return self._data.arena
-
     @cached_property
     def space(self) -> WorldSpace:
         """The agents' places under the names of mesa's spaces; mesa's visualisation reads it. You may set your own."""
         return self._host.space
-
-    @property
-    def seed_used(self) -> int:
-        """The seed. `reset` can set another."""
-        return self._data.seed
-
-    @property
-    def tick(self) -> int:
-        """The number of completed steps."""
-        return self._data.timeline.tick
 
     def add(
         self,
@@ -175,7 +158,7 @@ class World(mesa_bases.Model):
         placement : {"uniform", "spread"}
             The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
         position : array_like, shape (count, 2) or (2,), optional
-            The initial positions themselves, or one for all [length].
+            The initial positions, or one for all [length].
         heading : array_like, shape (count, 2) or (2,), optional
             The initial directions, or one for all; they are normalised. By default they are drawn.
         name : str, optional
@@ -285,60 +268,6 @@ class World(mesa_bases.Model):
         """Make steps until `tick` is `end_time`."""
         self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
 
-    @property
-    def path(self) -> str:
-        """How `run` makes its steps now: ``"compiled"``, or ``"step by step: "`` and the reason.
-
-        The results are the same to the last bit; compiled steps take less time. With mesa's own events pending, single
-        steps are made too.
-        """
-        reason = self._stepper.needs_python()
-        return f"step by step: {reason}" if reason else "compiled"
-
-    @property
-    def observed(self) -> float:
-        """The fraction of targets that at least one robot senses now, in [0, 1]."""
-        return self._engine.present("observed")
-
-    @property
-    def observed_fraction(self) -> float:
-        """The mean over the completed steps of the fraction of targets that at least one robot senses, in [0, 1]."""
-        return self._data.history.observed_fraction
-
-    @property
-    def mean_neighbours(self) -> float:
-        """The mean number of robots within a robot's awareness range now."""
-        return self._engine.present("mean_neighbours")
-
-    @property
-    def max_neighbours(self) -> int:
-        """The largest number of robots within any robot's awareness range in the completed steps."""
-        return self._data.history.max_neighbours
-
-    @property
-    def teammates(self) -> Teammates:
-        """The agents that are on a team now, in the order of groups; `neighbours` refers to their rows."""
-        return teammates(self.groups)
-
-    @property
-    def neighbours(self) -> NeighbourList:
-        """The present neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
-        self._engine.prepare()
-        return neighbours(self.groups)
-
-    @property
-    def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step."""
-        return self.recording.collector
-
-    @datacollector.setter
-    def datacollector(self, collector: mesa.DataCollector) -> None:
-        if not callable(getattr(collector, "collect", None)):
-            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
-        self._engine.prepare()
-        collector.collect(self)
-        self.recording.collector = collector
-
     def state(self) -> State:
         """Return a copy of all that changes in a run except pending events; `restore` goes back to it."""
         return self._states.save()
@@ -368,6 +297,18 @@ class World(mesa_bases.Model):
         """Release the model, which mesa 3.3 would otherwise keep in memory."""
         self.running = False
         mesa_compat.release(self)
+
+    def __repr__(self) -> str:
+        data = vars(self).get("_data")
+        if data is None:
+            return f"<{type(self).__name__}, not built>"
+        groups = "".join(f", {len(group):,} {group.name}" for group in data.groups)
+        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.agents.world_card import world_html
+
+        return shown(lambda: world_html(type(self).__name__, self._data, self._engine))
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")

@@ -10,6 +10,9 @@ from teamsight.world.contract import Arena, Obstructed
 
 Floats = npt.NDArray[np.float64]
 
+#: The colours of groups by number, then again from the first; readable on light and dark pages.
+COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#bcbd22")
+
 # Cells along each side of the box around an arena whose shape is found with `contains`.
 _CELLS = 48
 # Each halves the error of a point of the wall: 2⁻¹⁶ of a cell.

@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.channel import Channel, Sensors
 from teamsight.agents.given import AwarenessLike, PolicyLike
+from teamsight.agents.host_protocol import Host
 from teamsight.core import checks
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
@@ -44,6 +46,13 @@ class Settings:
     """The settings and arrays of a group, as users see them; `Group` derives from it."""
 
     bodies: Bodies
+    channels: dict[str, Channel]
+    host: Host
+
+    @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
 
     @property
     def position(self) -> Floats:

@@ -34,9 +34,9 @@ class Undo:
             del self._data.groups[len(self._kept) :]
             for agent in [agent for agent in self._model.agents if agent.unique_id >= self._first]:
                 self._model.deregister_agent(agent)
-            mesa_compat.set_next_identity(self._model, self._first)
             for kept in self._kept:
                 kept.put_back(self._model)
+            mesa_compat.set_next_identity(self._model, self._first)
             for group in added:
                 self._engine.leave_out(group)
             self._engine.is_bound = False
@@ -57,5 +57,8 @@ class _Kept:
         self._group.columns.go_back(self._columns)
         for row, agent in enumerate(self._agents):
             if agent._row < 0:
+                # mesa 3.5 would give it a new number.
+                identity = agent.unique_id
                 model.register_agent(agent)
+                agent.unique_id = identity
             agent.row = row

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.outline import circle, obstacles, walls
+from teamsight.agents.outline import COLOURS, circle, obstacles, walls
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-_COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#bcbd22")
 _BACKENDS = ("matplotlib", "altair")
 _MISSING = "mesa's visualisation needs packages that are not installed: pip install 'teamsight[viz]'"
 
@@ -68,7 +67,7 @@ def draw_arena(axes: Axes, world: World, *, ranges: bool = True) -> None:
     for line in _headings(world):
         axes.plot(line[:, 0], line[:, 1], color="black", linewidth=1.5, zorder=2)
     for line, number in _ranges(world) if ranges else []:
-        axes.fill(line[:, 0], line[:, 1], color=_COLOURS[number % len(_COLOURS)], alpha=0.1, zorder=0)
+        axes.fill(line[:, 0], line[:, 1], color=COLOURS[number % len(COLOURS)], alpha=0.1, zorder=0)
     axes.set_aspect("equal")
     axes.set_frame_on(False)
 
@@ -113,7 +112,7 @@ def make_world_component(
 
 def _look(agent: Body) -> tuple[int, str]:
     """Return the size and the colour of an agent."""
-    colour = _COLOURS[agent.group.number % len(_COLOURS)]
+    colour = COLOURS[agent.group.number % len(COLOURS)]
     if agent.group.team is not None:
         return 70, colour
     return 45, colour if getattr(agent, "is_observed", True) else f"{colour}59"
@@ -160,7 +159,7 @@ def _with_walls(chart: Any, world: World, ranges: bool) -> Any:
     }
     agents = chart.encode(**axes, size=altair.Size("size:Q", scale=None), color=altair.Color("color:N", scale=None))
     # Each line with its colour, the opacity of what it encloses, and its width.
-    lines = [(line, _COLOURS[number % len(_COLOURS)], 0.1, 0.0) for line, number in (_ranges(world) if ranges else [])]
+    lines = [(line, COLOURS[number % len(COLOURS)], 0.1, 0.0) for line, number in (_ranges(world) if ranges else [])]
     lines += [(line, "#777777", 0.0, 1.5) for line in walls(world.arena)]
     lines += [(line, "#999999", 1.0, 0.0) for line in obstacles(world.arena)]
     lines += [(line, "#000000", 0.0, 1.5) for line in _headings(world)]

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.card import card, shown
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Percept
@@ -111,6 +112,15 @@ class Learner(CompiledPolicy):
         constants = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
         # Different reward functions may share a name; the digest of the learned numbers distinguishes such policies.
         return f"{type(self).__name__}({self.memory!r}, {name_of(self.reward)}, {constants}, learned={self._digest})"
+
+    def _repr_html_(self) -> str | None:
+        return shown(self._card)
+
+    def _card(self) -> str:
+        # Without what was learned, which may have to be computed first.
+        rows = [("learned from", f"{len(self.memory):,} transitions"), ("reward", name_of(self.reward))]
+        names = (part.name for part in fields(self) if part.init and part.name not in ("memory", "reward"))
+        return card(type(self).__name__, [*rows, *((name, repr(getattr(self, name))) for name in names)])
 
 
 def components(memory: LazyMemory, inputs: int | None) -> int:

@@ -9,10 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world import limits
-from teamsight.world.circle import round_boundary
 from teamsight.world.contract import Arena, Points
 from teamsight.world.period import ENDLESS, kernel_period
-from teamsight.world.polygons import walls_of
+from teamsight.world.polygons import round_boundary, walls_of
 from teamsight.world.wall_contacts import Walls, no_walls
 from teamsight.world.walls import confine_box, confine_disc, confine_torus
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.world import limits
+from teamsight.world.polygons import round_boundary
 from teamsight.world.wall_contacts import Walls
 
 Points = npt.NDArray[np.float64]
@@ -52,6 +52,11 @@ class Circle:
         return np.array(self.centre) - self.radius, np.array(self.centre) + self.radius
 
     @property
+    def finest(self) -> float:
+        """Its diameter [length]."""
+        return 2.0 * self.radius
+
+    @property
     def faces(self) -> Walls:
         """Its wall, seen from outside."""
         return Walls(np.empty((0, 4)), np.array([[*self.centre, self.radius]]))
@@ -65,9 +70,3 @@ class Circle:
     def boundary(self) -> Points:
         """A polygon that looks like it, as vertices for drawing, shape (k, 2) [length]."""
         return round_boundary(self.centre, self.radius)
-
-
-def round_boundary(centre: tuple[float, float], radius: float) -> Points:
-    """Return 180 vertices on a circle, shape (180, 2)."""
-    angle = 2 * math.pi * np.arange(180) / 180
-    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1))

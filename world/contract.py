@@ -19,7 +19,6 @@ import numpy.typing as npt
 from teamsight.world.obstacles import Obstacle, Outline, check_obstacles
 from teamsight.world.period import check_reach, shortest
 from teamsight.world.sight import Sight, open_sight
-from teamsight.world.towards_origin import towards_origin
 from teamsight.world.wall_contacts import ROUNDING, Walls, clearance, confine_walls, joined, repeated, walls_size
 
 Points = npt.NDArray[np.float64]
@@ -143,6 +142,8 @@ class Arena(ABC):
         ndarray, shape (n, 2), float64
             Positions inside [length].
         """
+        from teamsight.world.towards_origin import towards_origin
+
         return towards_origin(self, points, margin)
 
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
@@ -237,7 +238,7 @@ class Obstructed(Arena):
     def sight(self) -> Sight:
         inner = self.arena.sight
         blocking = joined([Walls(inner.segments, inner.discs), *(obstacle.faces for obstacle in self.obstacles)])
-        return Sight(*blocking, np.array(self.period), 1e3 * self._slack)
+        return Sight(*blocking, np.array(self.period), 10.0 * self._slack)
 
     @property
     def boundary(self) -> Points:

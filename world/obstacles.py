@@ -8,9 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.world.limits import FINEST
 from teamsight.world.wall_contacts import Walls
 
 Points = npt.NDArray[np.float64]
+
+
+_MEMBERS = ("bounds", "finest", "faces", "boundary", "covers")
 
 
 class Outline(NamedTuple):
@@ -34,6 +38,10 @@ class Obstacle(Protocol):
     @property
     def bounds(self) -> tuple[Points, Points]:
         """The lower left and the upper right corner of the box around it, each of shape (2,)."""
+
+    @property
+    def finest(self) -> float:
+        """Its least thickness [length]."""
 
     @property
     def faces(self) -> Walls:
@@ -72,12 +80,18 @@ def check_obstacles(arena: Obstructable, obstacles: tuple[Obstacle, ...]) -> Non
         raise ValueError(f"{arena}.with_obstacles(): give at least one obstacle, such as Circle((0, 0), 1)")
     low, high = arena.bounds
     for one in obstacles:
-        if not all(hasattr(one, member) for member in ("bounds", "faces", "covers", "boundary")):
+        if not all(hasattr(one, member) for member in _MEMBERS):
             raise TypeError(f"obstacle {checks.shown(one)}: must be a shape, such as Circle((0, 0), 1) or Polygon(…)")
         first, last = one.bounds
         if not ((first < high) & (last > low)).all():
             box = f"{low.tolist()}, {high.tolist()}"
             raise ValueError(f"{one}: is outside {arena}, whose bounds are {box}; move it inside or leave it out")
+        scale = float(np.abs([low, high, first, last]).max())
+        if one.finest < FINEST * scale:
+            raise ValueError(
+                f"{one}: has a part that is only {one.finest:g} wide, less than {FINEST:g} of the largest coordinate "
+                f"{scale:g}, which is too thin for the rounding of positions; make it thicker"
+            )
         for side, extent in zip(arena.period, last - first, strict=True):
             if 0 < side <= extent:
                 raise ValueError(f"{one}: is {extent:g} long, but {arena} repeats after {side:g}; make it smaller")

@@ -66,6 +66,13 @@ class Polygon(Arena):
         return Walls(self.walls.segments[:, [2, 3, 0, 1]], self.walls.discs)
 
     @cached_property
+    def finest(self) -> float:
+        """The least length of a wall, or distance between walls that are not next to each other [length]."""
+        segments = self.walls.segments
+        lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
+        return float(min([lengths.min(), *(gap.min() for _, _, gap in polygons.gaps(self.vertices) if len(gap))]))
+
+    @cached_property
     def _slack(self) -> float:
         return ROUNDING * float(np.abs(self.vertices).max())
 
@@ -85,7 +92,7 @@ class Polygon(Arena):
     def sight(self) -> Sight:
         if polygons.is_convex(self.vertices):
             return open_sight()
-        return Sight(*self.walls, np.zeros(2), 1e3 * self._slack)
+        return Sight(*self.walls, np.zeros(2), 10.0 * self._slack)
 
     @property
     def boundary(self) -> Points:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 
@@ -13,7 +16,7 @@ Points = npt.NDArray[np.float64]
 # Corners and walls that do not touch are at least so far apart, as a share of the largest coordinate.
 _NEAREST = 1e-9
 # The largest coordinate, as a multiple of the longer side of the box around the polygon.
-_FARTHEST = 1e6
+_FARTHEST = 1e5
 
 
 def checked_vertices(vertices: npt.ArrayLike) -> Points:
@@ -64,25 +67,29 @@ def _check_corners(points: Points, nearest: float) -> None:
 def _check_crossings(points: Points, nearest: float) -> None:
     """Refuse walls that cross or touch others than the next."""
     begin, end = points, np.roll(points, -1, axis=0)
-    count = len(points)
-    for k in range(count - 2):
-        others = np.arange(k + 2, count if k else count - 1)
-        wall = np.concatenate([begin[k], end[k]])[None]
-        touching = np.zeros(len(others), bool)
-        for ends in (begin, end):
-            touching |= distance_to_walls(ends[others], wall) <= nearest
-        rest = np.concatenate([begin[others], end[others]], axis=1)
-        for place in (begin[k], end[k]):
-            touching |= np.hypot(*(place - nearest_on_walls(place[None], rest)[0]).T) <= nearest
+    for k, others, gap in gaps(points):
         sides = [_cross(end[k] - begin[k], place[others] - begin[k]) > 0 for place in (begin, end)]
         turns = [_cross(end[others] - begin[others], place - begin[others]) > 0 for place in (begin[k], end[k])]
-        wrong = touching | ((sides[0] != sides[1]) & (turns[0] != turns[1]))
+        wrong = (gap <= nearest) | ((sides[0] != sides[1]) & (turns[0] != turns[1]))
         if wrong.any():
             other = int(others[np.argmax(wrong)])
             raise ValueError(
                 f"vertices: the walls from {_pair(begin[k])} to {_pair(end[k])} and from {_pair(begin[other])} to "
                 f"{_pair(end[other])} cross or touch; list the corners in order around the polygon"
             )
+
+
+def gaps(points: Points) -> Iterator[tuple[int, npt.NDArray[np.int64], Points]]:
+    """Return for each wall those after it that are not next to it, and the least distances from ends to walls."""
+    begin, end = points, np.roll(points, -1, axis=0)
+    count = len(points)
+    for k in range(count - 2):
+        others = np.arange(k + 2, count if k else count - 1)
+        walls = walls_of(points)
+        found = [distance_to_walls(ends[others], walls[k : k + 1]) for ends in (begin, end)]
+        for place in (begin[k], end[k]):
+            found.append(np.hypot(*np.moveaxis(place - nearest_on_walls(place, walls[others]), -1, 0)))
+        yield k, others, np.min(found, axis=0)
 
 
 def _pair(point: Points) -> str:
@@ -102,6 +109,12 @@ def signed_area(points: Points) -> float:
 def walls_of(points: Points) -> Points:
     """Return the walls between the vertices, shape (s, 4): x0, y0, x1, y1 each."""
     return np.ascontiguousarray(np.concatenate([points, np.roll(points, -1, axis=0)], axis=1))
+
+
+def round_boundary(centre: tuple[float, float], radius: float) -> Points:
+    """Return 180 vertices on a circle, shape (180, 2)."""
+    angle = 2 * math.pi * np.arange(180) / 180
+    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
 
 
 def is_convex(points: Points) -> bool:

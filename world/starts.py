@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -125,7 +126,7 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     numbers = _numbers(groups, keys)
     angle = 2 * math.pi * numbers[2]
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    last = np.cumsum([one.size for one in groups])
+    last = list(accumulate(one.size for one in groups))
     for one, end in zip(groups, last, strict=True):
         if one.heading is not None:
             heading[:, end - one.size : end] = one.heading

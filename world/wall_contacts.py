@@ -105,17 +105,24 @@ def _wall_share(x: float, y: float, end_x: float, end_y: float, edge_x: float, e
     step_x = end_x - x
     step_y = end_y - y
     step_2 = step_x * step_x + step_y * step_y
-    if step_2 > slack * slack:
-        # The ends must lie to both sides of the path, or within the slack: no path slips between two walls.
-        first = step_x * y - step_y * x
-        second = step_y * (x - edge_x) - step_x * (y - edge_y)
-        is_past = is_behind(first, step_2, slack) or is_behind(second, step_2, slack)
-    else:
-        along = x * edge_x + y * edge_y
+    share = max(begin, 0.0) / (begin - end) if end < begin else 0.0
+    along = x * edge_x + y * edge_y
+    if step_2 <= slack * slack:
         is_past = is_behind(along, length_2, 2.0 * slack) or is_behind(length_2 - along, length_2, 2.0 * slack)
-    if is_past:
+        return 2.0 if is_past else share
+    # The ends must lie to both sides of the path, or within the slack: no path slips between two walls.
+    first = step_x * y - step_y * x
+    second = step_y * (x - edge_x) - step_x * (y - edge_y)
+    if is_behind(first, step_2, slack) or is_behind(second, step_2, slack):
         return 2.0
-    return max(begin, 0.0) / (begin - end) if end < begin else 0.0
+    forward = step_x * edge_x + step_y * edge_y
+    meets = along + share * forward
+    if (meets < 0.0 or meets > length_2) and 2.0 * forward * forward > step_2 * length_2:
+        # Along the wall rounding moves the place at which they meet: it is the wall's end, if the path gets there.
+        share = (min(max(meets, 0.0), length_2) - along) / forward
+        is_left = share < 0.0 and is_behind(-abs(share * forward), length_2, 2.0 * slack)
+        return 2.0 if is_left or share > 1.0 else max(share, 0.0)
+    return share
 
 
 @inlined
@@ -173,12 +180,15 @@ def _first_contact(
                 share = _wall_share(from_x, from_y, to_x, to_y, edge_x, edge_y, slack)
                 if share < first:
                     first = share
-                    length = math.sqrt(edge_x * edge_x + edge_y * edge_y)
-                    normal_x = -edge_y / length
-                    normal_y = edge_x / length
-                    rise = lift - min(from_x * normal_x + from_y * normal_y, 0.0)
-                    at_x = x + share * step_x + rise * normal_x
-                    at_y = y + share * step_y + rise * normal_y
+                    length_2 = edge_x * edge_x + edge_y * edge_y
+                    normal_x = -edge_y / math.sqrt(length_2)
+                    normal_y = edge_x / math.sqrt(length_2)
+                    # On the wall: in a sharp corner rounding could put the place beyond its end.
+                    meet_x = from_x + share * (to_x - from_x)
+                    meet_y = from_y + share * (to_y - from_y)
+                    along = min(max((meet_x * edge_x + meet_y * edge_y) / length_2, 0.0), 1.0)
+                    at_x = size[k] + shift_x + along * edge_x + lift * normal_x
+                    at_y = size[k + 1] + shift_y + along * edge_y + lift * normal_y
             for k in range(discs, size.shape[0], 3):
                 centre_x = size[k] + image(size[k], middle_x, size[0], across)
                 centre_y = size[k + 1] + image(size[k + 1], middle_y, size[1], up)

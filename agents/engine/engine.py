@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.failures import check_places, endless_growth, failure
+from teamsight.agents.engine.failures import check_places, endless_growth, endless_sensor, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
@@ -234,11 +234,18 @@ class Engine:
                     place = status, where, tick
                     grown = place, grown[1] + 1 if grown[0] == place else 1
                     if grown[1] > _MOST_GROWTH:
-                        raise endless_growth(self._data.groups[where])
+                        raise self._endless(status, where)
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
                 self._check_places()
+
+    def _endless(self, status: int, where: int) -> ValueError:
+        if status == GROW_DETECTION:
+            relation = self.relations[where]
+            group = next(group for group in self._data.groups if group is relation.observers)
+            return endless_sensor(group, relation.name)
+        return endless_growth(self._data.groups[where])
 
     def _fail(self, status: int, where: int) -> ValueError:
         """Return the exception for a step that cannot be made; the decided actions are kept."""

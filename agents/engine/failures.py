@@ -37,6 +37,14 @@ def endless_growth(group: Group) -> ValueError:
     )
 
 
+def endless_sensor(observers: Group, channel: str) -> ValueError:
+    """Return the exception for a sensor that asks for more room on every call."""
+    return ValueError(
+        f"sensors[{channel!r}]={observers.channels[channel].sensor!r}: sense asks for more room on every call, for "
+        f"{observers.name}; check the sensor with check_sensor()"
+    )
+
+
 def check_places(data: WorldData) -> None:
     """Raise if an agent is outside a user-defined arena; others are not checked.
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TARGETS
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.model import World
 from teamsight.agents.recording.transitions import Transitions, concatenated
@@ -39,8 +41,15 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
         If `world` is not a `World` or has stopped, `steps` is not a whole number of at least 1, or the group is
         unknown, is empty, or changes its degree of awareness or the width of its situations on the way.
 
+    Warns
+    -----
+    UserWarning
+        If the group senses nothing in the channel "targets": its situations show no targets then, and all facts are 0.
+
     Notes
     -----
+    Situations show targets and teammates. What is sensed in other channels is not in them.
+
     *Source:* §8.1: one exploration serves every objective. §8.2: 5 robots and 120 steps give 600 transitions.
     """
     if not isinstance(world, World):
@@ -53,6 +62,12 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
     if not world.running:
         shown = f"world={checks.shown(world)}"
         raise ValueError(f"{shown}: has stopped (running is False); explore another, or set running to True")
+    if isinstance(robots, Group) and TARGETS not in robots.channels:
+        warnings.warn(
+            f"{robots!r} senses nothing in the channel {TARGETS!r}, so its situations show no targets and all facts "
+            "are 0; declare it: world.senses(group, others)",
+            stacklevel=2,
+        )
     seed, first, before = world.seed_used, world.tick, _settings_before(world, robots)
     recorded = record_run(world, robots, steps)
     met = _settings_met(before, settings_of(world, robots))

@@ -111,11 +111,17 @@ class History:
 
     def __init__(self) -> None:
         self._stretches: list[Stretch] = []
+        # Of the first stretches, which are finished; there may be thousands, if agents come and go.
+        self._counted = self._largest = 0
+        self._totals = Totals({}, 0)
 
     def begin(self, relations: list[Relation]) -> Stretch:
         """Begin a new stretch and return it."""
-        if self._stretches and self._stretches[-1].rows == 0:
-            self._stretches.pop()
+        if self._stretches:
+            last = self._stretches[-1]
+            last.buffer.array = last.buffer.written.copy()
+            if last.rows == 0:
+                self._stretches.pop()
         self._stretches.append(Stretch(relations))
         return self._stretches[-1]
 
@@ -127,18 +133,24 @@ class History:
     @property
     def earlier(self) -> Totals:
         """The totals of all stretches but the last."""
-        return _totals(self._stretches[:-1])
+        finished = self._stretches[self._counted : -1]
+        if finished:
+            self._totals = _totals(finished, self._totals)
+            self._largest = max(self._largest, *(stretch.largest for stretch in finished))
+            self._counted += len(finished)
+        return self._totals
 
     @property
     def observed_fraction(self) -> float:
         """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
-        observed, rows = _totals(self._stretches)
+        observed, rows = _totals(self._stretches[-1:], self.earlier)
         return shares(observed) / rows if rows else float("nan")
 
     @property
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
-        return max((stretch.largest for stretch in self._stretches), default=0)
+        later = [stretch.largest for stretch in self._stretches[self._counted :]]
+        return max(self._largest, *later, 0)
 
     def largest_of(self, team: str | None, first: int = 0) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
@@ -167,9 +179,9 @@ class History:
         return table
 
 
-def _totals(stretches: list[Stretch]) -> Totals:
-    observed: dict[int, int] = {}
-    rows = 0
+def _totals(stretches: list[Stretch], before: Totals) -> Totals:
+    """Return the totals of some stretches and those before them."""
+    observed, rows = dict(before.observed), before.rows
     for stretch in stretches:
         if stretch.targets and stretch.rows:
             observed[stretch.targets] = observed.get(stretch.targets, 0) + stretch.observed_sum

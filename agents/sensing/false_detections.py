@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from teamsight.agents.sensing.noise import NOBODY, uniform, words_of
 from teamsight.agents.sensing.parameters import FALSE_POSITIVES, WIDTH
 from teamsight.agents.sensing.writing import put
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined, kernel
+from teamsight.world.noise import philox
 
 
 @inlined
@@ -31,10 +34,8 @@ def _candidate(view: Any, i: int, first: int, edge: int, sensed: Any, word: Any)
 
 @kernel
 def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: Any) -> int:
-    """Write the false detection of observer `i`, if it has one; return the next entry."""
+    """Write a false detection of observer `i`, if it does not sense all others; return the next entry."""
     words = words_of(view, i, NOBODY)
-    if uniform(words[0]) >= parameters[FALSE_POSITIVES]:
-        return edge
     index = _candidate(view, i, first, edge, sensed, words[1])
     if index < 0:
         return edge
@@ -55,9 +56,30 @@ def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: 
 
 
 @inlined
-def close_rows(view: Any, parameters: Any, here: int, until: int, edge: Any, sensed: Any) -> int:
-    """End the entries of the observers from `here` to `until` − 1 with their false detections; return the next."""
+def _draw(view: Any, first: int, chance: Any) -> None:
+    """Draw for the observers from `first` on whether they have a false detection, as many as there is room for."""
+    tick = np.uint64(view.tick[0])
+    stream = np.uint64(view.stream)
+    k0 = view.key[0] ^ view.salt[0]
+    k1 = view.key[1] ^ view.salt[1]
+    # In SIMD lanes, unlike the rest, which few observers need.
+    for c in range(np.uint64(min(chance.shape[0], view.member.shape[0] - first))):
+        member = np.uint64(view.member[np.uint64(first) + c])
+        words = philox(tick, member, np.uint64(NOBODY), stream, k0, k1)
+        chance[c] = uniform(words[0])
+
+
+@inlined
+def close_rows(view: Any, parameters: Any, here: int, until: int, edge: Any, sensed: Any, chance: Any) -> int:
+    """End the entries of the observers from `here` to `until` − 1 with their false detections; return the next.
+
+    `chance` is work space. All observers are closed once, in ascending order.
+    """
     for i in range(here, until):
-        edge = _imagine(view, i, sensed.start[i], edge, parameters, sensed)
+        at = i % chance.shape[0]
+        if at == 0:
+            _draw(view, i, chance)
+        if chance[at] < parameters[FALSE_POSITIVES]:
+            edge = _imagine(view, i, sensed.start[i], edge, parameters, sensed)
         sensed.start[i + 1] = edge
     return edge  # type: ignore[no-any-return]

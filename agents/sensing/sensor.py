@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
@@ -20,6 +20,9 @@ from teamsight.world.arena import Arena
 from teamsight.world.noise import Stream, key_of, stream_number
 from teamsight.world.proximity.search import proximity_graph
 from teamsight.world.sight import open_sight
+
+#: The largest delay [ticks]; the measurements of as many ticks are kept.
+MOST_DELAY = 1_000
 
 _FULL_TURN = 2.0 * math.pi
 
@@ -42,7 +45,8 @@ class Sensor:
         Probability that an observer senses at a tick an agent that is not there: a random agent of the observed groups
         that it does not sense at this tick appears at a random place in the field of view, within range.
     delay : int, default 0
-        Time from measuring to the percept [ticks]. Until the first measurement arrives, the percept is empty.
+        Time from measuring to the percept [ticks], at most `MOST_DELAY`. Until the first measurement arrives, the
+        percept is empty.
     occluded : bool, default True
         Whether obstacles and walls block its sight.
     range : float, optional
@@ -90,7 +94,7 @@ class Sensor:
             "bearing_noise": _angle("bearing_noise", self.bearing_noise, math.pi),
             "missed": checks.number("missed", self.missed, least=0, most=1),
             "false_positives": checks.number("false_positives", self.false_positives, least=0, most=1),
-            "delay": checks.count("delay", self.delay, least=0, cure="it is a number of ticks"),
+            "delay": checks.count("delay", self.delay, least=0, most=MOST_DELAY, cure="it is a number of ticks"),
             "occluded": checks.flag("occluded", self.occluded),
             "range": None if self.range is None else checks.number("range", self.range, above=0),
         }
@@ -98,6 +102,11 @@ class Sensor:
             raise ValueError("field_of_view=0.0: must be above 0 [rad]; to sense nothing, use missed=1")
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        values = [(each, getattr(self, each.name)) for each in fields(self)]
+        changed = ", ".join(f"{each.name}={value!r}" for each, value in values if value != each.default)
+        return f"{type(self).__name__}({changed})"
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:

@@ -172,6 +172,7 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
         scratch(CHUNK, np.float64), scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
         scratch(CHUNK, np.float64), scratch(CHUNK, np.float64),
     )  # fmt: skip
+    chance = scratch(CHUNK, np.float64)
     is_random = parameters[RANGE_NOISE] > 0.0 or parameters[BEARING_NOISE] > 0.0 or parameters[MISSED] > 0.0
     last = 0
     here = 0
@@ -185,11 +186,11 @@ def sense(view: Any, parameters: Any, sensed: Any) -> int:
         for c in range(np.uint64(count)):
             row = chunk.row[c]
             if is_false and here < row:
-                edge = np.uint64(close_rows(view, parameters, here, row, np.int64(edge), sensed))
+                edge = np.uint64(close_rows(view, parameters, here, row, np.int64(edge), sensed, chance))
                 here = row
             edge = _append(view, parameters, c, chunk, sensed, edge)
             sensed.start[np.uint64(row) + np.uint64(1)] = edge
     if is_false:
-        return int(close_rows(view, parameters, here, size, np.int64(edge), sensed))
+        return int(close_rows(view, parameters, here, size, np.int64(edge), sensed, chance))
     _fill_starts(sensed.start)
     return int(sensed.start[size])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,9 +15,13 @@ from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.cost import cost_table
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.stats import exceedance as statistics
+from teamsight.core.card import card, shown, table
+
+# The most rows of the curve on a card.
+_MOST_ROWS = 12
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DeltaEstimate:
     """δ for a stated risk, with the numbers and tables that support it.
 
@@ -173,3 +178,31 @@ class DeltaEstimate:
     def predicted_maximum(self) -> float | None:
         """Expected largest degree of one trial by the closed form."""
         return None if self.prediction is None else self.prediction.expected_maximum
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__} from {self.source}: δ = {self.delta} for the risk {self.risk:g}, {self.trials} "
+            f"{self.trial}s, {self.robots} robots>"
+        )
+
+    def _repr_html_(self) -> str | None:
+        return shown(self._card)
+
+    def _card(self) -> str:
+        bound = f"{self.delta_safe}" if self.supported else f"{self.robots - 1}: too few {self.trial}s for this risk"
+        rows = [
+            ("subject", self.subject),
+            ("δ for the risk", f"{self.delta} for {self.risk:g}"),
+            (f"bound, confidence {self.confidence:.0%}", bound),
+            (f"{self.trial}s", f"{self.trials}, each of {self.length:g} {self.unit}"),
+            ("largest number of neighbours", self.largest),
+        ]
+        curve = self.exceedance[self.exceedance["delta"] <= self.largest]
+        lines = [[f"{row.delta}", f"{row.probability:.4f}", f"{row.low:.4f} to {row.high:.4f}"] for row in _rows(curve)]
+        cautions = [("caution", text) for text in self.cautions]
+        chances = table(("δ", "P(max > δ)", "bounds"), lines[-_MOST_ROWS:])
+        return card("How large δ must be", [*rows, *cautions], chances)
+
+
+def _rows(found: pd.DataFrame) -> list[Any]:
+    return list(found.itertuples(index=False))

@@ -24,7 +24,7 @@ _STORED = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DeltaReport(DeltaEstimate):
     """An estimate of δ that can be printed and saved; see `DeltaEstimate` for its attributes."""
 

@@ -35,11 +35,12 @@ class Summary(NamedTuple):
     Attributes
     ----------
     observed_fraction : float
-        Mean over the steps of the fraction of targets that at least one robot senses, in [0, 1].
+        Mean over the steps of the fraction of targets that at least one robot senses, in [0, 1]; NaN without targets.
+        What else counts is declared by `World.senses`.
     max_neighbours : int
-        Largest number of teammates within the awareness range of any robot at any step.
+        Largest number of teammates within the awareness range of any robot of any team at any step.
     mean_neighbours : float
-        Mean of that number over robots and steps.
+        Mean of that number over robots and steps; NaN without robots.
     """
 
     observed_fraction: float
@@ -80,7 +81,7 @@ def run_many(
         Steps of each run.
     replicates : int, optional
         Runs of each setting, whose seeds derive from `rng`; 1 by default. Settings with the same robots, targets and
-        radius get the same seeds, so that their differences are paired.
+        radius, and with a `model` of your own all settings, get the same seeds: their differences are paired.
     seeds : iterable of int, optional
         Seeds under which each setting is run, in place of `replicates` and `rng`.
     rng : int, optional

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.card import card, shown
 from teamsight.policies.memory import batch, combine, file
 from teamsight.policies.memory.about import check_about, from_json, json_of
 from teamsight.policies.memory.order import Table
@@ -160,6 +161,15 @@ class LazyMemory:
 
     def __repr__(self) -> str:
         return f"LazyMemory({len(self)} transitions, {self.own} + {self.added} inputs, {self.digest[:8]})"
+
+    def _repr_html_(self) -> str | None:
+        return shown(self._card)
+
+    def _card(self) -> str:
+        # Without the digest, which would read the whole table.
+        inputs = f"{self.own} for targets, {self.added} for teammates"
+        rows = [("transitions", f"{len(self):,}"), ("inputs", inputs), ("facts", ", ".join(self.facts))]
+        return card("LazyMemory", [*rows, *((name, value) for name, value in self.settings.items())])
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, LazyMemory) else NotImplemented

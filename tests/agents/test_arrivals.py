@@ -238,86 +238,13 @@ def test_a_state_from_before_lets_those_go_who_came_since() -> None:
             late[0].row  # noqa: B018
         assert len(model.robots.columns[f"c{len(ends) - 1}"]) == robots
     assert ends[0] == ends[1]
-    model.robots.add(speed=0.1)
+    model.robots.add(speed=0.7)
     model.robots[0].remove()
     with pytest.raises(ValueError, match=rf"with {robots} robots, of which {robots - 1} are among the {robots} here"):
         model.restore(saved)
     model.run(2)
-
-
-class Late(Robot):
-    """Adds one more when it decides."""
-
-    def decide(self, percept: Any, rng: Any) -> tuple[float, float]:
-        self.group.add()
-        return 0.0, 0.0
-
-
-def test_nobody_comes_while_a_group_decides() -> None:
-    world = World(Disc(2.0), rng=1)
-    robots = world.add(Late, 2)
-    with pytest.raises(RuntimeError, match=r"add\(\): called in decide.*world.clock.at\(world.clock.now"):
-        world.step()
-    assert (len(robots), world.tick) == (2, 0)
-
-
-class Selfish(Robot):
-    """Changes its own group while it is made."""
-
-    def __init__(self, model: World, deed: str) -> None:
-        super().__init__(model)
-        if deed == "add":
-            self.group.add(1, deed="none")
-        elif deed == "remove":
-            self.remove()
-        elif deed == "run":
-            model.run(1)
-
-
-@pytest.mark.parametrize("deed", ["add", "remove", "run"])
-def test_a_group_is_not_changed_while_its_agents_are_made(deed: str) -> None:
-    world = World(Disc(2.0), rng=1)
-    robots = world.add(Selfish, 2, policy="random-walk", deed="none")
-    world.run(1)
-    for add in (lambda: robots.add(2, deed=deed), lambda: world.add(Selfish, 2, policy="random-walk", deed=deed)):
-        with pytest.raises(RuntimeError, match=rf"{deed}\(\): called in Selfish.__init__"):
-            add()
-        assert (len(robots), len(world.agents), len(world.groups)) == (2, 2, 1)
-    world.run(1)
-
-
-class Meddling(Robot):
-    """Changes other groups while it is made, and then fails."""
-
-    def __init__(self, model: World, others: Any) -> None:
-        super().__init__(model)
-        others.add(2)
-        others[0].remove()
-        others.add_column("mark", 1)
-        model.add(Target, 2, policy="random-walk")
-        raise RuntimeError("no")
-
-
-def test_what_init_did_to_other_groups_is_undone_if_it_fails() -> None:
-    worlds = [World(Disc(2.0), rng=1) for _ in range(2)]
-    for world in worlds:
-        robots = world.add(Robot, 3, policy="a-cmommt")
-        world.run(3)
-    tried = worlds[0]
-    first = tried.groups[0][0]
-    for _ in range(2):
-        with pytest.raises(RuntimeError, match="no"):
-            tried.add(Meddling, 2, policy="random-walk", others=tried.groups[0])
-    assert [robot.row for robot in tried.groups[0]] == [0, 1, 2]
-    assert first in tried.agents
-    assert not tried.groups[0].columns
-    for world in worlds:
-        world.run(3)
-        world.groups[0].add()
-        world.run(3)
-    assert bits(worlds[0]) == bits(worlds[1])
-    assert worlds[0].groups[0].identity.tolist() == worlds[1].groups[0].identity.tolist()
-    assert len(robots) == 4
+    model.reset()
+    assert model.robots[-1].speed == 0.7
 
 
 def test_uniform_speeds_are_drawn_again_for_the_first_targets_only() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from teamsight.agents.recording.explore import explore
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose_delta
 from teamsight.analysis.learning.learners import LEARNERS, awareness_for, learn
+from teamsight.analysis.learning.worlds import explore_worlds
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import OUTCOMES, Run
 from teamsight.analysis.runs.simulate import run_all
@@ -28,6 +30,9 @@ from teamsight.policies import RandomWalk
 
 sys.path.insert(0, str(Path(__file__).parent))  # the suite is imported by file, so helpers are found by path
 from every_world import Two, Zoo, obstructed, only_by_seed, without_a_world
+
+# Some groups explore although they sense no targets; one test is about the warning.
+pytestmark = pytest.mark.filterwarnings("ignore:.*senses nothing in the channel")
 
 
 @pytest.mark.parametrize(
@@ -49,10 +54,15 @@ def test_delta_of_a_class_or_function_whatever_its_seed_is_called(model: Any, na
     assert report.maxima["max_neighbours"][2] == world.max_neighbours
 
 
-def test_delta_does_not_depend_on_the_workers() -> None:
+@pytest.fixture(scope="module")
+def pool() -> Iterator[WorkerPool]:
+    with WorkerPool(2) as started:
+        yield started
+
+
+def test_delta_does_not_depend_on_the_workers(pool: WorkerPool) -> None:
     one = choose_delta(Zoo, runs=6, steps=12, risk=0.5, rng=1)
-    with WorkerPool(2) as pool:
-        two = choose_delta(Zoo, runs=6, steps=12, risk=0.5, rng=1, pool=pool)
+    two = choose_delta(Zoo, runs=6, steps=12, risk=0.5, rng=1, pool=pool)
     pd.testing.assert_frame_equal(one.maxima, two.maxima)
     pd.testing.assert_frame_equal(one.ring, two.ring)
 
@@ -300,9 +310,23 @@ def test_nobody_on_a_team_explores_only_when_named() -> None:
     prey = world.add(Target, 3, policy=RandomWalk())
     with pytest.raises(ValueError, match="no robot is on a team; give the group"):
         explore(world, 5)
-    assert len(explore(world, 5, prey)) == 15
+    with pytest.warns(UserWarning, match=r"'targets'.* senses nothing in the channel 'targets', so .* all facts are 0"):
+        assert len(explore(world, 5, prey)) == 15
     world.add(Robot, 2, policy=RandomWalk(), awareness="ring")
     assert len(explore(world, 5)) == 10
+
+
+def test_exploring_many_worlds_gathers_one_group_whatever_the_workers(pool: WorkerPool) -> None:
+    memory = explore_worlds(Two, 20, 3, group="second", rng=5)
+    assert len(memory) == 3 * 20 * 2
+    assert memory.settings["degree"] == "pairwise"
+    seeds = [one["seed"] for one in memory.settings["merged"]]
+    first, *others = [explore(world := Two(rng=seed), 20, world.second) for seed in seeds]
+    assert memory.digest == first.merge(*others).digest
+    assert explore_worlds(Two, 20, 3, group="second", rng=5, pool=pool).digest == memory.digest
+    assert len(explore_worlds(Two, 20)) == 100
+    with pytest.raises(JobError, match="group='third': the world has no such group; known are 'first', 'second', 'prey'"):
+        explore_worlds(Two, 20, group="third")
 
 
 def test_rows_across_arrivals_are_those_of_the_robots_that_are_there() -> None:

@@ -61,7 +61,7 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
     found = modules()
     assert {"teamsight", "teamsight.agents.model", "teamsight.core.kernel"} <= set(found)
     graph = {name: imports(path, set(found)) - {name} for name, path in found.items()}
-    assert graph["teamsight.agents.cmommt"] >= {"teamsight.agents.model", "teamsight.world.arena"}
+    assert graph["teamsight.agents.cmommt"] >= {"teamsight.agents.model", "teamsight.world.starts"}
     assert cycle_in(graph) == []
 
 

@@ -192,6 +192,8 @@ class Open(Box):
         (Disc(2.0), [Box(1, 1)], TypeError, r"obstacle Box\(width=1\.0, height=1\.0\): must be a shape"),
         (Disc(2.0), [Circle((4, 0), 1)], ValueError, r"Circle.*: is outside Disc.*bounds are \[-2\.0, -2\.0\], .*; move it inside or"),
         (Disc(2.0), [Circle((0, 0), 3)], ValueError, r"cover the whole arena; leave some out or make them smaller"),
+        (Disc(1e6), [Circle((0, 0), 1e-4)], ValueError, r"only 0\.0002 wide, less than 1e-09 of the largest coordinate 1e\+06, .*thicker"),
+        (Disc(1e6), [Polygon([(0, 0), (9, 0), (9, 9), (8.9999, 1e-4)])], ValueError, r"only 0\.000\d+ wide, .*; make it thicker"),
         (Torus(4, 6), [Circle((0, 0), 2)], ValueError, r"is 4 long, but Torus.* repeats after 4; make it smaller"),
         (Cylinder(4, 6), [SQUARE], TypeError, r"Cylinder: cannot have obstacles, because .*; define `walls`.* or use Polygon"),
         (Open(4, 6), [SQUARE], TypeError, r"Open: cannot have obstacles, because .*; define `walls`"),

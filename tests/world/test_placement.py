@@ -94,6 +94,14 @@ def test_discs_are_spread_among_obstacles(arena: Arena, count: int, radius: floa
         assert not len(proximity_graph(points, None, 2 * radius - 1e-6, arena).identity)
 
 
+def test_the_even_arrangement_is_inside_where_the_arena_is_hollow() -> None:
+    # The centre of half of this ring is in its hole.
+    arena = Disc(6.0).with_obstacles(Circle((0, 0), 5.0))
+    points = placement.spread(arena, generator().random((2, 2)), 8.0)
+    assert arena.contains(points).all()
+    assert np.hypot(*(points[0] - points[1])) > 9
+
+
 def test_spread_robots_see_more_than_random_ones() -> None:
     rng = generator()
     samples = Disc(5.0).place(rng.random(5000), rng.random(5000))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
@@ -122,6 +123,26 @@ def test_a_body_on_a_round_wall_sees_what_is_before_it(angle: float, other: floa
     end = 2 * np.array([np.cos(other), np.sin(other)])
     assume(abs(np.sin(0.5 * (angle - other))) > 1e-3)
     assert blocked(arena, start, end)
+
+
+@given(share=st.floats(0.01, 0.99), rounding=st.floats(-1e-13, 1e-13), angle=st.floats(0.01, math.pi - 0.01))
+def test_a_body_on_a_slanted_wall_sees_what_is_before_it(share: float, rounding: float, angle: float) -> None:
+    arena = Box(20, 20).with_obstacles(Polygon([(0, 0), (3, 1), (1, 3)]))
+    way = np.array([3, 1]) / math.sqrt(10)
+    start = share * np.array([3, 1]) + rounding * np.array([way[1], -way[0]])
+    off = math.atan2(1, 3) - angle
+    assert not blocked(arena, start, start + np.array([math.cos(off), math.sin(off)]))
+    # Through the obstacle, to its far corner and beyond.
+    assert blocked(arena, start, (1.2, 3.6))
+    assert blocked(arena, start, (1, 3)) == blocked(arena, start, start + 0.5 * ((1, 3) - start))
+
+
+def test_a_body_at_a_corner_sees_past_it() -> None:
+    arena = Box(20, 20).with_obstacles(Polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)]))
+    for end in [(3, 2), (1, 3), (3, 1), (0, 1), (1, 0), (-2, 3), (3, -2)]:
+        assert not blocked(arena, (1, 1), end), end
+    for end in [(-3, 1), (1, -3), (-2, 0), (-3, -2)]:
+        assert blocked(arena, (1, 1), end), end
 
 
 def test_convex_arenas_without_obstacles_block_nothing() -> None:

@@ -137,6 +137,32 @@ def test_bodies_follow_a_slanted_wall() -> None:
         assert arena.contains(position).all()
 
 
+def test_nobody_leaves_a_needle_through_its_tip() -> None:
+    """Where a path meets a wall at a small angle, rounding moves the place far along the wall, here beyond its end."""
+    corners = [
+        (9.07287751799688, 12.0021209216381), (9.99604439403361, 10.0057443428859), (10.0020263043321, 9.99286187912331),
+    ]  # fmt: skip
+    arena = Polygon(corners)
+    places = np.array([(10.002026304331197, 9.992861879125325)])
+    position, _ = moved(arena, places, np.array([100.46295212574137]), np.array([2.003941750923259]))
+    assert arena.contains(position).all()
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 2.9e-12, -2.9e-12])
+def test_walls_in_one_line_do_not_act_on_each_other(off: float) -> None:
+    """Bodies on the common line of two walls, within the rounding, beside one of them or between them."""
+    slanted = np.array([3.0, 1.0])
+    blocks = [Polygon([k * slanted, (k + 0.5) * slanted, (k + 0.2) * slanted - [0, 1]]) for k in (0, 1)]
+    arena = Box(20, 20).with_obstacles(*blocks)
+    way, normal = slanted / math.sqrt(10), np.array([-1, 3]) / math.sqrt(10)
+    start = np.array([share * slanted + off * normal for share in (0.1, 0.7, 1.1, 1.6)])
+    for turn in (0.0, math.pi):
+        for length in (1e-3, 0.3):
+            position, heading = moved(arena, start, np.full(4, length), np.full(4, math.atan2(1, 3) + turn))
+            assert position == pytest.approx(start + math.cos(turn) * length * way, abs=1e-9)
+            assert heading == pytest.approx(math.cos(turn) * np.tile(way, (4, 1)), abs=1e-9)
+
+
 def test_tiny_steps_beside_a_wall_keep_their_heading() -> None:
     """A body can be on the line of a wall of which it is far, and products of its step be 0."""
     places = np.array([[2.0, 1.0], [1.0, 2.0]])

@@ -61,8 +61,8 @@ class CompilationReport:
             taken = seconds(monotonic() - self._began)
             self._line.show(f"teamsight: compiling kernel {number}, once per machine ({taken}): {name}")
         elif not self._is_announced:
+            self._is_announced = True
             print(_NOTICE, file=sys.stderr)
-        self._is_announced = True
 
     def end(self, *, is_done: bool) -> None:
         """Say that the kernel is compiled, or, if not `is_done`, that this failed."""

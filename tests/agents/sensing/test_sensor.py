@@ -153,6 +153,7 @@ WRONG = [
     ({"false_positives": 20}, r"false_positives=20.0: must be a finite number, at least 0 and at most 1"),
     ({"delay": 1.5}, r"delay=1.5: must be a whole number of at least 0"),
     ({"delay": -1}, r"delay=-1: must be at least 0; it is a number of ticks"),
+    ({"delay": 1_001}, r"delay=1001: must be at most 1000; it is a number of ticks"),
     ({"occluded": 1}, r"occluded=1: must be True or False"),
     ({"range": 0}, r"range=0.0: must be a finite number, above 0"),
 ]
@@ -173,6 +174,13 @@ def test_options_are_values() -> None:
         for name, value in {"field_of_view": 6, "range_noise": 1e-9, "bearing_noise": 1, "missed": 1, "false_positives": 1, "delay": 1}.items()
     )
     assert Sensor(occluded=False, range=2).is_perfect
+
+
+def test_a_sensor_shows_the_options_that_differ() -> None:
+    assert repr(Sensor()) == "Sensor()"
+    sensor = Sensor(math.radians(90), missed=0.5, range=2)
+    assert repr(sensor) == f"Sensor(field_of_view={math.pi / 2!r}, missed=0.5, range=2.0)"
+    assert eval(repr(sensor)) == sensor
 
 
 def test_a_sensor_with_another_kernel_is_not_perfect() -> None:

@@ -178,6 +178,7 @@ def test_ranges_that_differ() -> None:
     assert (table["edges"] <= 10).all()
 
 
+@pytest.mark.filterwarnings("ignore:.*senses nothing in the channel")
 @pytest.mark.parametrize("make", [two_groups, two_teams, coming_and_going])
 def test_exploring_keeps_what_each_group_meets(make: Callable[[int], World]) -> None:
     memory = explore_world(make(1), 6)

@@ -82,6 +82,21 @@ def test_a_terminal_shows_which_of_how_many(line: type[Line], capsys: pytest.Cap
     assert capsys.readouterr().err == "teamsight: compiled 3 kernels in 0 s\n"
 
 
+def test_below_a_progress_bar_there_is_one_line(
+    line: type[Line], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said, kernels = CompilationReport(), [Kernel() for _ in range(3)]
+    said.plan(lambda: kernels)
+    kernels[0].compile(said)
+    # A bar of the command line takes over the terminal.
+    monkeypatch.setattr(report, "has_reader", lambda: False)
+    kernels[1].compile(said)
+    kernels[2].compile(said)
+    notice, closing = capsys.readouterr().err.splitlines()
+    assert notice.startswith("teamsight: compiling kernels")
+    assert closing == "teamsight: compiled 3 kernels in 0 s"
+
+
 def test_a_later_world_is_counted_anew(line: type[Line], capsys: pytest.CaptureFixture[str]) -> None:
     said = CompilationReport()
     for _ in range(2):

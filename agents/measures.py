@@ -1,0 +1,93 @@
+"""What can be read of a world as a whole: its time, what is observed, and the neighbours."""
+
+from __future__ import annotations
+
+import mesa
+
+from teamsight.agents import mesa_bases
+from teamsight.agents.engine.engine import Engine
+from teamsight.agents.recording.recording import Recording
+from teamsight.agents.stepping import Stepper
+from teamsight.agents.teammates import Teammates, neighbours, teammates
+from teamsight.agents.world_data import WorldData
+from teamsight.core import checks
+from teamsight.core.neighbour_list import NeighbourList
+from teamsight.world.arena import Arena
+
+
+class Measures(mesa_bases.Model):
+    """The measures of a world; `World` derives from it."""
+
+    recording: Recording
+    _data: WorldData
+    _engine: Engine
+    _stepper: Stepper
+
+    @property
+    def arena(self) -> Arena:
+        """The arena. It cannot be changed: all agents were placed in it."""
+        return self._data.arena
+
+    @property
+    def seed_used(self) -> int:
+        """The seed. `reset` can set another."""
+        return self._data.seed
+
+    @property
+    def tick(self) -> int:
+        """The number of completed steps."""
+        return self._data.timeline.tick
+
+    @property
+    def path(self) -> str:
+        """How `run` makes its steps now: ``"compiled"``, or ``"step by step: "`` and the reason.
+
+        The results are the same to the last bit; compiled steps take less time. With mesa's own events pending, single
+        steps are made too.
+        """
+        reason = self._stepper.needs_python()
+        return f"step by step: {reason}" if reason else "compiled"
+
+    @property
+    def observed(self) -> float:
+        """The fraction of targets that at least one robot senses now, in [0, 1]."""
+        return self._engine.present("observed")
+
+    @property
+    def observed_fraction(self) -> float:
+        """The mean over the completed steps of the fraction of targets that at least one robot senses, in [0, 1]."""
+        return self._data.history.observed_fraction
+
+    @property
+    def mean_neighbours(self) -> float:
+        """The mean number of robots within a robot's awareness range now."""
+        return self._engine.present("mean_neighbours")
+
+    @property
+    def max_neighbours(self) -> int:
+        """The largest number of robots within any robot's awareness range in the completed steps."""
+        return self._data.history.max_neighbours
+
+    @property
+    def teammates(self) -> Teammates:
+        """The agents that are on a team now, in the order of groups; `neighbours` refers to their rows."""
+        return teammates(self._data.groups)
+
+    @property
+    def neighbours(self) -> NeighbourList:
+        """The present neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
+        self._engine.prepare()
+        return neighbours(self._data.groups)
+
+    @property
+    def datacollector(self) -> mesa.DataCollector:
+        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step."""
+        return self.recording.collector
+
+    @datacollector.setter
+    def datacollector(self, collector: mesa.DataCollector) -> None:
+        if not callable(getattr(collector, "collect", None)):
+            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
+        self._engine.prepare()
+        collector.collect(self)
+        self.recording.collector = collector

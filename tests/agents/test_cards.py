@@ -1,0 +1,194 @@
+"""How worlds, groups, agents, columns and results look in a notebook: complete, escaped, small, and without work."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Circle, Disc, Robot, Sensor, Target, Torus, World
+from teamsight.agents.engine.engine import Engine
+from teamsight.analysis.delta.choose import choose_delta
+from teamsight.core.kernel import Entry
+from teamsight.policies import LazyQ
+from teamsight.policies.memory import LazyMemory
+
+NAME = "<script>&'\"</script>"
+
+
+def parsed(html: str | None) -> ElementTree.Element:
+    """Return a card as a tree: it must be well formed, and load nothing."""
+    assert html is not None
+    root = ElementTree.fromstring(html)
+    for node in root.iter():
+        assert not node.tag.endswith(("script", "style", "link", "img"))
+        assert not any(value.startswith(("http", "url")) for value in node.attrib.values())
+    return root
+
+
+def text_of(html: str | None) -> str:
+    return " ".join("".join(parsed(html).itertext()).split())
+
+
+def paths(html: str | None) -> list[str]:
+    """Return what the paths of a picture draw."""
+    return [node.attrib["d"] for node in parsed(html).iter() if node.tag.endswith("path")]
+
+
+@pytest.fixture
+def model() -> CMOMMT:
+    return CMOMMT(robots=10, targets=20, radius=4.0, rng=1)
+
+
+def test_a_world_shows_its_groups_and_a_small_picture(model: CMOMMT) -> None:
+    model.run(30)
+    assert repr(model) == "<CMOMMT: tick 30, seed 1, Disc(radius=4.0), 10 robots, 20 targets>"
+    html = model._repr_html_()
+    text = text_of(html)
+    assert len(html or "") < 20_000
+    for part in ("CMOMMT", "Disc(radius=4.0)", "30", "robots", "targets", "ACmommt", f"{model.observed_fraction:.1%}"):
+        assert part in text
+    observed = sum(target.is_observed for target in model.targets)
+    *circles, wall = paths(html)
+    assert wall
+    # Each circle is two arcs. Ranges, robots and headings; then observed targets and the others.
+    assert [path.count("a") // 2 for path in circles] == [10, 10, 0, observed, 20 - observed]
+    assert 0 < observed < 20
+
+
+def test_a_display_neither_compiles_nor_runs(model: CMOMMT, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = model.robots.position.copy()
+    model._engine.is_bound = False
+    monkeypatch.setattr(Entry, "is_missing", lambda entry: True)
+
+    def fail(*arguments: Any) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(Engine, "prepare", fail)
+    assert "known after the first step" in text_of(model._repr_html_())
+    assert "20 targets" in repr(model)
+    np.testing.assert_array_equal(model.robots.position, before)
+
+
+def test_a_display_changes_no_result() -> None:
+    shown, other = (CMOMMT(robots=3, targets=5, radius=2.0, rng=4) for _ in range(2))
+    for _ in range(4):
+        shown._repr_html_()
+        shown.run(5)
+        shown._repr_html_()
+        shown.step()
+    other.run(24)
+    np.testing.assert_array_equal(shown.targets.position, other.targets.position)
+    assert shown.observed_fraction == other.observed_fraction
+
+
+def test_names_are_escaped() -> None:
+    world = World(Disc(2.0), rng=1)
+    robots = world.add(Robot, 2, policy="a-cmommt", name=NAME)
+    world.senses(robots, world.add(Target, 2, policy="stationary", name="<b>x</b>"), sensor=Sensor(missed=0.1))
+    robots.add_column("battery", np.array(["<i>full</i>", "low"]))
+    for shown in (world, robots, robots[0], robots.columns["battery"]):
+        html = shown._repr_html_()
+        text_of(html)
+        assert "<script" not in html
+        assert "<i>" not in html
+    assert NAME in text_of(world._repr_html_())
+    assert "missed=0.1" in text_of(robots._repr_html_())
+    assert "<i>full</i>" in text_of(robots[0]._repr_html_())
+
+
+@pytest.mark.parametrize("arena", [Box(5, 3), Torus(5, 3), Disc(2.0).with_obstacles(Circle((0, 1), 0.5))], ids=str)
+def test_all_arenas_have_a_picture(arena: Any) -> None:
+    world = World(arena, rng=1)
+    world.add(Robot, 3, policy="stationary")
+    html = world._repr_html_()
+    drawn = paths(html)
+    assert len(drawn) == 4 + hasattr(arena, "obstacles")
+    assert ("dasharray" in (html or "")) == isinstance(arena, Torus)
+
+
+def test_many_agents_make_no_long_page() -> None:
+    world = World(Box(80, 80), rng=1)
+    world.add(Robot, 3000, policy="stationary")
+    assert len(world._repr_html_() or "") < 30_000
+    assert "3,000" in text_of(world._repr_html_())
+
+
+def test_an_agent_shows_its_place_and_columns(model: CMOMMT) -> None:
+    model.robots.add_column("battery", 0.75)
+    text = text_of(model.robots[3]._repr_html_())
+    assert "Robot" in text
+    assert "0.75" in text
+    assert f"{model.robots.position[3, 0]:.3f}" in text
+
+
+def removed(model: CMOMMT) -> Any:
+    robot = model.robots[0]
+    robot.remove()
+    return robot
+
+
+def closed(model: CMOMMT) -> Any:
+    model.close()
+    return model
+
+
+def empty(model: CMOMMT) -> Any:
+    for target in list(model.targets):
+        target.remove()
+    return model.targets
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (removed, "removed"), (closed, "CMOMMT"), (empty, "targets"), (lambda model: World(Disc(1.0)), "Disc"),
+        (lambda model: model.robots.add_column("load", np.zeros((10, 2))), "(10, 2)"),
+        (lambda model: model.robots.add_column("object", None), "None"),
+    ],
+)  # fmt: skip
+def test_displays_of_unusual_objects_do_not_fail(make: Callable[[CMOMMT], Any], says: str, model: CMOMMT) -> None:
+    found = make(model)
+    assert says in text_of(found._repr_html_())
+    assert repr(found)
+
+
+def test_a_display_that_fails_leaves_the_repr() -> None:
+    class Odd(Disc):
+        def contains(self, position: Any) -> Any:
+            raise OSError
+
+    assert World.__new__(World)._repr_html_() is None
+    assert repr(World.__new__(World)) == "<World, not built>"
+    world = World(Odd(1.0))
+    assert world._repr_html_() is None
+    assert "Odd" in repr(world)
+
+
+def test_memories_and_learners_show_what_they_learned_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+    situation, following = rng.random((2, 50, 4), np.float32)
+    memory = LazyMemory.of(situation, rng.random((50, 2), np.float32), following, {"alone": np.zeros(50)}, own=4, settings={"degree": "<none>"})
+    learner = LazyQ(memory, reward=lambda memory: np.zeros(len(memory)))
+
+    def fail(self: Any) -> str:
+        raise AssertionError
+
+    # It would read the whole table.
+    monkeypatch.setattr(LazyMemory, "digest", property(fail))
+    assert "50" in text_of(memory._repr_html_())
+    assert "<none>" in text_of(memory._repr_html_())
+    text = text_of(learner._repr_html_())
+    assert "LazyQ" in text
+    assert "50 transitions" in text
+
+
+def test_a_report_on_delta_shows_its_result() -> None:
+    report = choose_delta({"robots": 4, "targets": 2, "radius": 2.0}, steps=20, runs=40, risk=0.1, rng=1)
+    assert repr(report).startswith(f"<DeltaReport from simulation: δ = {report.delta} for the risk 0.1, 40 runs, 4")
+    text = text_of(report._repr_html_())
+    assert f"{report.delta} for 0.1" in text
+    assert "largest number of neighbours" in text
