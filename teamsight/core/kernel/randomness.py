@@ -58,5 +58,5 @@ def _random_names(function: python_types.FunctionType) -> Iterator[tuple[int, st
 
 
 def _is_random(value: Any) -> bool:
-    """Return whether this is a method of a hidden generator: ``numpy.random.normal``, ``random.random`` and the like."""
+    """Return whether this is a method of a hidden generator, such as ``numpy.random.normal`` or ``random.random``."""
     return isinstance(getattr(value, "__self__", None), (random.Random, np.random.RandomState))
