@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.awareness import AWARENESS, Awareness
+from teamsight.agents.awareness.interface import check_width
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.policies import registry
+from teamsight.policies.declarations import check_declarations
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of
@@ -85,7 +87,7 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
             f"{name}={checks.shown(value)} is an object; set its options where it is made"
         )
     if isinstance(value, Policy):
-        checks.count(f"{name}={type(value).__name__}: draws", value.draws, least=0)
+        check_declarations(f"{name}={type(value).__name__}", value)
         return value
     if isinstance(value, type):
         raise TypeError(f"{name}={value.__name__}: is a class; give an object, {value.__name__}()")
@@ -153,6 +155,7 @@ def awareness_of(value: Awareness | str) -> Awareness:
         if isinstance(value, type):
             shown = f"{value.__name__}: is a class; give an object"
         raise TypeError(f"awareness={shown}, such as PairwiseAwareness(), or one of {', '.join(AWARENESS)}")
+    check_width(value, 1)
     return value
 
 

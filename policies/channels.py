@@ -12,6 +12,16 @@ from teamsight.core.neighbour_list import Filled, NeighbourList
 
 T = TypeVar("T")
 
+
+def unknown_channel(channels: Any, name: str) -> Any:
+    """Raise the error for a channel that a percept does not have."""
+    have = ", ".join(channels._fields) or "none"
+    raise AttributeError(
+        f"percept.channels.{name}: the group has no such channel; it has {have}; declare it by "
+        f"world.senses(group, others, as_={name!r})"
+    )
+
+
 if TYPE_CHECKING:
 
     class Channels(tuple[T, ...], Generic[T]):
@@ -27,6 +37,9 @@ else:
         def __class_getitem__(cls, item):
             return cls
 
+        def __getattr__(self, name):
+            return unknown_channel(self, name)
+
 
 NO_CHANNELS: Any = Channels()
 
@@ -37,7 +50,11 @@ OWN_FIELDS = ("targets", "teammates", "relayed")
 @cache
 def channels_type(names: tuple[str, ...]) -> Any:
     """Return the NamedTuple with one neighbour list for each of these channels."""
-    return NamedTuple("Channels", [(name, Filled) for name in names]) if names else Channels  # type: ignore[misc]
+    if not names:
+        return Channels
+    made = NamedTuple("Channels", [(name, Filled) for name in names])  # type: ignore[misc]
+    setattr(made, "__getattr__", unknown_channel)  # noqa: B010
+    return made
 
 
 def channels_of(names: tuple[str, ...], lists: Iterable[Any]) -> Any:

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.channels import channels_of
 from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.declarations import check_declarations
 from teamsight.policies.guarded_decision import try_decision
 from teamsight.policies.interface import Percept, Policy
 from teamsight.policies.percept_of_one import Rule, percept_of_one
@@ -105,8 +105,7 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         for size in sizes:
             _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))
         return
-    if isinstance(policy.draws, bool) or not isinstance(policy.draws, (int, np.integer)) or policy.draws < 0:
-        raise TypeError(f"{name}.draws={checks.shown(policy.draws)}: must be a whole number of at least 0")
+    check_declarations(name, policy)
     for size in sizes:
         with _guarded_decisions():
             _check_steps(name, policy, size, steps)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.agents.awareness.guarded_scene import GuardedScene
-from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.awareness.interface import Awareness, check_width
 from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
 from teamsight.core.neighbour_list import NeighbourList, filled
 
@@ -88,7 +88,7 @@ def _check_members(name: str, degree: Awareness) -> None:
     if parameters.ndim != 1 or not np.isfinite(parameters).all():
         raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
     for team_size in (1, 2, 10):
-        _width(name, degree, team_size)
+        check_width(degree, team_size)
         rings, added = degree.rings(team_size), degree.width(team_size).added
         is_good = isinstance(rings, tuple) and all(type(ring) is int and ring > 0 for ring in rings)
         if not is_good or sum(rings) > added:
@@ -96,14 +96,6 @@ def _check_members(name: str, degree: Awareness) -> None:
                 f"{name}.rings({team_size})={rings!r}: must be a tuple of numbers of sectors, in all at most the "
                 f"{added} inputs that it adds"
             )
-
-
-def _width(name: str, degree: Awareness, team_size: int) -> int:
-    width: Any = degree.width(team_size)
-    is_pair = isinstance(width, tuple) and len(width) == 2
-    if not is_pair or any(isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 0 for n in width):
-        raise TypeError(f"{name}.width({team_size})={width!r}: must be Width(own, added), whole numbers of at least 0")
-    return int(sum(width))
 
 
 def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
@@ -204,7 +196,7 @@ def _short(numbers: Any) -> str:
 
 def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     """Check the vectors for learners: as wide as `width` says, written throughout, and finite."""
-    width, size = _width(name, degree, sample.team_size), len(sample.scene.heading)
+    width, size = check_width(degree, sample.team_size), len(sample.scene.heading)
     scene = GuardedScene(degree, sample)
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
     situation = scene.situate(blank)

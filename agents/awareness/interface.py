@@ -175,3 +175,19 @@ class Awareness:
     def options(cls) -> tuple[str, ...]:
         """Return the names of the degree's options."""
         return tuple(field.name for field in fields(cls)) if is_dataclass(cls) else ()
+
+
+def check_width(degree: Awareness, team_size: int) -> int:
+    """Return how many inputs a degree of awareness has in a team of this size; refuse what is not a `Width`.
+
+    Raises
+    ------
+    TypeError
+        If `width` does not return two whole numbers of at least 0.
+    """
+    width: Any = degree.width(team_size)
+    is_pair = isinstance(width, tuple) and len(width) == 2
+    if not is_pair or any(isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 0 for n in width):
+        shown = f"{type(degree).__name__}.width({team_size})={width!r}"
+        raise TypeError(f"{shown}: must be Width(own, added), whole numbers of at least 0")
+    return int(sum(width))

@@ -40,7 +40,7 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
 
 
 WITH_CODE = [
-    "agents", "arenas", "awareness", "learning", "model", "notebooks", "policies", "sensors",
+    "agents", "arenas", "awareness", "extending", "learning", "model", "notebooks", "policies", "sensors",
 ]  # fmt: skip
 
 

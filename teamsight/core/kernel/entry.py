@@ -15,6 +15,7 @@ from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
 from teamsight.core.kernel.decorators import FLAGS
 from teamsight.core.kernel.errors import COMPILE_ERRORS, explained
+from teamsight.core.kernel.randomness import refuse_random_numbers
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
 
@@ -68,6 +69,7 @@ class Entry:
         compiled._cache = self._kept()
         is_done = False
         try:
+            refuse_random_numbers(self.function)
             compiled.compile()
             is_done = True
         except COMPILE_ERRORS as error:

@@ -129,6 +129,8 @@ def _call(function: python_types.FunctionType) -> str:
 def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
     if met := re.search(r"Unknown attribute '(\w+)' of type (\w+)\((?:<module '([\w.]+)')?", text):
         name, kind, module = met.groups()
+        if kind == "Channels":
+            return f"the policy reads no channel '{name}'; declare it: channels = ('{name}',)", None
         fields = getattr(entry.__globals__.get(kind), "_fields", None)
         if fields:
             return f"{kind} has no field '{name}'; it has {', '.join(fields)}", None

@@ -1,0 +1,46 @@
+"""The check of what a policy declares."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teamsight.core import checks
+from teamsight.policies.channels import OWN_FIELDS, checked_channel
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import Policy
+
+
+def check_declarations(name: str, policy: Policy) -> None:
+    """Refuse a policy whose declarations have a wrong type; see `Policy`.
+
+    Parameters
+    ----------
+    name : str
+        The policy, for error messages.
+    policy : Policy
+        The policy.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the attribute.
+    """
+    decides_in_kernel = isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
+    if decides_in_kernel and not hasattr(type(policy), "kernel"):
+        raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
+    for attribute in ("draws", "inputs", "effort"):
+        checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)
+    for attribute in ("channels", "needs"):
+        _check_names(f"{name}.{attribute}", getattr(policy, attribute))
+    for need in policy.needs:
+        checks.choice(f"{name}.needs", need, OWN_FIELDS)
+    for channel in policy.channels:
+        if channel in OWN_FIELDS:
+            raise ValueError(f"{name}.channels: {channel!r} is a field of percepts, percept.{channel}; leave it out")
+        checked_channel(channel)
+
+
+def _check_names(what: str, names: Any) -> None:
+    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
+        example = f"({names!r},)" if isinstance(names, str) else "('predators',)"
+        raise TypeError(f"{what}={checks.shown(names)}: must be a tuple of names, such as {example}")
