@@ -57,6 +57,8 @@ def divided(
     TypeError
         If neither takes an argument, if one is missing, or if a parameter of ``__init__`` is also one of `add`.
     """
+    if not given and not _parameters(agent_class.__init__)[0]:
+        return Arguments([{}] * size, {})
     taken, needed, is_open = _parameters(agent_class.__init__)
     name, own, columns = f"{agent_class.__name__}.__init__", tuple(own), tuple(columns)
     for parameter in taken:

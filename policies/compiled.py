@@ -126,7 +126,7 @@ class CompiledPolicy(Policy):
         action = Action(np.zeros((size, 2)), np.zeros(size))
         after = PolicyState(state.floats.copy(), state.ints.copy())
         dense = np.ascontiguousarray(noise, float)[np.newaxis]
-        self.entry()(pack_decision(self, percept, after, dense, np.zeros(1, np.int64), action))
+        self.entry()(pack_decision(self, _dense(percept), after, dense, np.zeros(1, np.int64), action))
         return action, after
 
 
@@ -148,13 +148,14 @@ def check_state(policy: CompiledPolicy, state: Any, size: int) -> None:
 def pack_decision(
     policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats, tick: Integers, action: Action
 ) -> Packed[Decision]:
-    """Return the record of a decision; parameters as for `Decision`."""
+    """Return the record of a decision; parameters as for `Decision`, with C-contiguous arrays."""
     check_state(policy, state, len(percept.heading))
     parameters, table = np.array(policy.parameters, float), np.ascontiguousarray(policy.table, np.float32)
     channels = selected(percept.channels, policy.channels, type(policy).__name__)
-    dense = _dense(percept if channels is percept.channels else percept._replace(channels=channels))
+    if channels is not percept.channels:
+        percept = percept._replace(channels=channels)
     arrays = PolicyArrays(parameters, table, state)
-    return decision_record(policy.channels).pack(Decision(dense, arrays, noise, tick, action))
+    return decision_record(policy.channels).pack(Decision(percept, arrays, noise, tick, action))
 
 
 def _dense(value: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -132,7 +133,12 @@ _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
 def is_watched(arena: Arena) -> bool:
     """Whether an arena, or an obstacle in it, is user-defined, so that every step checks that bodies stay inside."""
     parts = (arena.arena, *arena.obstacles) if isinstance(arena, Obstructed) else ()
-    return not all(type(part).__module__.startswith("teamsight.world.") for part in (arena, *parts))
+    return not _is_shipped(type(arena)) or not all(_is_shipped(type(part)) for part in parts)
+
+
+@cache
+def _is_shipped(kind: type) -> bool:
+    return kind.__module__.startswith("teamsight.world.")
 
 
 def advance_entry(arena: Arena) -> Entry:

@@ -32,6 +32,8 @@ def shortest(way: Points, period: tuple[float, float]) -> Points:
 
 def check_reach(reach: float, period: tuple[float, float]) -> None:
     """Refuse a range within which a body could be found twice; see `Arena.check_reach`."""
+    if not any(period):
+        return
     limit = min((side / 2 for side in period if side > 0), default=math.inf)
     if reach > limit:
         raise ValueError(
