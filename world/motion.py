@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -132,13 +131,13 @@ _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
 
 def is_watched(arena: Arena) -> bool:
     """Whether an arena, or an obstacle in it, is user-defined, so that every step checks that bodies stay inside."""
-    parts = (arena.arena, *arena.obstacles) if isinstance(arena, Obstructed) else ()
-    return not _is_shipped(type(arena)) or not all(_is_shipped(type(part)) for part in parts)
+    if not isinstance(arena, Obstructed):
+        return not _is_shipped(arena)
+    return not all(map(_is_shipped, (arena, arena.arena, *arena.obstacles)))
 
 
-@cache
-def _is_shipped(kind: type) -> bool:
-    return kind.__module__.startswith("teamsight.world.")
+def _is_shipped(part: object) -> bool:
+    return type(part).__module__.startswith("teamsight.world.")
 
 
 def advance_entry(arena: Arena) -> Entry:
