@@ -19,7 +19,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
-from teamsight.agents.mesa_bases import Model
+from teamsight.agents.mesa_bases import Agent, Model
 from teamsight.agents.places import checked_positions
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.agents.senses import set_sensor
@@ -98,6 +98,9 @@ class WorldHost:
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
         """Make the agents of the last rows of a group, each with its arguments."""
         timeline, made, model = self._data.timeline, group.agent_class, self._model
+        if made.__init__ is Body.__init__:
+            self._make_plain_agents(group, len(each))
+            return
         group.is_growing = True
         with timeline.calling(timeline.inside or f"{made.__name__}.__init__"):
             for row, arguments in enumerate(each, len(group) - len(each)):
@@ -115,6 +118,18 @@ class WorldHost:
         present = Abilities(bodies.speed, bodies.turn_cosine, bodies.turn_sine, *group.ranges)
         for array, values in zip(first, present, strict=True):
             array[len(array) - len(each) :] = values[len(values) - len(each) :]
+
+    def _make_plain_agents(self, group: Group[A], count: int) -> None:
+        """Make agents whose class has no ``__init__`` of its own: as above, without what that could need or change."""
+        made, model, init = group.agent_class, self._model, Agent.__init__
+        first = len(group) - count
+        for row in range(first, len(group)):
+            agent = made.__new__(made)
+            attributes = agent.__dict__
+            attributes["group"], attributes["_row"] = group, row
+            init(agent, model)
+            group.agents.append(agent)
+        group.bodies.identity[first:] = [agent.unique_id for agent in group.agents[first:]]
 
     def _check_complete(self, group: Group, what: str) -> None:
         """Refuse to change the agents of a group that are being made."""

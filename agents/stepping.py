@@ -153,14 +153,14 @@ class Stepper:
     def _warn_if_blind(self) -> None:
         """Warn at the start of a run of a declaration that seems to be forgotten."""
         groups = self._data.groups
-        senses = any(name != TEAMMATES for group in groups for name in group.channels)
-        targets = [group.name for group in groups if group.team is None]
-        robots = [group.name for group in groups if group.team is not None]
-        if targets and robots and not senses:
-            self._warn(
-                f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, "
-                f"declare it: world.senses({robots[0]}, {targets[0]})"
-            )
+        if not any(name != TEAMMATES for group in groups for name in group.channels):
+            targets = [group.name for group in groups if group.team is None]
+            robots = [group.name for group in groups if group.team is not None]
+            if targets and robots:
+                self._warn(
+                    f"no group senses another, so observed_fraction is NaN; if {robots[0]} are to sense {targets[0]}, "
+                    f"declare it: world.senses({robots[0]}, {targets[0]})"
+                )
         for group in groups:
             if isinstance(group.policy, Policy) and TARGETS in group.policy.needs and TARGETS not in group.channels:
                 self._warn(
