@@ -5,28 +5,35 @@ All three do the same: turn from the present heading towards the sensed targets 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from teamsight import CMOMMT
 from teamsight.core.kernel import kernel
-from teamsight.policies import Action, CompiledPolicy, Policy, check_policy
+from teamsight.policies import (
+    Action,
+    CompiledPolicy,
+    Floats,
+    Percept,
+    PerceptOfOne,
+    Policy,
+    PolicyArrays,
+    check_policy,
+    go,
+    turn_to,
+)
 
 
 @kernel
-def _lean(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+def _lean(percept: Percept, arrays: PolicyArrays, noise: Floats, action: Action) -> None:
     for i in range(percept.heading.shape[0]):
         x, y = percept.heading[i, 0], percept.heading[i, 1]
         for seen, weight in ((percept.targets, 1.0), (percept.teammates, -arrays.parameters[0])):
             for k in range(seen.start[i], seen.start[i + 1]):
                 x += weight * seen.offset[k, 0]
                 y += weight * seen.offset[k, 1]
-        length = math.sqrt(x * x + y * y)
-        action.heading[i, 0], action.heading[i, 1] = x / length, y / length
-        action.distance[i] = percept.speed[i]
+        go(action, i, x, y, percept.speed[i])
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,6 @@ class CompiledLean(CompiledPolicy):
 
     repulsion: float = 0.5
     kernel = _lean
-    parameters = property(lambda self: (self.repulsion,))
 
 
 class NumpyLean(Policy):
@@ -46,7 +52,7 @@ class NumpyLean(Policy):
     def start(self, size: int) -> None:
         return None
 
-    def decide(self, percept: Any, state: None, noise: Any) -> tuple[Action, None]:
+    def decide(self, percept: Percept, state: None, noise: Floats) -> tuple[Action, None]:
         way = percept.heading.copy()
         for seen, weight in ((percept.targets, 1.0), (percept.teammates, -0.5)):
             observer = np.repeat(np.arange(len(way)), np.diff(seen.start))
@@ -54,11 +60,10 @@ class NumpyLean(Policy):
         return Action(way / np.linalg.norm(way, axis=1, keepdims=True), percept.speed), state
 
 
-def lean(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+def lean(percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:
     """One robot at a time: return how far to turn [rad, anticlockwise] and how far to go."""
     x, y = percept.heading + percept.targets.offset.sum(axis=0) - 0.5 * percept.teammates.offset.sum(axis=0)
-    ahead, left = percept.heading
-    return math.atan2(y * ahead - x * left, x * ahead + y * left), percept.speed
+    return turn_to(percept.heading, (x, y)), percept.speed
 
 
 def main() -> None:

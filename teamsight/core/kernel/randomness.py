@@ -31,12 +31,15 @@ def refuse_random_numbers(function: Callable[..., Any]) -> None:
 
 
 def _functions(value: Any, met: set[int]) -> Iterator[python_types.FunctionType]:
+    """Yield the kernels that could use random numbers: reading instructions takes long, and this runs for all."""
     value = getattr(value, "py_func", value)
     if not isinstance(value, python_types.FunctionType) or id(value) in met or is_library(value.__module__):
         return
     met.add(id(value))
-    yield value
-    for used in (*enclosed(value), *(used for _, used in globals_of(value))):
+    uses = [*enclosed(value), *(used for _, used in globals_of(value))]
+    if "random" in value.__code__.co_names or any(_is_random(used) for used in uses):
+        yield value
+    for used in uses:
         yield from _functions(used, met)
 
 
@@ -50,13 +53,16 @@ def _random_names(function: python_types.FunctionType) -> Iterator[tuple[int, st
             value = function.__globals__.get(instruction.argval)
         elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(value, python_types.ModuleType):
             value = getattr(value, instruction.argval, None)
+        elif instruction.opname.startswith("LOAD_"):
+            value = None
         else:
             continue
-        if value is not None and _is_random(value):
+        if _is_random(value) and not isinstance(value, python_types.ModuleType):
             module = "random" if isinstance(value.__self__, random.Random) else "numpy.random"
             yield line, f"{module}.{value.__name__}"
 
 
 def _is_random(value: Any) -> bool:
-    """Return whether this is a method of a hidden generator, such as ``numpy.random.normal`` or ``random.random``."""
-    return isinstance(getattr(value, "__self__", None), (random.Random, np.random.RandomState))
+    """Return whether this is a module of random numbers, or a method of its hidden generator."""
+    generator = getattr(value, "__self__", None)
+    return value is random or value is np.random or isinstance(generator, (random.Random, np.random.RandomState))
