@@ -49,9 +49,9 @@ def bad_sensing(relation: Relation, tick: int) -> ValueError:
     """Return the exception for a sensor whose list cannot be read."""
     observed = len(relation.everyone)
     return ValueError(
-        f"{_sensor_of(relation)}: sense has written a wrong list for tick {tick}: `start` must ascend from 0 to at most "
-        f"the number returned, indices be from {-observed} to {observed - 1}, and offsets and distances finite; check "
-        "the sensor with check_sensor(). To continue, set another one"
+        f"{_sensor_of(relation)}: sense has written a wrong list for tick {tick}: `start` must ascend from 0 to at "
+        f"most the number returned, indices lie in {-observed} … {observed - 1}, and offsets and distances finite; "
+        "check the sensor with check_sensor(). To continue, set another one"
     )
 
 
