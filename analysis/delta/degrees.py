@@ -105,7 +105,9 @@ class CountDegrees:
         ends = np.linspace(0, steps, min(max(self.samples, 1), steps) + 1).astype(int)
         samples, largest_team = [], 0
         for stretch in np.diff(ends).tolist():
-            world.run(stretch)
+            # A model that has stopped itself makes no more steps, and would warn of it.
+            if world.running:
+                world.run(stretch)
             if self.samples:
                 members = teammates(of_team(world.groups, self.team))
                 largest_team = max(largest_team, members.largest_team)
