@@ -80,6 +80,12 @@ def _called_with(factory: Factory, seed: int) -> Any:
     for name in ("rng", "seed"):
         if name in parameters and parameters[name].kind is not inspect.Parameter.POSITIONAL_ONLY:
             return factory(**{name: seed})
+    first = next(iter(parameters.values()), None)
+    if isinstance(factory, type) and first is not None and first.default is not first.empty:
+        raise TypeError(
+            f"model={factory.__name__}: takes no seed: it has neither rng nor seed, and {first.name}={first.default!r} "
+            "is another parameter; add rng=None to __init__ and pass it on: super().__init__(arena, rng=rng)"
+        )
     return factory(seed)
 
 
