@@ -149,7 +149,8 @@ class Group(Settings, Generic[A]):
         return len(self.bodies)
 
     def __iter__(self) -> Iterator[A]:
-        return iter(self.agents)
+        # A copy, so that agents can leave, or come, in a loop over them.
+        return iter(list(self.agents))
 
     @overload
     def __getitem__(self, row: SupportsIndex) -> A: ...

@@ -44,7 +44,7 @@ def svg(data: WorldData, is_observed: Callable[[Body], bool]) -> str:
 
     dashes = ' stroke-dasharray="6 4"' if any(data.arena.period) else ""
     parts = [_path(map(on_page, obstacles(data.arena)), 'fill="#8888" stroke="none"')]
-    every = -(-sum(map(len, data.groups)) // MOST_DRAWN)
+    every = max(-(-sum(map(len, data.groups)) // MOST_DRAWN), 1)
     for group in data.groups:
         parts += _group(group, every, on_page, scale, is_observed)
     parts.append(_path(map(on_page, walls(data.arena)), f'fill="none" stroke="currentColor"{dashes}'))

@@ -17,6 +17,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
@@ -31,6 +32,8 @@ class GroupState(NamedTuple):
 
     Attributes
     ----------
+    sensors : dict of str to Sensor or None
+        The sensor of each channel.
     members_so_far : int
         The number of agents that had ever been in the group.
     """
@@ -42,6 +45,7 @@ class GroupState(NamedTuple):
     bodies: Bodies
     ranges: Any
     policy_state: Any
+    sensors: dict[str, Sensor | None]
     readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
     members_so_far: int
@@ -82,7 +86,7 @@ class StateKeeper:
         """Return a copy of all that changes in a run."""
         groups = tuple(
             GroupState(
-                *_identified(group), group.bodies, group.ranges, group.policy_state, group.readings,
+                *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
                 group.columns.arrays(), group.members_so_far,
             )
             for group in self._data.groups
@@ -105,6 +109,8 @@ class StateKeeper:
                 self._let_go(group, old)
                 old.bodies.identity[:] = group.bodies.identity
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
+                for name, sensor in old.sensors.items():
+                    group.channels[name].sensor = sensor
                 group.columns.replace(old.columns)
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
@@ -176,6 +182,12 @@ def _check_fits(saved: State, data: WorldData) -> None:
             "same way"
         )
     for group, old in zip(data.groups, saved.groups, strict=True):
+        if old.sensors.keys() != group.channels.keys():
+            here, there = (", ".join(map(repr, names)) or "none" for names in (group.channels, old.sensors))
+            raise ValueError(
+                f"restore(…): the state is of a world in which {group.name} have the channels {there}, and here "
+                f"{here}; restore it in a world built in the same way"
+            )
         stays = np.isin(group.bodies.member, old.bodies.member)
         present = group.bodies.member[stays]
         if not np.array_equal(present, old.bodies.member) or group.members_so_far < old.members_so_far:
@@ -190,6 +202,10 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
                 f"{state}; restore it in a world whose policies have the same options"
             )
+
+
+def _sensors(group: Group) -> dict[str, Sensor | None]:
+    return {name: channel.sensor for name, channel in group.channels.items()}
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:

@@ -66,6 +66,7 @@ class Binding:
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
+        is_undoable = is_watched(data.arena) or any(one.detection and one.detection.is_checked for one in relations)
         self.world = WORLD.pack(WorldArrays(
             data.key,
             data.moment,
@@ -77,7 +78,7 @@ class Binding:
             stretch.present,
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
-            np.zeros((bodies if is_watched(data.arena) else 0, 6)),
+            np.zeros((bodies if is_undoable else 0, 6)),
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:

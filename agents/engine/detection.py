@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,8 @@ class DetectionArrays(NamedTuple):
         The indices of the agents that each observer detects, without false detections.
     tick : ndarray, shape (1,), int64
         The tick of the present positions.
+    is_checked : bool
+        Whether the list is checked, since the sensor is user-defined.
     delay : int
         The number of ticks until a percept shows a list.
     readings : ReadingArrays
@@ -53,6 +56,7 @@ class DetectionArrays(NamedTuple):
     true_start: Annotated[Integers, "n + 1"]
     true_index: Annotated[Integers, "room"]
     tick: Annotated[Integers, 1]
+    is_checked: bool
     delay: int
     readings: ReadingArrays
     shown: NeighbourList
@@ -113,10 +117,36 @@ def _count_true(detection: Any, are_all_true: bool) -> None:
 
 
 @kernel
+def _is_sound(detection: Any, need: int) -> bool:
+    """Whether a list can be read: starts ascend, indices are those of observed agents, offsets are finite."""
+    start, index, offset = detection.sensed.start, detection.sensed.identity, detection.sensed.offset
+    observers = start.shape[0] - 1
+    observed = detection.everyone.shape[0]
+    # An observer senses each agent once at most; a kernel may ask for more room, but not for a number out of nowhere.
+    if need < 0 or need > 64 * (observers * observed + 64):
+        return False
+    if need > detection.place.shape[0]:
+        # It is written again, with more room.
+        return True
+    if start[0] != 0 or start[observers] > need:
+        return False
+    for i in range(observers):
+        if start[i] > start[i + 1]:
+            return False
+    for k in range(start[observers]):
+        sum_ = offset[k, 0] + offset[k, 1] + detection.sensed.distance[k]
+        if not -observed <= index[k] < observed or not math.isfinite(sum_):
+            return False
+    return True
+
+
+@kernel
 def detect(address: int) -> int:
-    """Apply the sensor to the agents in range; return the number of entries that the list needs."""
+    """Apply the sensor to the agents in range; return the number of entries that the list needs, −1 if it is wrong."""
     detection = detection_at(address)
     need = call(detection.sense, detection.detecting)
+    if detection.is_checked != 0 and not _is_sound(detection, need):
+        return -1
     if need > detection.place.shape[0]:
         return need  # type: ignore[no-any-return]
     # Unsigned, because numba would check signed indices for negative values.
@@ -164,6 +194,11 @@ class Detection:
         self.see(view)
 
     @property
+    def is_checked(self) -> bool:
+        """Whether its lists are checked at each tick, since the sensor is user-defined."""
+        return type(self._sensor).sense is not Sensor.sense
+
+    @property
     def arrays(self) -> DetectionArrays:
         """The arrays of the detection."""
         return self.record.value
@@ -190,6 +225,6 @@ class Detection:
         parameters = np.ascontiguousarray(self._sensor.parameters, float)
         self.record = DETECTION.pack(DetectionArrays(
             sense_entry(self._sensor), DETECTING.pack(Detecting(view, parameters, sensed)), sensed, view.everyone,
-            identity, place, np.zeros(size + 1, np.int64), true_index, view.tick, self._sensor.delay, readings,
-            shown, shown_place,
+            identity, place, np.zeros(size + 1, np.int64), true_index, view.tick, self.is_checked, self._sensor.delay,
+            readings, shown, shown_place,
         ))  # fmt: skip

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.failures import check_places, endless_growth, endless_sensor, failure
+from teamsight.agents.engine.failures import bad_sensing, check_places, endless_growth, endless_sensor, failure
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.engine.records import BAD_ACTION, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
+from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
@@ -229,6 +229,8 @@ class Engine:
                     where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
                     if status in (BAD_ACTION, OUTSIDE):
                         raise self._fail(status, where)
+                    if status == BAD_SENSING:
+                        raise self._fail_to_sense(where, has_decided=entry is not SEE)
                     # What was computed so far in this step depends on the present state only; it is computed again.
                     self._grow(status, where, need)
                     place = status, where, tick
@@ -242,9 +244,7 @@ class Engine:
 
     def _endless(self, status: int, where: int) -> ValueError:
         if status == GROW_DETECTION:
-            relation = self.relations[where]
-            group = next(group for group in self._data.groups if group is relation.observers)
-            return endless_sensor(group, relation.name)
+            return endless_sensor(self.relations[where])
         return endless_growth(self._data.groups[where])
 
     def _fail(self, status: int, where: int) -> ValueError:
@@ -254,6 +254,13 @@ class Engine:
             group.has_decided = group.is_compiled
         self.is_bound = False
         return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
+
+    def _fail_to_sense(self, where: int, *, has_decided: bool) -> ValueError:
+        """Return the exception for a sensor whose list cannot be read; a move before it has been undone."""
+        for group in self._data.groups:
+            group.has_decided = has_decided and group.is_compiled
+        self.is_bound = False
+        return bad_sensing(self.relations[where], int(self._data.moment[0]))
 
     def _check_places(self) -> None:
         try:

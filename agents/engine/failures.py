@@ -10,6 +10,7 @@ from teamsight.agents.engine.records import OUTSIDE
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
 
@@ -37,12 +38,26 @@ def endless_growth(group: Group) -> ValueError:
     )
 
 
-def endless_sensor(observers: Group, channel: str) -> ValueError:
+def endless_sensor(relation: Relation) -> ValueError:
     """Return the exception for a sensor that asks for more room on every call."""
     return ValueError(
-        f"sensors[{channel!r}]={observers.channels[channel].sensor!r}: sense asks for more room on every call, for "
-        f"{observers.name}; check the sensor with check_sensor()"
+        f"{_sensor_of(relation)}: sense asks for more room on every call; check the sensor with check_sensor()"
     )
+
+
+def bad_sensing(relation: Relation, tick: int) -> ValueError:
+    """Return the exception for a sensor whose list cannot be read."""
+    observed = len(relation.everyone)
+    return ValueError(
+        f"{_sensor_of(relation)}: sense has written a wrong list for tick {tick}: `start` must ascend from 0 to at most "
+        f"the number returned, indices be from {-observed} to {observed - 1}, and offsets and distances finite; check "
+        "the sensor with check_sensor(). To continue, set another one"
+    )
+
+
+def _sensor_of(relation: Relation) -> str:
+    group = relation.observers
+    return f"sensors[{relation.name!r}]={group.channels[relation.name].sensor!r} of {group.name}"
 
 
 def check_places(data: WorldData) -> None:

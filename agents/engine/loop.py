@@ -12,6 +12,7 @@ from typing import Any
 from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.records import (
     BAD_ACTION,
+    BAD_SENSING,
     DONE,
     GROW_DETECTION,
     GROW_PERCEPT,
@@ -134,6 +135,9 @@ def _find_neighbours(address: int, tick: int) -> int:
             relation.identity[k] = relation.everyone[relation.neighbours.identity[k]]
         if relation.detection != 0:
             need = detect(relation.detection)
+            if need < 0:
+                world.progress[0].where = r
+                return BAD_SENSING
             if need > relation.true_index.shape[0]:
                 world.progress[0].where = r
                 world.progress[0].need = need
@@ -179,10 +183,13 @@ def _leave_trail(address: int) -> None:
 def _finish(address: int) -> int:
     """Search for neighbours after a move and record the step."""
     status = _find_neighbours(address, world_at(address).progress[0].tick + 1)
-    if status != DONE:
-        return status
     world = world_at(address)
     progress = world.progress[0]
+    if status == BAD_SENSING:
+        _keep(address, True)
+        progress.phase = 0
+    if status != DONE:
+        return status
     for number in range(world.logs.shape[0]):
         record_after(world.logs[number])
     for r in range(world.relations.shape[0]):

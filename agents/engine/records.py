@@ -24,7 +24,7 @@ Integers = npt.NDArray[np.int64]
 HISTORY_COLUMNS = 3
 
 #: The status that the loop returns: done, or why it cannot continue.
-DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE = range(6)
+DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
 
 PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])
 """The state of the loop.
@@ -175,8 +175,8 @@ class WorldArrays(NamedTuple):
     trail : ndarray, shape (rows, bodies, 2), float64
         The recorded positions.
     undo : ndarray, shape (bodies, 6), float64
-        Position, heading and motion of all bodies before a move, with which a move out of the arena is undone; empty in
-        the package's own arenas.
+        Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
+        or a sensor then fails; empty if arena and sensors are the package's own.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]

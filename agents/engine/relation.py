@@ -24,7 +24,9 @@ _PERFECT = Sensor()
 class Members(Protocol):
     """The part of `Group` that a relation uses; groups import this file."""
 
+    name: str
     number: int
+    channels: dict[str, Channel]
     bodies: Bodies
     ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
     agents: list[Any]

@@ -176,3 +176,36 @@ def test_a_world_says_on_which_path_it_runs():
     assert world.path == "compiled"
     robots.policy = FleeInPython()
     assert world.path == "step by step: the policy of prey is Python"
+
+
+def test_a_state_holds_the_sensors():
+    world, robots, *_ = hunt(Flee())
+    robots.sensors["predators"] = Sensor(missed=0.8)
+    world.run(10)
+    saved = world.state()
+    world.run(10)
+    end = robots.position.copy()
+    robots.sensors["predators"] = Sensor()
+    world.restore(saved)
+    assert robots.sensors["predators"] == Sensor(missed=0.8)
+    world.run(10)
+    np.testing.assert_array_equal(robots.position, end)
+
+
+def test_a_state_from_before_a_declaration_is_refused():
+    world, _, predators, beacons = hunt(Flee())
+    saved = world.state()
+    world.senses(predators, beacons, as_="beacons")
+    with pytest.raises(ValueError, match="have the channels 'targets', and here 'targets', 'beacons'"):
+        world.restore(saved)
+
+
+def test_agents_can_leave_and_come_in_a_loop_over_their_group():
+    world, robots, *_ = hunt(Flee())
+    for _ in robots:
+        robots.add(1)
+    assert len(robots) == 12
+    for robot in robots:
+        robot.remove()
+    assert len(robots) == 0
+    assert "<svg" in world._repr_html_()

@@ -195,7 +195,7 @@ def test_a_sensor_gets_the_room_that_it_asks_for() -> None:
 
 def test_a_sensor_that_never_has_enough_room_is_named() -> None:
     world = herd({"targets": Greedy(range_noise=1.0)})
-    with pytest.raises(ValueError, match=r"sensors\['targets'\]=Greedy\(range_noise=1.0\): sense asks .* for fast; check"):
+    with pytest.raises(ValueError, match=r"sensors\['targets'\]=Greedy\(range_noise=1.0\) of fast: sense asks .* check"):
         world.run(1)
     assert world.tick == 0
     del world.groups[0].sensors["targets"], world.groups[1].sensors["targets"]
