@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import mesa
 
 from teamsight.agents import mesa_bases
@@ -22,6 +24,16 @@ class Measures(mesa_bases.Model):
     _data: WorldData
     _engine: Engine
     _stepper: Stepper
+
+    # Type checkers would take every attribute to exist.
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            if "_states" not in vars(self):
+                what = f"{type(self).__name__}.__init__ uses {name!r} of a world that is not made"
+                raise AttributeError(f"{what}; call super().__init__(arena, rng=rng), which makes it, first")
+            # The error as it was: properties may have raised one of their own.
+            return super().__getattribute__(name)
 
     @property
     def arena(self) -> Arena:

@@ -255,8 +255,8 @@ class World(Measures):
     def run(self, steps: int, *, progress: bool = True) -> None:
         """Make `steps` steps, in one compiled call unless something needs Python in between.
 
-        It stops early when `running` becomes False. After two seconds, a terminal or a notebook shows how far it is,
-        unless `progress` is False.
+        It stops early when `running` becomes False, and warns if it was False before. After two seconds, a terminal or
+        a notebook shows how far it is, unless `progress` is False.
         """
         self._stepper.run(steps, progress=progress)
 
@@ -296,6 +296,7 @@ class World(Measures):
     def close(self) -> None:
         """Release the model, which mesa 3.3 would otherwise keep in memory."""
         self.running = False
+        self._stepper.is_closed = True
         mesa_compat.release(self)
 
     def __repr__(self) -> str:

@@ -20,6 +20,9 @@ def declare(
     data.timeline.check_undecided("senses()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
     observers, observed = groups
     for group in groups:
+        if not isinstance(group, Group):
+            given = checks.shown(group)
+            raise TypeError(f"senses({given}): give a group, not a list or an agent; world.add returns it")
         if group not in data.groups:
             shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
             raise ValueError(f"{shown}: both groups must have been added to this world")

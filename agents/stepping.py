@@ -37,6 +37,7 @@ class Stepper:
         self._overrides_step = overrides_step
         # Why steps were made one by one; the user was warned of each reason.
         self.warned: set[str] = set()
+        self.is_closed = False
 
     def step(self) -> None:
         """Make one step, unless an event before it stops the model."""
@@ -60,6 +61,8 @@ class Stepper:
         # An event may reset the tick; the number of steps to make stays the same.
         end = timeline.tick - timeline.jumps + shown.steps
         reason = self.needs_python()
+        if steps > 0 and not model.running:
+            self._warn_of_stop()
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
@@ -167,6 +170,10 @@ class Stepper:
                     f"the policy of {group.name}, {label(group.policy)}, reads targets, and the group senses none; "
                     f"declare what it senses: world.senses({group.name}, others)"
                 )
+
+    def _warn_of_stop(self) -> None:
+        state = "was closed" if self.is_closed else "is stopped (running is False)"
+        self._warn(f"run() makes no step: the model {state}; set model.running = True, or use reset()")
 
     def _warn(self, message: str) -> None:
         """Warn once."""

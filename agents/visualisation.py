@@ -39,9 +39,16 @@ def portrayal(agent: Body) -> Any:
     Returns
     -------
     mesa.visualization.components.AgentPortrayalStyle
-    """
-    from mesa.visualization.components import AgentPortrayalStyle
 
+    Raises
+    ------
+    ImportError
+        If mesa's visualisation is not installed.
+    """
+    try:
+        from mesa.visualization.components import AgentPortrayalStyle
+    except ImportError as error:
+        raise ImportError(_MISSING) from error
     size, colour = _look(agent)
     # With some versions of mesa, agents of another zorder than 1 are not drawn, and the opacity is ignored.
     return AgentPortrayalStyle(color=colour, marker="o", size=size, zorder=1)

@@ -166,7 +166,7 @@ def over_time(
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
         yield model.tick, team_graph(model, team, sensed=sensed)
         end = model.tick + steps
-        while (before := model.tick) < end:
+        while (before := model.tick) < end and model.running:
             model.run(min(every, end - before))
             if model.tick == before:
                 return  # the model has stopped

@@ -104,7 +104,9 @@ class CompiledPolicy(Policy):
         kind = kernel, self.channels
         if kind not in _ENTRIES:
             name, read = type(self).__name__.lower(), decision_record(self.channels).at
-            _ENTRIES[kind] = specialise(decide_at, name, decision_kernel=kernel, decision_at=read)
+            # The errors of compilation name the declared channels.
+            bound = {"decision_kernel": kernel, "decision_at": read, "declared_channels": self.channels}
+            _ENTRIES[kind] = specialise(decide_at, name, **bound)
         return _ENTRIES[kind]
 
     def decide(self, percept: Percept, state: PolicyState, noise: Floats) -> tuple[Action, PolicyState]:

@@ -80,6 +80,9 @@ def check_obstacles(arena: Obstructable, obstacles: tuple[Obstacle, ...]) -> Non
         raise ValueError(f"{arena}.with_obstacles(): give at least one obstacle, such as Circle((0, 0), 1)")
     low, high = arena.bounds
     for one in obstacles:
+        if isinstance(one, (list, tuple)):
+            kind = type(one).__name__
+            raise TypeError(f"obstacle {checks.shown(one)}: is a {kind}; unpack it: with_obstacles(*shapes)")
         if not all(hasattr(one, member) for member in _MEMBERS):
             raise TypeError(f"obstacle {checks.shown(one)}: must be a shape, such as Circle((0, 0), 1) or Polygon(…)")
         first, last = one.bounds

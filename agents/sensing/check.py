@@ -63,6 +63,8 @@ def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
     views += [sample_view(4, 3, 1.0, rng, among=True, coincide=True), _with_obstacles(rng)]
     for view in views:
         _check_view(name, sensor, view)
+    for view in views:
+        _check_rows(name, sensor, view)
 
 
 def _parameters(name: str, sensor: Sensor) -> Any:
@@ -91,6 +93,11 @@ def _check_view(name: str, sensor: Sensor, view: View) -> None:
             )
     for i in range(len(view.heading)):
         _check_observer(f"{name}: sense writes for observer {i}", view, ample, i)
+
+
+def _check_rows(name: str, sensor: Sensor, view: View) -> None:
+    """Check that what a sensor writes for one view does not depend on row numbers."""
+    ample = _sensed(name, sensor, view, 10_000)
     for what, moved, cure in (
         ("observed agents", _shifted(view), "view.everyone[index]"),
         ("observers", _preceded(view), "view.member[i]"),

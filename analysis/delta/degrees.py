@@ -80,6 +80,12 @@ def _called_with(factory: Factory, seed: int) -> Any:
     for name in ("rng", "seed"):
         if name in parameters and parameters[name].kind is not inspect.Parameter.POSITIONAL_ONLY:
             return factory(**{name: seed})
+    first = next(iter(parameters.values()), None)
+    if isinstance(factory, type) and first is not None and first.default is not first.empty:
+        raise TypeError(
+            f"model={factory.__name__}: takes no seed: it has neither rng nor seed, and {first.name}={first.default!r} "
+            "is another parameter; add rng=None to __init__ and pass it on: super().__init__(arena, rng=rng)"
+        )
     return factory(seed)
 
 
@@ -105,7 +111,9 @@ class CountDegrees:
         ends = np.linspace(0, steps, min(max(self.samples, 1), steps) + 1).astype(int)
         samples, largest_team = [], 0
         for stretch in np.diff(ends).tolist():
-            world.run(stretch)
+            # A model that has stopped itself makes no more steps, and would warn of it.
+            if world.running:
+                world.run(stretch)
             if self.samples:
                 members = teammates(of_team(world.groups, self.team))
                 largest_team = max(largest_team, members.largest_team)

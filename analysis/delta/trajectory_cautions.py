@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 # Robots that move more ranges than this between samples cannot be followed from one to the next.
 _MOST_MOVE = 10.0
-# More ranges than this between samples are suspicious, and so is a team that always fits into a smaller part of one.
-_USUAL_MOVE, _USUAL_TEAM = 1.0, 0.1
+# More ranges than this between samples are suspicious.
+_USUAL_MOVE = 1.0
 # Ranges between samples that lose little of what happens between them.
 _FINE = 0.5
 
@@ -128,10 +128,10 @@ def cautions(
             f"no two robots were ever within the awareness range of {awareness_range:g}; the nearest two were "
             f"{_shown(near)} apart, {_shown(near / awareness_range)} ranges ({span})."
         )
-    if are_all_near(found) and (ranges := found.farthest / awareness_range) < _USUAL_TEAM:
+    if are_all_near(found):
         said.append(
-            f"all robots are always within {_shown(ranges)} awareness ranges of each other, at most "
-            f"{_shown(found.farthest)} apart ({span}), so each always has all others as neighbours."
+            f"every robot always has all others within the awareness range of {awareness_range:g}; they are at most "
+            f"{_shown(found.farthest)} apart, {_shown(found.farthest / awareness_range)} ranges ({span})."
         )
     doubts = [f"Check the unit: {sentence}" for sentence in said]
     if groups := trajectories.attrs.get("groups"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import math
 import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -124,6 +125,7 @@ def run_many(
     ):  # fmt: skip
         if not callable(function) and (name, function) != ("model", None):
             raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
+    _check_takes_rng(model)
     listed, (count, seeds_of) = _listed(settings), _seeding(replicates, seeds, rng, model)
     limits.runs(len(listed) * count)
     planned = [(setting, *one) for setting in listed for one in enumerate(seeds_of(setting))]
@@ -136,6 +138,21 @@ def run_many(
         for (setting, replicate, seed), one in zip(planned, found, strict=True)
     ]
     return pd.DataFrame(rows)
+
+
+def _check_takes_rng(model: Model | None) -> None:
+    """Refuse a model that cannot be called with ``rng``."""
+    try:
+        parameters = {} if model is None else inspect.signature(model).parameters
+    except (TypeError, ValueError):
+        return
+    if model is not None and "rng" not in parameters:
+        if any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
+            return
+        raise TypeError(
+            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
+            "as in super().__init__(arena, rng=rng)"
+        )
 
 
 @dataclass(frozen=True)

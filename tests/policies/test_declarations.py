@@ -80,7 +80,7 @@ def test_random_numbers_without_a_seed_are_refused_with_their_line(rule: Any, na
 
 
 def test_a_channel_that_the_policy_does_not_declare_is_named() -> None:
-    with pytest.raises(TypeError, match=r"reads no channel 'predator'; declare it: channels = \('predator',\)"):
+    with pytest.raises(TypeError, match=r"declares the channels .*, but not 'predator'; did you mean 'predators'"):
         check_policy(policy(_other_predators, channels=("predators",)))
 
 

@@ -28,6 +28,7 @@ COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameErro
 #: The arguments with which a template calls the kernel bound to each of its free names.
 _ARGUMENTS = {
     "decision_kernel": "percept, arrays, noise, action",
+    "sense_kernel": "view, parameters, sensed",
     "perceive_kernel": "scene, parameters, teammates, relayed",
     "situate_kernel": "scene, parameters, situation",
     "confine": "x, y, step_x, step_y, heading_x, heading_y, size",
@@ -130,7 +131,7 @@ def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
     if met := re.search(r"Unknown attribute '(\w+)' of type (\w+)\((?:<module '([\w.]+)')?", text):
         name, kind, module = met.groups()
         if kind == "Channels":
-            return f"the policy reads no channel '{name}'; declare it: channels = ('{name}',)", None
+            return _channel(name, entry.__globals__.get("declared_channels", ())), None
         fields = getattr(entry.__globals__.get(kind), "_fields", None)
         if fields:
             return f"{kind} has no field '{name}'; it has {', '.join(fields)}", None
@@ -144,6 +145,17 @@ def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
         known = dir(np) if met[1] == "numpy" else dir(__import__(met[1], fromlist=["_"]))
         return f"module '{met[1]}' has no attribute '{met[2]}'{_near(met[2], known)}", None
     return None
+
+
+def _channel(name: str, declared: tuple[str, ...]) -> str:
+    """Return what is wrong with a kernel that reads a channel which its policy does not declare."""
+    if not declared:
+        return f'the policy declares no channels; declare channels = ("{name}",)'
+    near = _near(name, list(declared))
+    return (
+        f"the policy declares the channels {', '.join(declared)}, but not '{name}'{near}; otherwise "
+        f'add "{name}" to its `channels`'
+    )
 
 
 def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
