@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from numbers import Real
 from types import EllipsisType
 from typing import NamedTuple, TypeVar
@@ -32,6 +34,8 @@ A = TypeVar("A", bound=Body)
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
+
+_METHODS = frozenset(name for name, value in vars(Body).items() if inspect.isfunction(value))
 
 Floats = npt.NDArray[np.float64]
 
@@ -82,6 +86,14 @@ def check_class(agent_class: type[Body]) -> None:
     """Refuse what is not a class of bodies."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
+
+
+def check_names(agent_class: type[Body], attributes: Iterable[str]) -> None:
+    """Refuse attributes of an agent that would hide a method."""
+    hidden = _METHODS.intersection(attributes)
+    if hidden:
+        name = min(hidden)
+        raise TypeError(f"{agent_class.__name__}.__init__ sets {name}, a method of all agents; take another name")
 
 
 def team_given(team: str | EllipsisType | None, agent_class: type[Body]) -> str | None:
@@ -170,8 +182,8 @@ def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     """Return the cosines and sines of the turning limits."""
     if isinstance(limit, float):
         # The usual case, in a tenth of the time.
-        cosine, sine = turn_limit_of(checks.number("turn_limit", limit, least=0))
+        cosine, sine = turn_limit_of(checks.angle("turn_limit", limit, math.tau))
         return np.full(size, cosine), np.full(size, sine)
-    angles = column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
+    angles = column("turn_limit", limit, size, lambda name, number: checks.angle(name, number, math.tau))
     cosines, sines = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
     return np.ascontiguousarray(cosines), np.ascontiguousarray(sines)
