@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable
 from numbers import Real
 from types import EllipsisType
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -62,6 +62,13 @@ class Plan(NamedTuple):
     awareness_range: npt.ArrayLike
 
 
+class _GroupToBe(Group[A]):
+    """A group while it is made: its attributes are set without the check for unknown names, which takes time."""
+
+    if not TYPE_CHECKING:
+        __setattr__ = object.__setattr__
+
+
 def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: Host) -> Group[A]:
     """Return a new group without agents."""
     number = len(data.groups)
@@ -75,10 +82,11 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
-    group = Group(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
+    group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
     check_needs(group)
     group.founders, group.first_abilities = [founders], abilities
     group.decides_alone = agent_class.decide is not Body.decide
+    group.__class__ = Group  # type: ignore[assignment]
     return group
 
 

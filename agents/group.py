@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, Generic, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -161,10 +161,10 @@ class Group(Settings, Generic[A]):
         return iter(self.agents)
 
     @overload
-    def __getitem__(self, row: SupportsIndex) -> A: ...
+    def __getitem__(self, row: int | np.integer[Any]) -> A: ...  # type: ignore[overload-overlap]
     @overload
     def __getitem__(self, row: slice | Rows) -> list[A]: ...
-    def __getitem__(self, row: SupportsIndex | slice | Rows) -> A | list[A]:
+    def __getitem__(self, row: int | np.integer[Any] | slice | Rows) -> A | list[A]:
         try:
             return self.agents[row]  # type: ignore[index]
         except TypeError:

@@ -55,10 +55,7 @@ class Settings:
     if not TYPE_CHECKING:
 
         def __setattr__(self, name: str, value: object) -> None:
-            present = self.__dict__
-            # The first abilities are set last when a group is made.
-            is_new = name not in present and "first_abilities" in present
-            if is_new and not name.startswith("_") and not hasattr(type(self), name):
+            if name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
                 known = [one for one in dir(type(self)) if not one.startswith("_")]
                 raise AttributeError(
                     f"{name}={checks.shown(value)}: a group has no such attribute; {checks.suggestion(name, known)}"

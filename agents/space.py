@@ -11,7 +11,6 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 from mesa.agent import AgentSet
-from mesa.experimental.continuous_space import ContinuousSpace
 from scipy.spatial.distance import cdist
 
 from teamsight.agents.body import Body
@@ -23,9 +22,21 @@ Floats = npt.NDArray[np.float64]
 Found = tuple[list[Body], Floats]
 
 
+# mesa has no types for mypy, which would let every attribute pass; see `mesa_bases`.
+MYPY = False
+if MYPY:
+
+    class _NewSpace: ...
+
+    class _OldSpace: ...
+else:
+    from mesa.experimental.continuous_space import ContinuousSpace as _NewSpace
+    from mesa.space import ContinuousSpace as _OldSpace
+
+
 # mesa's drawing functions accept instances of one or both of these classes only. Their __init__ would make arrays of
 # their own, and is not called; all that they define is overridden.
-class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[misc]
+class WorldSpace(_NewSpace, _OldSpace):
     """A world's space for mesa: where the agents are, and who is near. It stores nothing, so it is never stale.
 
     Distances and directions are those of the arena: on a torus the shortest ones. Obstacles do not matter. Agents are
