@@ -11,6 +11,8 @@ from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
+from teamsight.agents.fixed import Kept, refusing
+from teamsight.agents.given import Points
 from teamsight.agents.places import checked_headings
 from teamsight.agents.settings import Ability, OfGroup, Team
 from teamsight.core.card import shown
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
+@refusing(identity="the world gives it; take another name for an attribute of your own")
 class Body(mesa_bases.Agent):
     """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 
@@ -55,7 +58,7 @@ class Body(mesa_bases.Agent):
     """
 
     team: ClassVar[str | None] = Team(None)  # type: ignore[assignment]
-    group: Group
+    group: Group = Kept("add an agent to the other group, and remove this one")  # type: ignore[assignment]
     # A user's agents read attributes of their own model; a class that declares `model: MyModel` has them checked.
     model: Any
     _row: int
@@ -87,6 +90,11 @@ class Body(mesa_bases.Agent):
     def row(self, row: int) -> None:
         self._row = row
 
+    @property
+    def identity(self) -> int:
+        """Its `unique_id`, as in the arrays of its group and in neighbour lists."""
+        return self.unique_id
+
     def __repr__(self) -> str:
         # No number yet while it is made.
         number = vars(self).get("unique_id", "")
@@ -104,7 +112,7 @@ class Body(mesa_bases.Agent):
         return place
 
     @position.setter
-    def position(self, value: npt.ArrayLike) -> None:
+    def position(self, value: Points) -> None:
         self.group.host.place(self, value)
 
     @property
@@ -113,7 +121,7 @@ class Body(mesa_bases.Agent):
         return None if self._row < 0 else self.position
 
     @pos.setter
-    def pos(self, value: npt.ArrayLike | None) -> None:
+    def pos(self, value: Points | None) -> None:
         # mesa sets None for agents that are in none of its own spaces.
         if value is not None:
             self.position = value
@@ -125,7 +133,7 @@ class Body(mesa_bases.Agent):
         return vector
 
     @heading.setter
-    def heading(self, value: npt.ArrayLike) -> None:
+    def heading(self, value: Points) -> None:
         self.group.host.turn(self, checked_headings(value, (2,)))
 
     speed = Ability("The largest distance that it can move in a step [length].")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from numbers import Real
 from types import EllipsisType
-from typing import NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +34,8 @@ A = TypeVar("A", bound=Body)
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
+
+_METHODS = frozenset(name for name, value in vars(Body).items() if inspect.isfunction(value))
 
 Floats = npt.NDArray[np.float64]
 
@@ -58,6 +62,13 @@ class Plan(NamedTuple):
     awareness_range: npt.ArrayLike
 
 
+class _GroupToBe(Group[A]):
+    """A group while it is made: its attributes are set without the check for unknown names, which takes time."""
+
+    if not TYPE_CHECKING:
+        __setattr__ = object.__setattr__
+
+
 def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: Host) -> Group[A]:
     """Return a new group without agents."""
     number = len(data.groups)
@@ -71,10 +82,11 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
-    group = Group(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
+    group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
     check_needs(group)
     group.founders, group.first_abilities = [founders], abilities
     group.decides_alone = agent_class.decide is not Body.decide
+    group.__class__ = Group  # type: ignore[assignment]
     return group
 
 
@@ -82,6 +94,14 @@ def check_class(agent_class: type[Body]) -> None:
     """Refuse what is not a class of bodies."""
     if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
         raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
+
+
+def check_names(agent_class: type[Body], attributes: Iterable[str]) -> None:
+    """Refuse attributes of an agent that would hide a method."""
+    hidden = _METHODS.intersection(attributes)
+    if hidden:
+        name = min(hidden)
+        raise TypeError(f"{agent_class.__name__}.__init__ sets {name}, a method of all agents; take another name")
 
 
 def team_given(team: str | EllipsisType | None, agent_class: type[Body]) -> str | None:
@@ -170,8 +190,8 @@ def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     """Return the cosines and sines of the turning limits."""
     if isinstance(limit, float):
         # The usual case, in a tenth of the time.
-        cosine, sine = turn_limit_of(checks.number("turn_limit", limit, least=0))
+        cosine, sine = turn_limit_of(checks.angle("turn_limit", limit, math.tau))
         return np.full(size, cosine), np.full(size, sine)
-    angles = column("turn_limit", limit, size, lambda name, number: checks.number(name, number, least=0))
+    angles = column("turn_limit", limit, size, lambda name, number: checks.angle(name, number, math.tau))
     cosines, sines = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
     return np.ascontiguousarray(cosines), np.ascontiguousarray(sines)

@@ -13,7 +13,8 @@ from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.cmommt_numbers import checked_numbers
-from teamsight.agents.given import AwarenessLike, PolicyLike, PresetName
+from teamsight.agents.fixed import refusing
+from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
@@ -65,6 +66,10 @@ _DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.it
 _TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
 
 
+@refusing(
+    robots="build another model, or change their number with model.robots.add(5) and robot.remove()",
+    targets="build another model, or change their number with model.targets.add(5) and target.remove()",
+)
 class CMOMMT(World):
     """Robots in a disc that observe as many moving targets as possible.
 
@@ -192,10 +197,10 @@ class CMOMMT(World):
     awareness = LiveSetting[Awareness, AwarenessLike](
         "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
     )
-    sensing_range = LiveSetting[Floats, npt.ArrayLike]("robots", "sensing_range")
-    awareness_range = LiveSetting[Floats, npt.ArrayLike]("robots", "awareness_range")
-    robot_speed = LiveSetting[Floats, npt.ArrayLike]("robots", "speed")
-    target_speed = LiveSetting[Floats, npt.ArrayLike]("targets", "speed")
+    sensing_range = LiveSetting[Floats, Numbers]("robots", "sensing_range")
+    awareness_range = LiveSetting[Floats, Numbers]("robots", "awareness_range")
+    robot_speed = LiveSetting[Floats, Numbers]("robots", "speed")
+    target_speed = LiveSetting[Floats, Numbers]("targets", "speed")
     radius = FixedSetting("build another model")
     preset = FixedSetting("build another model")
     seed = FixedSetting("start again with reset(rng)")

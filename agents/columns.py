@@ -56,7 +56,7 @@ class Column(NDArrayOperatorsMixin):
         return self.values[index]
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        _assign(self._name, self.values, index, value)
+        self._columns.assign(self._name, index, value)
 
     def __len__(self) -> int:
         return len(self.values)
@@ -106,6 +106,24 @@ class Columns(MutableMapping[str, Column]):
         except KeyError:
             have = ", ".join(self._arrays) or "none"
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
+
+    def assign(self, name: str, index: Any, value: Any) -> None:
+        """Set elements of a column.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the column cannot hold the value, or its shape does not fit. Nothing is changed then.
+        """
+        array = self.array(name)
+        try:
+            _assign(name, array, index, value)
+        except ValueError:
+            size = len(array)
+            raise ValueError(
+                f"{name}={checks.shown(value)}: must be one value, or of the shape {np.shape(array[index])}; the group "
+                f"{self._group!r} has {size} agent{'s' * (size != 1)}"
+            ) from None
 
     def create(self, name: str, array: Array, *fill: Any) -> Column:
         """Add a column with these elements; `fill` is the element of agents that come later, if there is one."""
@@ -165,7 +183,7 @@ class Columns(MutableMapping[str, Column]):
     def __setitem__(self, name: str, value: Any) -> None:
         if name not in self._arrays:
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; make it with add_column({name!r})")
-        _assign(name, self._arrays[name], ..., value)
+        self.assign(name, ..., value)
 
     def __delitem__(self, name: str) -> None:
         self.array(name)

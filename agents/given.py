@@ -1,11 +1,15 @@
 """Types of what users give: policies and degrees of awareness as objects or by name, and other names.
 
-The names are for completion in editors; a test compares them with the registries. Any other name is a ``str``.
+The names are for completion in editors; a test compares them with the registries. Any other name of a policy or a
+degree of awareness is a ``str``, so that it may come from a variable; a wrong one raises an error at once.
 """
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol, TypeAlias
+
+import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.policies.interface import Policy
@@ -20,3 +24,17 @@ PresetName: TypeAlias = Literal["touzet2000"]
 
 PolicyLike: TypeAlias = Policy | Rule | PolicyName | str
 AwarenessLike: TypeAlias = Awareness | AwarenessName | str
+
+
+class Arrayed(Protocol):
+    """An array, or what NumPy turns into one: a `Column`, or a column of a table."""
+
+    def __array__(self) -> npt.NDArray[Any]:
+        """Return the array."""
+        ...
+
+
+# As npt.ArrayLike, but without strings, so that type checkers refuse those.
+Numbers: TypeAlias = float | Sequence[float] | Sequence[Arrayed] | Arrayed
+Points: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | Sequence[Arrayed] | Arrayed
+Rows: TypeAlias = Sequence[int] | Arrayed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Generic, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, Generic, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +15,11 @@ from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.given import PlacementName
+from teamsight.agents.fixed import refusing
+from teamsight.agents.given import Numbers, PlacementName, Points, Rows
 from teamsight.agents.host_protocol import Host
 from teamsight.agents.policy_state import first_state as first_state
+from teamsight.agents.selection import rows_of
 from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
@@ -43,6 +45,13 @@ else:
 Floats = npt.NDArray[np.float64]
 
 
+@refusing(
+    team="give the team when a group is added, as in world.add(…, team='rivals')",
+    sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
+    position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
+    heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
+    identity="identities are given by the world; add_column makes numbers of your own",
+)
 class Group(Settings, Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
@@ -153,11 +162,14 @@ class Group(Settings, Generic[A]):
         return iter(list(self.agents))
 
     @overload
-    def __getitem__(self, row: SupportsIndex) -> A: ...
+    def __getitem__(self, row: int | np.integer[Any]) -> A: ...  # type: ignore[overload-overlap]
     @overload
-    def __getitem__(self, row: slice) -> list[A]: ...
-    def __getitem__(self, row: SupportsIndex | slice) -> A | list[A]:
-        return self.agents[row]
+    def __getitem__(self, row: slice | Rows) -> list[A]: ...
+    def __getitem__(self, row: int | np.integer[Any] | slice | Rows) -> A | list[A]:
+        try:
+            return self.agents[row]  # type: ignore[index]
+        except TypeError:
+            return [self.agents[one] for one in rows_of(row, len(self), self.name)]
 
     def __repr__(self) -> str:
         return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
@@ -181,13 +193,13 @@ class Group(Settings, Generic[A]):
         self,
         count: int = 1,
         *,
-        placement: PlacementName | npt.ArrayLike = "uniform",
-        position: npt.ArrayLike | None = None,
-        heading: npt.ArrayLike | None = None,
-        sensing_range: npt.ArrayLike | None = None,
-        awareness_range: npt.ArrayLike | None = None,
-        speed: npt.ArrayLike | None = None,
-        turn_limit: npt.ArrayLike | None = None,
+        placement: PlacementName | Points = "uniform",
+        position: Points | None = None,
+        heading: Points | None = None,
+        sensing_range: Numbers | None = None,
+        awareness_range: Numbers | None = None,
+        speed: Numbers | None = None,
+        turn_limit: Numbers | None = None,
         **arguments: Any,
     ) -> list[A]:
         """Add agents, before a run or in the middle: between steps, in events and in processes.

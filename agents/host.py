@@ -13,7 +13,7 @@ from teamsight.agents import building
 from teamsight.agents.arguments import OWN_OF_GROUP, divided
 from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
-from teamsight.agents.building import Plan, column, turn_columns
+from teamsight.agents.building import Plan, check_names, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
@@ -111,6 +111,7 @@ class WorldHost:
                 agent.__init__(model, **arguments)  # type: ignore[misc]
                 if "unique_id" not in attributes:
                     raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
+                check_names(made, attributes)
                 group.agents.append(agent)
         group.is_growing = False
         # What __init__ has set is what the agents begin with, after a reset too.

@@ -8,6 +8,7 @@ import mesa
 
 from teamsight.agents import mesa_bases
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.fixed import refusing
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -17,6 +18,16 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 
 
+@refusing(
+    arena="all agents were placed in it; build another world",
+    seed_used="start again with reset(rng)",
+    tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
+    path="it follows from the policies and from what is recorded",
+    observed="it is measured",
+    observed_fraction="it is measured; reset() starts again",
+    mean_neighbours="it is measured",
+    max_neighbours="it is measured; reset() starts again",
+)
 class Measures(mesa_bases.Model):
     """The measures of a world; `World` derives from it."""
 

@@ -6,9 +6,65 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable, Iterator, MutableSet, Sequence
 from typing import Any
 
 import numpy as np
+
+
+class AgentSet(MutableSet[Any], Sequence[Any]):
+    """The public members of `mesa.agent.AgentSet`."""
+
+    random: random.Random
+
+    def __contains__(self, agent: object) -> bool:
+        raise NotImplementedError
+
+    def __iter__(self) -> Iterator[Any]:
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        raise NotImplementedError
+
+    def __getitem__(self, item: Any) -> Any:
+        raise NotImplementedError
+
+    def add(self, agent: Any) -> None: ...
+    def discard(self, agent: Any) -> None: ...
+    def select(
+        self, filter_func: Any = None, at_most: float = ..., inplace: bool = False, agent_type: type | None = None
+    ) -> AgentSet:
+        raise NotImplementedError
+
+    def shuffle(self, inplace: bool = False) -> AgentSet:
+        raise NotImplementedError
+
+    def sort(self, key: Any, ascending: bool = False, inplace: bool = False) -> AgentSet:
+        raise NotImplementedError
+
+    def do(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> AgentSet:
+        raise NotImplementedError
+
+    def shuffle_do(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> AgentSet:
+        raise NotImplementedError
+
+    def map(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> list[Any]:
+        raise NotImplementedError
+
+    def agg(self, attribute: str, func: Any) -> Any:
+        raise NotImplementedError
+
+    def get(self, attr_names: Any, handle_missing: str = "error", default_value: Any = None) -> list[Any]:
+        raise NotImplementedError
+
+    def set(self, attr_name: str, value: Any) -> AgentSet:
+        raise NotImplementedError
+
+    def groupby(self, by: Any, result_type: str = "agentset") -> Any:
+        raise NotImplementedError
+
+    def to_list(self) -> list[Any]:
+        raise NotImplementedError
 
 
 class Agent:
@@ -41,7 +97,9 @@ class Model:
 
     def __init__(self, *, rng: Any = None, seed: Any = None) -> None: ...
     @property
-    def agents(self) -> Any: ...
+    def agents(self) -> AgentSet:
+        raise NotImplementedError
+
     @property
     def agent_types(self) -> list[type]:
         raise NotImplementedError

@@ -9,14 +9,12 @@ from functools import cached_property
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy.typing as npt
-
 from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.given import AwarenessLike, PlacementName, PolicyLike
+from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
@@ -121,13 +119,13 @@ class World(Measures):
         policy_options: Mapping[str, Any] | None = None,
         awareness: AwarenessLike = "none",
         team: str | EllipsisType | None = ...,
-        sensing_range: npt.ArrayLike = 1.0,
-        awareness_range: npt.ArrayLike = 1.0,
-        speed: npt.ArrayLike = 0.1,
-        turn_limit: npt.ArrayLike | None = None,
-        placement: PlacementName | npt.ArrayLike = "uniform",
-        position: npt.ArrayLike | None = None,
-        heading: npt.ArrayLike | None = None,
+        sensing_range: Numbers = 1.0,
+        awareness_range: Numbers = 1.0,
+        speed: Numbers = 0.1,
+        turn_limit: Numbers | None = None,
+        placement: PlacementName | Points = "uniform",
+        position: Points | None = None,
+        heading: Points | None = None,
         name: str | None = None,
         **arguments: Any,
     ) -> Group[A]:
@@ -154,7 +152,7 @@ class World(Measures):
         speed : float or array_like, shape (count,)
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
-            The largest angle they can turn in a step [rad]; unlimited by default.
+            The largest angle they can turn in a step [rad], at most 2π; unlimited by default, and from π on.
         placement : {"uniform", "spread"}
             The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
         position : array_like, shape (count, 2) or (2,), optional
@@ -224,10 +222,10 @@ class World(Measures):
         policy: PolicyLike | None = None,
         policy_options: Mapping[str, Any] | None = None,
         awareness: AwarenessLike | None = None,
-        sensing_range: npt.ArrayLike | None = None,
-        awareness_range: npt.ArrayLike | None = None,
-        speed: npt.ArrayLike | None = None,
-        turn_limit: npt.ArrayLike | None = None,
+        sensing_range: Numbers | None = None,
+        awareness_range: Numbers | None = None,
+        speed: Numbers | None = None,
+        turn_limit: Numbers | None = None,
     ) -> None:
         """Change a group from the next step on; what is not given stays. A new policy starts with a new state.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, Never, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, Never, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import Channel, Sensors
-from teamsight.agents.given import AwarenessLike, PolicyLike
+from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike
 from teamsight.agents.host_protocol import Host
 from teamsight.core import checks
 from teamsight.policies.interface import Policy
@@ -22,6 +22,8 @@ Got = TypeVar("Got", covariant=True)
 Given = TypeVar("Given", contravariant=True)
 
 Floats = npt.NDArray[np.float64]
+
+_set = object.__setattr__
 
 
 class GroupSetting(Generic[Got, Given]):
@@ -49,6 +51,18 @@ class Settings:
     channels: dict[str, Channel]
     host: Host
 
+    # Type checkers would take it for leave to set anything.
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: object) -> None:
+            if name not in self.__dict__ and not name.startswith("_") and not hasattr(type(self), name):
+                known = [one for one in dir(type(self)) if not one.startswith("_")]
+                raise AttributeError(
+                    f"{name}={checks.shown(value)}: a group has no such attribute; {checks.suggestion(name, known)}"
+                    f"for a property of the agents use add_column({name!r}, …)"
+                )
+            _set(self, name, value)
+
     @property
     def sensors(self) -> Sensors:
         """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
@@ -75,19 +89,19 @@ class Settings:
     awareness: GroupSetting[Awareness, AwarenessLike] = GroupSetting(
         "awareness", lambda group: group.rules[1], "What they perceive of teammates."
     )
-    sensing_range: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+    sensing_range: GroupSetting[Floats, Numbers] = GroupSetting(
         "sensing_range", lambda group: readonly(group.ranges[0]),
         "Distance within which each senses targets, shape (n,) [length].",
     )  # fmt: skip
-    awareness_range: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+    awareness_range: GroupSetting[Floats, Numbers] = GroupSetting(
         "awareness_range", lambda group: readonly(group.ranges[1]),
         "Distance within which each senses teammates, shape (n,) [length].",
     )  # fmt: skip
-    speed: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+    speed: GroupSetting[Floats, Numbers] = GroupSetting(
         "speed", lambda group: readonly(group.bodies.speed),
         "The largest distance that each can move in a step, shape (n,) [length].",
     )  # fmt: skip
-    turn_limit: GroupSetting[Floats, npt.ArrayLike] = GroupSetting(
+    turn_limit: GroupSetting[Floats, Numbers] = GroupSetting(
         "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
         "The largest angle that each can turn in a step, shape (n,) [rad].",
     )  # fmt: skip

@@ -11,10 +11,10 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 from mesa.agent import AgentSet
-from mesa.experimental.continuous_space import ContinuousSpace
 from scipy.spatial.distance import cdist
 
 from teamsight.agents.body import Body
+from teamsight.agents.given import Points
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 
@@ -22,9 +22,21 @@ Floats = npt.NDArray[np.float64]
 Found = tuple[list[Body], Floats]
 
 
+# mesa has no types for mypy, which would let every attribute pass; see `mesa_bases`.
+MYPY = False
+if MYPY:
+
+    class _NewSpace: ...
+
+    class _OldSpace: ...
+else:
+    from mesa.experimental.continuous_space import ContinuousSpace as _NewSpace
+    from mesa.space import ContinuousSpace as _OldSpace
+
+
 # mesa's drawing functions accept instances of one or both of these classes only. Their __init__ would make arrays of
 # their own, and is not called; all that they define is overridden.
-class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[misc]
+class WorldSpace(_NewSpace, _OldSpace):
     """A world's space for mesa: where the agents are, and who is near. It stores nothing, so it is never stale.
 
     Distances and directions are those of the arena: on a torus the shortest ones. Obstacles do not matter. Agents are
@@ -109,7 +121,7 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
     def _index_to_agent(self) -> dict[int, Body]:
         return dict(enumerate(self.active_agents))
 
-    def calculate_difference_vector(self, point: npt.ArrayLike, agents: Iterable[Body] | None = None) -> Floats:
+    def calculate_difference_vector(self, point: Points, agents: Iterable[Body] | None = None) -> Floats:
         """Return the way from a point to each agent, shape (n, 2) [length].
 
         Parameters
@@ -124,7 +136,7 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
             positions = np.array([self._checked(agent).position for agent in agents]).reshape(-1, 2)
         return self._data.arena.displacement(_point("point", point), positions)
 
-    def calculate_distances(self, point: npt.ArrayLike, agents: Iterable[Body] | None = None, **metric: Any) -> Any:
+    def calculate_distances(self, point: Points, agents: Iterable[Body] | None = None, **metric: Any) -> Any:
         """Return the distances from a point to each agent, shape (n,) [length], and the agents.
 
         Parameters
@@ -149,14 +161,14 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
         start = _point("point", point)
         return cdist(start[None], start + way, **metric)[0], among
 
-    def get_agents_in_radius(self, point: npt.ArrayLike, radius: float = 1) -> Found:
+    def get_agents_in_radius(self, point: Points, radius: float = 1) -> Found:
         """Return the agents within a radius of a point, in the order of groups, and their distances [length]."""
         limit = checks.number("radius", radius, least=0.0)
         distances, agents = self.calculate_distances(point)
         is_near = distances <= limit
         return list(compress(agents, is_near)), distances[is_near]
 
-    def get_k_nearest_agents(self, point: npt.ArrayLike, k: int = 1) -> Found:
+    def get_k_nearest_agents(self, point: Points, k: int = 1) -> Found:
         """Return the `k` agents that are nearest to a point, or all if there are fewer, and their distances [length].
 
         The nearest is the first; of two at the same distance, the one that precedes in the order of groups.
@@ -178,11 +190,11 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
         nearest = np.argsort(far, kind="stable")[:most]
         return [others[row] for row in nearest], far[nearest]
 
-    def in_bounds(self, point: npt.ArrayLike) -> bool:
+    def in_bounds(self, point: Points) -> bool:
         """Whether a point is inside the arena; the wall itself is inside."""
         return bool(self._data.arena.contains(_point("point", point)))
 
-    def torus_correct(self, point: npt.ArrayLike) -> Floats:
+    def torus_correct(self, point: Points) -> Floats:
         """Return a point moved into the arena along the axes that repeat, shape (2,) [length]."""
         place = _point("point", point)
         low, period = self._data.arena.bounds[0], np.array(self._data.arena.period, float)
@@ -191,22 +203,22 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
 
     # The names of mesa's older ContinuousSpace.
 
-    def get_neighbors(self, pos: npt.ArrayLike, radius: float, include_center: bool = True) -> list[Body]:
+    def get_neighbors(self, pos: Points, radius: float, include_center: bool = True) -> list[Body]:
         """Return the agents within a radius of a point; without `include_center` not those exactly at the point."""
         agents, distances = self.get_agents_in_radius(pos, radius)
         return agents if include_center else list(compress(agents, distances > 0))
 
-    def get_heading(self, pos_1: npt.ArrayLike, pos_2: npt.ArrayLike) -> tuple[float, float] | Floats:
+    def get_heading(self, pos_1: Points, pos_2: Points) -> tuple[float, float] | Floats:
         """Return the shortest way from one point to another [length]: an array if `pos_1` is one, else a tuple."""
         way = self._data.arena.displacement(_point("pos_1", pos_1), _point("pos_2", pos_2))
         return way if isinstance(pos_1, np.ndarray) else (float(way[0]), float(way[1]))
 
-    def get_distance(self, pos_1: npt.ArrayLike, pos_2: npt.ArrayLike) -> float:
+    def get_distance(self, pos_1: Points, pos_2: Points) -> float:
         """Return the distance between two points [length]."""
         x, y = self._data.arena.displacement(_point("pos_1", pos_1), _point("pos_2", pos_2))
         return float(np.sqrt(x * x + y * y))
 
-    def torus_adj(self, pos: npt.ArrayLike) -> Floats:
+    def torus_adj(self, pos: Points) -> Floats:
         """Return a point moved into the arena along the axes that repeat; a ValueError if it is outside even so."""
         place = self.torus_correct(pos)
         if not self.in_bounds(place):
@@ -214,15 +226,15 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
             raise ValueError(f"pos={checks.shown(pos)}: is outside the arena, {arena}; take a point inside")
         return place
 
-    def out_of_bounds(self, pos: npt.ArrayLike) -> bool:
+    def out_of_bounds(self, pos: Points) -> bool:
         """Whether a point is outside the arena."""
         return not self.in_bounds(pos)
 
-    def move_agent(self, agent: Body, pos: npt.ArrayLike) -> None:
+    def move_agent(self, agent: Body, pos: Points) -> None:
         """Set an agent's position; on a torus any point will do."""
         self._checked(agent).position = self.torus_adj(pos)
 
-    def place_agent(self, agent: Body, pos: npt.ArrayLike) -> None:
+    def place_agent(self, agent: Body, pos: Points) -> None:
         """Set an agent's position. `World.add` adds agents; they always have one."""
         self.move_agent(agent, pos)
 
@@ -240,7 +252,7 @@ class WorldSpace(ContinuousSpace, mesa.space.ContinuousSpace):  # type: ignore[m
         return agent
 
 
-def _point(name: str, value: npt.ArrayLike) -> Floats:
+def _point(name: str, value: Points) -> Floats:
     """Return a point as an array, shape (2,)."""
     try:
         point = np.asarray(value, float)

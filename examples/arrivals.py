@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from teamsight import Disc, Robot, Target, World
+from teamsight.agents.group import Group
 
 
-def arrivals(world: World, robots: Any, rng: np.random.Generator) -> Generator[Any, Any, None]:
+def arrivals(world: World, robots: Group[Robot], rng: np.random.Generator) -> Generator[Any, Any, None]:
     """Let a robot arrive every 10 ticks, with a battery of its own; it leaves as many ticks later."""
     while True:
         yield world.clock.timeout(10)

@@ -89,9 +89,9 @@ class Sensor:
 
     def __post_init__(self) -> None:
         checked = {
-            "field_of_view": _angle("field_of_view", self.field_of_view, _FULL_TURN),
+            "field_of_view": checks.angle("field_of_view", self.field_of_view, _FULL_TURN),
             "range_noise": checks.number("range_noise", self.range_noise, least=0),
-            "bearing_noise": _angle("bearing_noise", self.bearing_noise, math.pi),
+            "bearing_noise": checks.angle("bearing_noise", self.bearing_noise, math.pi),
             "missed": checks.number("missed", self.missed, least=0, most=1),
             "false_positives": checks.number("false_positives", self.false_positives, least=0, most=1),
             "delay": checks.count("delay", self.delay, least=0, most=MOST_DELAY, cure="it is a number of ticks"),
@@ -177,14 +177,3 @@ class Sensor:
             in_range, arena.sight if arena else open_sight(),
         )  # fmt: skip
         return detect(self, view)
-
-
-def _angle(name: str, value: float, most: float) -> float:
-    """Return an angle from 0 to `most`; suggest radians for an angle that must be in degrees."""
-    angle = checks.number(name, value, least=0)
-    if angle > most:
-        limit = "2π" if most > 4 else "π"
-        raise ValueError(
-            f"{name}={angle:g}: must be at most {limit} [rad]; for degrees use math.radians({min(angle, 360):g})"
-        )
-    return angle

@@ -142,6 +142,34 @@ def number(
     return result
 
 
+def angle(name: str, value: Any, most: float) -> float:
+    """Return an angle [rad] from 0 to `most`; suggest radians for one that must be in degrees.
+
+    Parameters
+    ----------
+    name : str
+        The name used in errors.
+    value : Any
+        A real number of any type.
+    most : float
+        The limit: π or 2π.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a real number.
+    ValueError
+        If it is not finite, or outside the limits.
+    """
+    given = number(name, value, least=0)
+    if given > most:
+        limit = "2π" if most > 4 else "π"
+        raise ValueError(
+            f"{name}={given:g}: must be at most {limit} [rad]; for degrees use math.radians({min(given, 360):g})"
+        )
+    return given
+
+
 def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     """Return `value` if it is one of `allowed`; otherwise suggest the nearest.
 

@@ -49,5 +49,12 @@ paper = CMOMMT(robots=5, preset="touzet2000", policy="centroid", rng=1)
 paper.robots[0].speed = 1
 paper.target_speed = 0.1
 paper.policy = ACmommt()
+model.scouts.speed = np.full(7, 0.1, np.float32)
+model.scouts.speed = [np.float32(0.1)] * 7
+places = [np.array([0.0, 1.0]), np.array([1.0, 0.0])]
+model.scouts.add(2, load=0.0, battery=1.0, position=places, heading=[(0, 1), (1, 0)], speed=range(1, 3))
+model.scouts.speed = model.scouts.columns["battery"]
+chosen: list[Scout] = model.scouts[[0, 1]] + model.scouts[model.scouts.speed > 0]
+print(len(model.agents.select(lambda agent: agent.speed > 0)), model.space.get_neighbors_in_radius(first, 1.0))
 print(model.observed_fraction, model.steps, first.unique_id, first.observed_targets[0].group.name, first.team)
 print(paper.robots.position.shape, paper.targets[0].is_observed, model.groups[0][0].heading, paper.recording.history)

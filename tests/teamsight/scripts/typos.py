@@ -25,3 +25,13 @@ world.add(Robot, "five", policy="centroid")  # typo
 robots[0].speed = "fast"  # typo
 world.add(Robot, 5, policy=3)  # typo
 robots.awareness = 5  # typo
+robots.speed = "fast"  # typo
+model.target_speed = "slow"  # typo
+world.add(Robot, 5, policy="centroid", speed="fast")  # typo
+world.add(Robot, 5, policy="centroid", placement="spred")  # typo
+robots.add(2, position="here")  # typo
+robots[0].position = "here"  # typo
+robots[0].identity = 5  # typo
+world.tick = 3  # typo
+world.agents.shufle_do("step")  # typo
+world.space.get_neighbors_in_radus(robots[0])  # typo
