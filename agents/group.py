@@ -125,7 +125,8 @@ class Group(Settings, Generic[A]):
         """Make new buffers for the present size, and set the state of the policy; see `first_state`."""
         size = len(self.bodies)
         self.policy_state = state
-        self.draws = self.policy.draws if isinstance(self.policy, Policy) else 0
+        policy = self.rules[0]
+        self.draws = policy.draws if isinstance(policy, Policy) else 0
         self.action = Action(np.zeros((size, 2)), np.zeros(size))
         lanes = -(-max(size, 1) // LANES) * LANES
         self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
@@ -264,7 +265,8 @@ class Group(Settings, Generic[A]):
     @property
     def is_compiled(self) -> bool:
         """Whether the group decides in a kernel, without Python."""
-        kernel_decides = isinstance(self.policy, CompiledPolicy) and type(self.policy).decide is CompiledPolicy.decide
+        policy = self.rules[0]
+        kernel_decides = isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
         return kernel_decides and not self.decides_alone
 
     @property

@@ -81,7 +81,7 @@ def _process_until(model: mesa.Model, until: tuple[float, float, float]) -> None
 
 def _next_event_number(model: mesa.Model) -> int:
     """Return the number of mesa's event for the next step. Numbers order events of one time and priority."""
-    if not hasattr(model, "_event_list"):
+    if "_event_list" not in vars(model):
         return 0
     from mesa.time import Event
 
@@ -96,13 +96,13 @@ def count_steps(model: mesa.Model, steps: int) -> None:
 def set_counters(model: mesa.Model, steps: int) -> None:
     """Set mesa's own counters."""
     model.steps = steps
-    if hasattr(model, "_event_list"):
+    if "_event_list" in vars(model):
         model.time = float(steps)
 
 
 def has_events(model: mesa.Model) -> bool:
     """Whether the user has scheduled events with mesa. Then steps are made one by one."""
-    events: Any = getattr(model, "_event_list", None)
+    events: Any = vars(model).get("_event_list")
     return bool(events is not None and len(events))
 
 

@@ -165,9 +165,10 @@ class Stepper:
                     f"declare it: world.senses({robots[0]}, {targets[0]})"
                 )
         for group in groups:
-            if isinstance(group.policy, Policy) and TARGETS in group.policy.needs and TARGETS not in group.channels:
+            policy = group.rules[0]
+            if isinstance(policy, Policy) and TARGETS in policy.needs and TARGETS not in group.channels:
                 self._warn(
-                    f"the policy of {group.name}, {label(group.policy)}, reads targets, and the group senses none; "
+                    f"the policy of {group.name}, {label(policy)}, reads targets, and the group senses none; "
                     f"declare what it senses: world.senses({group.name}, others)"
                 )
 

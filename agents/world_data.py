@@ -61,7 +61,7 @@ class WorldData:
 
     def first_states(self) -> list[Any]:
         """Return the state of each group's policy before its first decision; see `first_state`."""
-        return [first_state(group.policy, len(group)) for group in self.groups]
+        return [first_state(group.rules[0], len(group)) for group in self.groups]
 
     @property
     def is_rewritable(self) -> bool:
