@@ -1,13 +1,17 @@
 """What all tests share: the slow twins on the path, and hypothesis without a clock, since kernels compile on first use.
 
 Kernels compile in silence: which test is the first to need one, and on an empty cache prints that, is up to the order.
+The same commit gives the same result: hypothesis draws the same examples each time, and a world without a seed gets one
+from the name of its test. ``pytest --explore`` draws both anew, to look for what fails only now and then.
 """
 
 from __future__ import annotations
 
+import random
 import sys
 from pathlib import Path
 
+import numpy.random.bit_generator
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -15,8 +19,26 @@ from teamsight.core.kernel import entry as kernel_entry
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-settings.register_profile("teamsight", deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("teamsight")
+for name, repeats in (("repeat", True), ("explore", False)):
+    settings.register_profile(
+        name, deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow], derandomize=repeats
+    )  # fmt: skip
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--explore", action="store_true", help="new random worlds and examples in every run")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    settings.load_profile("explore" if config.getoption("--explore") else "repeat")
+
+
+@pytest.fixture(autouse=True)
+def _seeds_of_worlds_without_one(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not request.config.getoption("--explore"):
+        # Where NumPy takes the entropy of a generator without a seed.
+        entropy = random.Random(request.node.nodeid).getrandbits
+        monkeypatch.setattr(numpy.random.bit_generator, "randbits", entropy)
 
 
 @pytest.fixture(autouse=True)
