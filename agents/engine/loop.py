@@ -253,13 +253,13 @@ def _see(address: int) -> int:
     if status != DONE:
         return status
     world = world_at(address)
-    # No step has the stamp -1, but the last call of this function had it.
+    # No step has a stamp below 0, but an earlier call of this function may have had this one.
     for r in range(world.relations.shape[0]):
         met = relation_at(world.relations[r]).met
         for body in range(met.shape[0]):
             met[body] = 0
     for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.present[r], -1)
+        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
     return DONE
 
 

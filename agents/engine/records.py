@@ -91,7 +91,8 @@ class RelationArrays(NamedTuple):
     rows : ndarray, shape (observed,), int64
         The index of each of them in `met`.
     met : ndarray, shape (bodies,), int64
-        The step, counted from 1, in which each body of the world was last observed by the observers' side.
+        The step, counted from 1, in which each body of the world was last observed by the observers' side; or −1 − tick
+        if that was between steps.
     neighbours : NeighbourList
         The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
