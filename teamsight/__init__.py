@@ -55,8 +55,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Body", "Box", "Circle", "Disc", "EventSource", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus",
-    "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
+    "CMOMMT", "Body", "Box", "Circle", "Disc", "EventSource", "Obstructed", "Polygon", "Robot", "Sensor", "Target",
+    "Torus", "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
