@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from teamsight.agents.body import Body
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound
-from teamsight.agents.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Wait, Waits
+from teamsight.agents.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Waits
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
+from teamsight.world.awaited import Kept
+from teamsight.world.clock import Event
 
-if TYPE_CHECKING:
-    from simpy import Event
 
-
-class AgentLeft(RuntimeError):
+class AgentLeftError(RuntimeError):
     """Raised in a process that waits for something that cannot come, because an agent has left the world."""
 
 
@@ -50,7 +49,7 @@ class Observation:
     def lost(self) -> Exception | None:
         """Return the error if the target has left before it was observed."""
         if self._wanted and self._target._row < 0:
-            return AgentLeft(f"until.observed({self._target!r}): it has left the world and cannot be observed")
+            return AgentLeftError(f"until.observed({self._target!r}): it has left the world and cannot be observed")
         return None
 
     def _observers(self) -> list[Any]:
@@ -95,7 +94,7 @@ class Contact:
         if gone is None or not self._wanted:
             return None
         given = ", ".join(repr(agent) for agent in (self._robot, self._other) if agent is not None)
-        return AgentLeft(f"until.contact({given}): {gone!r} has left the world")
+        return AgentLeftError(f"until.contact({given}): {gone!r} has left the world")
 
     def _gone(self) -> Body | None:
         return next((one for one in (self._robot, self._other) if one is not None and one._row < 0), None)
@@ -125,7 +124,7 @@ class Until:
         """Return the event that an agent is observed: sensed in a channel that counts in `observed_fraction`.
 
         Its value is the list of the agents that sense it. If the agent leaves the world before, waiting raises
-        `AgentLeft`.
+        `AgentLeftError`.
         """
         return self._when(Observation(self._engine, self._observable("observed", target), wanted=True))
 
@@ -150,7 +149,7 @@ class Until:
         -------
         simpy.Event
             Its value is the other agent; if there are several, the first of that list. If one of the two leaves the
-            world before, waiting raises `AgentLeft`.
+            world before, waiting raises `AgentLeftError`.
 
         Raises
         ------
@@ -185,9 +184,75 @@ class Until:
                 "until(lambda: world.observed > 0.5)"
             )
         event = self._data.timeline.clock.event()
-        aim = PythonCondition(condition)
+        value = condition()
+        if value:
+            return event.succeed(value)
+        self._data.conditions.append(Condition(condition, event, self._data.conditions))
+        return event
+
+    def _when(self, aim: Aim) -> Event:
+        event = self._data.timeline.clock.event()
         if aim.has_come():
             return event.succeed(aim.value())
-        wait = Wait(aim, event)
-        self._data.conditions.append(lambda: self._test(wait, aim))
+        self._waits.add(aim, event)
         return event
+
+    def _check_agent(self, shown: str, agent: Any) -> None:
+        if not isinstance(agent, Body):
+            raise TypeError(f"{shown}: must be an agent of this world, such as robots[0]")
+        if agent._row < 0:
+            raise AgentLeftError(f"{shown}: {agent!r} has left the world")
+        if not any(group is agent.group for group in self._data.groups):
+            raise ValueError(f"{shown}: {agent!r} is in another world; give an agent of this one")
+
+    def _observable(self, name: str, target: Body) -> Body:
+        shown = f"until.{name}({checks.shown(target)})"
+        self._check_agent(shown, target)
+        counting = [one for group in self._data.groups for one in group.channels.values() if one.counts]
+        if not any(group is target.group for channel in counting for group in channel.observed):
+            raise ValueError(
+                f"{shown}: no group senses {target.group.name} in a channel that counts as observed; declare it, as in "
+                f"world.senses(robots, {target.group.name}), or wait for until.contact(robot, target, channel=…)"
+            )
+        return target
+
+    def _check_contact(self, name: str, robot: Body, other: Body | None, channel: str) -> None:
+        given = [robot] if other is None else [robot, other]
+        shown = f"until.{name}({', '.join(map(checks.shown, given))}, channel={checks.shown(channel)})"
+        for agent in given:
+            self._check_agent(shown, agent)
+        self._engine.prepare()
+        channels = robot.group.channels
+        if channel not in channels:
+            have = ", ".join(map(repr, channels)) or "none"
+            raise ValueError(f"{shown}: {robot.group.name} have no such channel, but {have}; declare it with senses()")
+        seen = channels[channel].observed
+        if other is robot or (other is not None and not any(group is other.group for group in seen)):
+            names = ", ".join(group.name for group in seen) or "no group"
+            raise ValueError(f"{shown}: {robot.group.name} sense {names} in this channel, and no robot senses itself")
+
+
+class Condition:
+    """A condition in Python, tested before and after each step, and the event that happens when it is true."""
+
+    def __init__(self, condition: Callable[[], Any], event: Event, conditions: list[Callable[[], bool]]) -> None:
+        self._condition, self._conditions = condition, conditions
+        self._kept = Kept(event)
+
+    def __call__(self) -> bool:
+        """Test it; return whether the event was planned."""
+        event = self._kept.event()
+        value: Any = None
+        if event is not None and not event.triggered:
+            try:
+                value = self._condition()
+            except Exception as error:
+                # The waiting process receives it at its yield.
+                event.fail(error)
+                value = error
+            else:
+                if not value:
+                    return False
+                event.succeed(value)
+        self._conditions[:] = [other for other in self._conditions if other is not self]
+        return value is not None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy.typing as npt
 from teamsight.agents.engine.records import relation_at
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.core.kernel import Entry, Record, kernel
-from teamsight.world.awaited import Waiting
+from teamsight.world.awaited import Kept
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.engine import Engine
@@ -30,16 +29,16 @@ class WaitArrays(NamedTuple):
         The tick of the present positions.
     rows : ndarray, shape (room, 7), int64
         For each wait: what for (`OBSERVED`, `CONTACT`, `NOTHING` if no such channel is left, so that it is not so, or
-        `OVER` if an agent has left); the address of a relation; the row of the observer, or the index of the observed body in `met`; the index of the
-        other agent, or −1 for any; whether the channel is that of teammates in range; whether it is to be so, or no
-        longer; and, as the result, whether it has come about.
-    count : ndarray, shape (1,), int64
+        `OVER` if an agent has left); the address of a relation; the row of the observer, or the index of the observed
+        body in `met`; the index of the other agent, or −1 for any; whether the channel is that of teammates in range;
+        whether it is to be so, or no longer; and, as the result, whether it has come.
+    length : ndarray, shape (1,), int64
         The number of waits.
     """
 
     moment: Annotated[npt.NDArray[np.int64], 1]
     rows: Annotated[npt.NDArray[np.int64], "room", 7]
-    count: Annotated[npt.NDArray[np.int64], 1]
+    length: Annotated[npt.NDArray[np.int64], 1]
 
 
 WAITS = Record(WaitArrays)
@@ -65,14 +64,14 @@ def _has_contact(address: int, row: int, other: int, in_range: int) -> bool:
 def _is_observed(address: int, body: int, tick: int) -> bool:
     # After a step, or before one; see `_finish` and `_see` in the loop.
     met = relation_at(address).met[body]
-    return met == -1 - tick or (tick > 0 and met == tick)
+    return bool(met == -1 - tick or (tick > 0 and met == tick))
 
 
 def _wait(address: int) -> int:
     waits = waits_at(address)
     rows = waits.rows
     found = 0
-    for w in range(waits.count[0]):
+    for w in range(waits.length[0]):
         is_so = False
         if rows[w, 0] == OBSERVED:
             is_so = _is_observed(rows[w, 1], rows[w, 2], waits.moment[0])
@@ -107,31 +106,21 @@ class Aim(Protocol):
 
 
 class Wait:
-    """One event that happens when its aim has come. It is kept while a process waits for it, or somebody holds it."""
+    """One event, which happens when its aim has come."""
 
     def __init__(self, aim: Aim, event: Any) -> None:
         self.aim = aim
-        self._event = weakref.ref(event)
-        # A process that waits is held by nothing but its event.
-        self._held: Any = None
-        waiting = weakref.ref(self)
-        event.callbacks = Waiting(event, lambda: _hold(waiting()), event.callbacks)
-
-    def hold(self) -> None:
-        """Keep the event while it is awaited."""
-        event = self._event()
-        waiting = None if event is None else event.callbacks
-        self._held = event if isinstance(waiting, Waiting) and waiting.is_awaited else None
+        self._kept = Kept(event)
 
     @property
     def is_forgotten(self) -> bool:
         """Whether nobody can ever wait for the event, or it has happened."""
-        event = self._event()
+        event = self._kept.event()
         return event is None or event.triggered
 
     def end(self) -> None:
         """Let the event happen, with its value or with the error that it cannot."""
-        event, error = self._event(), self.aim.lost()
+        event, error = self._kept.event(), self.aim.lost()
         if event is None or event.triggered:
             return
         if error is None:
@@ -141,11 +130,6 @@ class Wait:
         if not event.callbacks.is_awaited:
             event.defused = True
         event.fail(error)
-
-
-def _hold(wait: Wait | None) -> None:
-    if wait is not None:
-        wait.hold()
 
 
 class Waits(Watcher):
@@ -159,7 +143,7 @@ class Waits(Watcher):
         self.waits: list[Wait] = []
         self._bound: Bound | None = None
         self._is_watching = False
-        self._rows, self._count = np.zeros((_FEWEST, 7), np.int64), np.zeros(1, np.int64)
+        self._rows, self._length = np.zeros((_FEWEST, 7), np.int64), np.zeros(1, np.int64)
 
     def add(self, aim: Aim, event: Any) -> None:
         """Let an event happen at the first tick at which its aim has come."""
@@ -171,7 +155,7 @@ class Waits(Watcher):
             self._engine.rewatch()
         else:
             self._rows[len(self.waits) - 1, :6] = aim.place(self._bound)
-            self._count[0] = len(self.waits)
+            self._length[0] = len(self.waits)
 
     def bind(self, bound: Bound) -> None:
         """Write the rows of all waits."""
@@ -179,16 +163,16 @@ class Waits(Watcher):
         if len(self.waits) > len(self._rows):
             self._rows = np.zeros((2 * len(self.waits), 7), np.int64)
         self._write(bound)
-        self.record = WAITS.pack(WaitArrays(bound.moment, self._rows, self._count))
+        self.record = WAITS.pack(WaitArrays(bound.moment, self._rows, self._length))
 
     def _write(self, bound: Bound) -> None:
         for row, wait in zip(self._rows, self.waits, strict=False):
             row[:6] = wait.aim.place(bound)
-        self._count[0] = len(self.waits)
+        self._length[0] = len(self.waits)
 
     def happened(self) -> None:
         """Let those events happen whose aim has come, in the order in which they were asked for."""
-        come = self._rows[: self._count[0], 6].tolist()
+        come = self._rows[: self._length[0], 6].tolist()
         ended = [wait for wait, is_so in zip(self.waits, come, strict=True) if is_so]
         self._keep([wait for wait, is_so in zip(self.waits, come, strict=True) if not is_so])
         for wait in ended:
@@ -211,4 +195,4 @@ class Waits(Watcher):
         if self._bound is not None and self._engine.is_bound:
             self._write(self._bound)
         else:
-            self._count[0] = len(waits)
+            self._length[0] = len(waits)

@@ -60,6 +60,8 @@ class WorldData:
         self.history = History()
         self.watchers: list[Watcher] = []
         self.conditions: list[Callable[[], bool]] = []
+        # An `Until`, once it is used.
+        self.until: Any = None
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""

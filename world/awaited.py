@@ -30,7 +30,7 @@ class Waiting(list[Any]):
         return any(self._is_waiting(callback) for callback in self)
 
     def _is_waiting(self, callback: Any) -> bool:
-        owner = getattr(callback, "__self__", None)
+        owner: Any = getattr(callback, "__self__", None)
         if owner is self._event():
             return False
         # A condition that nobody waits for keeps its callbacks in its events.
@@ -40,7 +40,7 @@ class Waiting(list[Any]):
     def append(self, callback: Any) -> None:
         """Add one that waits."""
         super().append(callback)
-        owner = getattr(callback, "__self__", None)
+        owner: Any = getattr(callback, "__self__", None)
         if owner is not self._event() and _is_condition(owner):
             if type(owner.callbacks) is list:
                 owner.callbacks = Waiting(owner, self._notify, owner.callbacks)
@@ -61,3 +61,27 @@ class Waiting(list[Any]):
 def _is_condition(owner: Any) -> bool:
     # Only the clock imports simpy.
     return hasattr(owner, "_evaluate") and hasattr(owner, "_events")
+
+
+class Kept:
+    """An event that is kept while a process waits for it: nothing else refers to a process that waits.
+
+    An event for which nobody waits is kept by whoever holds it, and is gone if nobody does.
+    """
+
+    def __init__(self, event: Any) -> None:
+        self.event: Callable[[], Any] = weakref.ref(event)
+        self._held: Any = None
+        mine = weakref.ref(self)
+        event.callbacks = Waiting(event, lambda: _hold(mine()), event.callbacks)
+
+    def hold(self) -> None:
+        """Keep the event as long as it is awaited."""
+        event = self.event()
+        waiting = None if event is None else event.callbacks
+        self._held = event if isinstance(waiting, Waiting) and waiting.is_awaited else None
+
+
+def _hold(kept: Kept | None) -> None:
+    if kept is not None:
+        kept.hold()
