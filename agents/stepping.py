@@ -15,6 +15,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.progress import RunProgress
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.recording.recording import Recording
+from teamsight.agents.timeline import CONDITION
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
@@ -96,7 +97,7 @@ class Stepper:
         """Test what processes wait for in Python; return whether that has planned an event."""
         if not self._data.conditions:
             return False
-        with self._timeline.calling("a condition"):
+        with self._timeline.calling(CONDITION):
             planned = [test() for test in list(self._data.conditions)]
         return any(planned)
 

@@ -9,6 +9,7 @@ from teamsight.agents.body import Body
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound
+from teamsight.agents.timeline import CONDITION
 from teamsight.agents.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Waits
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -184,7 +185,8 @@ class Until:
                 "until(lambda: world.observed > 0.5)"
             )
         event = self._data.timeline.clock.event()
-        value = condition()
+        with self._data.timeline.calling(CONDITION):
+            value = condition()
         if value:
             return event.succeed(value)
         self._data.conditions.append(Condition(condition, event, self._data.conditions))

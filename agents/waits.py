@@ -53,7 +53,7 @@ def _has_contact(address: int, row: int, other: int, in_range: int) -> bool:
     if in_range != 0:
         start, index = relation.neighbours.start, relation.neighbours.identity
     if other < 0:
-        return start[row + 1] > start[row]
+        return bool(start[row + 1] > start[row])
     for k in range(start[row], start[row + 1]):  # noqa: SIM110 (kernels have no generators)
         if index[k] == other:
             return True

@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-import simpy
 
-from teamsight import CMOMMT, Box, Robot, Sensor, Target, World
-from teamsight.agents.until import AgentLeftError
+from teamsight import CMOMMT, Sensor, World
 
 Process = Generator[Any, Any, None]
 DIVISIONS: dict[str, Callable[[World, int], Any]] = {
@@ -21,8 +19,8 @@ DIVISIONS: dict[str, Callable[[World, int], Any]] = {
 divisions = pytest.mark.parametrize("advance", DIVISIONS.values(), ids=DIVISIONS.keys())
 
 
-def team(**given: Any) -> CMOMMT:
-    return CMOMMT(**dict(rng=5, robots=4, targets=4, radius=2.0, policy="random-walk", robot_speed=0.3), **given)
+def team() -> CMOMMT:
+    return CMOMMT(rng=5, robots=4, targets=4, radius=2.0, policy="random-walk", robot_speed=0.3)
 
 
 def script(model: CMOMMT, wait: Callable[[], Any], wait_again: Callable[[], Any], shown: Callable[[Any], Any]) -> list:
