@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
@@ -35,6 +36,8 @@ class WorldData:
         The groups, in the order in which they were added.
     timeline : Timeline
         The tick and the clock.
+    sources : Sources
+        The event sources and the event log.
     history : History
         The completed steps.
     """
@@ -46,6 +49,7 @@ class WorldData:
         self.moment = np.zeros(1, np.int64)
         self.groups: list[Group] = []
         self.timeline = Timeline()
+        self.sources = Sources(self.timeline)
         self.history = History()
 
     def begin(self, seed: int, tick: int, history: History) -> None:
