@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
@@ -40,6 +41,8 @@ class WorldData:
         The event sources and the event log.
     history : History
         The completed steps.
+    watchers : list of Watcher
+        What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
     """
 
     def __init__(self, arena: Arena, seed: int) -> None:
@@ -51,6 +54,7 @@ class WorldData:
         self.timeline = Timeline()
         self.sources = Sources(self.timeline)
         self.history = History()
+        self.watchers: list[Watcher] = []
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""
