@@ -49,6 +49,7 @@ class GroupState(NamedTuple):
     readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
     members_so_far: int
+    arrived_at: npt.NDArray[np.int64]
 
 
 class State(NamedTuple):
@@ -87,7 +88,7 @@ class StateKeeper:
         groups = tuple(
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
-                group.columns.arrays(), group.members_so_far,
+                group.columns.arrays(), group.members_so_far, group.arrived_at,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -112,6 +113,7 @@ class StateKeeper:
                 for name, sensor in old.sensors.items():
                     group.channels[name].sensor = sensor
                 group.columns.replace(old.columns)
+                group.arrived_at = old.arrived_at
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
