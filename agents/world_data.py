@@ -33,6 +33,8 @@ class WorldData:
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the positions to which sensors are applied.
+    time : ndarray, shape (1,), float64
+        The same tick, for percepts.
     groups : list of Group
         The groups, in the order in which they were added.
     timeline : Timeline
@@ -50,6 +52,7 @@ class WorldData:
         self.limits = Limits(arena)
         self.key = key_of(seed)
         self.moment = np.zeros(1, np.int64)
+        self.time = np.zeros(1)
         self.groups: list[Group] = []
         self.timeline = Timeline()
         self.sources = Sources(self.timeline)
@@ -62,6 +65,7 @@ class WorldData:
         # In place, because the kernels read it.
         self.key[:] = key_of(seed)
         self.timeline.jump(tick)
+        self.time[0] = tick
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""
