@@ -126,7 +126,6 @@ class Group(Settings, Generic[A]):
         if team is not None:
             self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
         self.arrived_at = np.zeros(len(bodies), np.int64)
-        self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
         self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host

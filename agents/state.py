@@ -93,8 +93,7 @@ class StateKeeper:
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
                 group.columns.arrays(), group.members_so_far,
-                {name: channel.works for name, channel in group.channels.items()},
-                group.columns.arrays(), group.members_so_far, group.arrived_at,
+                {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
             )
             for group in self._data.groups
         )  # fmt: skip
