@@ -34,6 +34,8 @@ class WorldData:
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the positions to which sensors are applied.
+    time : ndarray, shape (1,), float64
+        The same tick, for percepts.
     groups : list of Group
         The groups, in the order in which they were added.
     timeline : Timeline
@@ -54,6 +56,7 @@ class WorldData:
         self.limits = Limits(arena)
         self.key = key_of(seed)
         self.moment = np.zeros(1, np.int64)
+        self.time = np.zeros(1)
         self.groups: list[Group] = []
         self.timeline = Timeline()
         self.sources = Sources(self.timeline)
@@ -72,6 +75,7 @@ class WorldData:
         self.conditions.clear()
         for watcher in self.watchers:
             watcher.forget()
+        self.time[0] = tick
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""

@@ -313,6 +313,7 @@ class Engine:
     def _read_back(self) -> None:
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
+        self._data.time[0] = progress["tick"]
         # 1 only if there was no room for neighbours; the next call completes the step.
         self._phase = int(progress["phase"])
         buffer = self.stretch.buffer

@@ -35,6 +35,7 @@ def _perceive(address: int) -> int:
     world = world_at(address)
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
+    world.time[0] = progress.tick
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if group.noise.shape[1] > 0 and group.block[0] != block:

@@ -164,6 +164,8 @@ class WorldArrays(NamedTuple):
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the present positions, for sensors.
+    time : ndarray, shape (1,), float64
+        The present tick, for percepts.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
     groups, relations, logs : list of Packed
@@ -186,6 +188,7 @@ class WorldArrays(NamedTuple):
 
     key: Annotated[npt.NDArray[np.uint64], 2]
     moment: Annotated[Integers, 1]
+    time: Annotated[Floats, 1]
     progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
