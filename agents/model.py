@@ -7,7 +7,7 @@ import random
 from collections.abc import Mapping
 from functools import cached_property
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
@@ -266,9 +266,23 @@ class World(EventMethods):
         """Make steps until `tick` is `end_time`."""
         self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
 
-    def state(self) -> State:
-        """Return a copy of all that changes in a run except pending events; `restore` goes back to it."""
-        return self._states.save()
+    def state(self, *, pending: Literal["keep", "drop"] = "keep") -> State:
+        """Return a copy of all that changes in a run; `restore` goes back to it. It can be pickled.
+
+        It holds the event sources, the event log, and the planned calls of sources and of methods of the world and its
+        agents. Other functions, and processes, which are running generators, cannot be saved.
+
+        Parameters
+        ----------
+        pending : {"keep", "drop"}
+            Whether planned functions and processes are an error, or are left out.
+
+        Raises
+        ------
+        TypeError
+            If there are any, and `pending` is "keep".
+        """
+        return self._states.save(pending)
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state of this world, or of one that was built in the same way.
