@@ -14,11 +14,11 @@ from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.event_methods import EventMethods
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
+from teamsight.agents.mesa_events import MesaEvents
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 
-class World(EventMethods):
+class World(MesaEvents):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -264,7 +264,12 @@ class World(EventMethods):
 
     def run_until(self, end_time: int) -> None:
         """Make steps until `tick` is `end_time`."""
-        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
+        cure = "reset() goes back"
+        self.run(checks.count("end_time", end_time, least=self.tick, cure=cure) - self.tick)
+
+    def _advance_time(self, until: float) -> None:
+        """Make steps until a time; mesa's simulators call this."""
+        self.run(int(until) - self.tick)
 
     def state(self, *, pending: Literal["keep", "drop"] = "keep") -> State:
         """Return a copy of all that changes in a run; `restore` goes back to it. It can be pickled.

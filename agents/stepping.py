@@ -67,6 +67,7 @@ class Stepper:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
         try:
+            self.finish_tick()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)
@@ -76,8 +77,14 @@ class Stepper:
                     mesa_step()
                 else:
                     reason = self._run_to_next_event(left)
+                    self.finish_tick()
         finally:
             shown.close()
+
+    def finish_tick(self) -> None:
+        """Process the events that are due, between two steps, where they happen at the end of a step."""
+        if self._timeline.events_end_steps and not self._timeline.inside:
+            self._timeline.process_events()
 
     def _process_events(self) -> bool:
         """Process the events that are due; return False if one has stopped the model."""
