@@ -23,12 +23,16 @@ class Timeline:
         The sum of the changes of `tick` by `reset` and `restore`.
     inside : str
         Which of the user's functions is being called; the world cannot be advanced meanwhile.
+    events_end_steps : bool
+        Whether the events of a tick happen at the end of the step that leads to it, as in mesa, and not before the
+        next step.
     """
 
     def __init__(self) -> None:
         self.clock = Clock()
         self.tick = self.jumps = 0
         self.inside = ""
+        self.events_end_steps = False
 
     @contextlib.contextmanager
     def calling(self, what: str) -> Iterator[None]:
@@ -51,6 +55,11 @@ class Timeline:
         """Refuse to change groups while they decide."""
         if self.inside == DECIDE:
             raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {cure}")
+
+    @property
+    def is_in_event(self) -> bool:
+        """Whether an event is being processed."""
+        return self.inside == EVENT
 
     def process_events(self) -> None:
         """Process all events that are due."""
