@@ -60,6 +60,8 @@ def join(group: Group, new: Extended) -> None:
     group.founders, group.first_abilities = new.founders, new.first_abilities
     group.bodies, group.ranges = new.bodies, new.ranges
     group.columns.replace(new.columns)
+    for channel in group.channels.values():
+        channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
     group.begin(new.policy_state)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
@@ -37,6 +38,8 @@ class WorldData:
         The tick and the clock.
     history : History
         The completed steps.
+    watchers : list of Watcher
+        What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
     """
 
     def __init__(self, arena: Arena, seed: int) -> None:
@@ -47,6 +50,7 @@ class WorldData:
         self.groups: list[Group] = []
         self.timeline = Timeline()
         self.history = History()
+        self.watchers: list[Watcher] = []
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.failures import bad_sensing, check_places, endless_growth, endless_sensor, failure
-from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
+from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
@@ -59,6 +60,8 @@ class Engine:
         self._every = 0
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
+        # Whether the watchers have seen the present positions, and whether the records hold those that there are.
+        self._is_watched, self._has_watchers = False, True
         self._phase = 0
         self._binding: Binding
         self.searches = 0
@@ -88,11 +91,52 @@ class Engine:
                 REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._phase
-                self.is_bound, self.is_seen = True, False
+                self.is_bound, self.is_seen, self._has_watchers = True, False, True
+        if not self._has_watchers:
+            REPORT.plan(kernels_needed(self._data))
+            self._binding.rebind_watchers()
+            self._has_watchers = True
         if not self.is_seen:
             self._call(SEE)
-            self.is_seen, self._is_recorded = True, False
+            self.is_seen, self._is_recorded, self._is_watched = True, False, False
             self.searches += 1
+
+    def watch(self, watcher: Watcher) -> None:
+        """Call a watcher after each step, from now on."""
+        self._data.watchers.append(watcher)
+        self._rewatch()
+
+    def unwatch(self, watcher: Watcher) -> None:
+        """Call a watcher no longer."""
+        self._data.watchers[:] = [other for other in self._data.watchers if other is not watcher]
+        self._rewatch()
+
+    def _rewatch(self) -> None:
+        """Bind the watchers again before the next step."""
+        self._is_watched = self._has_watchers = False
+
+    def look(self) -> bool:
+        """Let the watchers see what has changed between steps; return whether one of them has something to report."""
+        if not self._data.watchers:
+            return False
+        self.prepare()
+        if self._is_watched:
+            return False
+        self._is_watched = True
+        self._call(LOOK)
+        return self._report()
+
+    def _report(self) -> bool:
+        """Call `happened` of the watchers that have stopped the loop."""
+        binding = self._binding
+        if not binding.progress["stopped"][0]:
+            return False
+        binding.progress["stopped"] = 0
+        results = binding.world.value.watchers[:, 3].tolist()
+        for watcher, result in zip(list(self._data.watchers), results, strict=True):
+            if result:
+                watcher.happened()
+        return True
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -184,6 +228,7 @@ class Engine:
         self._phase = 0
         if self.is_bound:
             self._binding.rewind()
+            self._has_watchers = not self._data.watchers
             self.stretch = self._data.history.begin_like(self.stretch)
             return
         self.trails = []
@@ -240,6 +285,7 @@ class Engine:
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
+                self._report()
                 self._check_places()
 
     def _endless(self, status: int, where: int) -> ValueError:
