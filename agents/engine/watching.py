@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.records import GroupArrays, RelationArrays
+from teamsight.agents.engine.records import GroupArrays, RelationArrays, WorldArrays
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
 from teamsight.core.kernel import Entry, Packed
@@ -80,3 +80,14 @@ class Watcher:
         are those of the present positions.
         """
         raise NotImplementedError
+
+
+def report(watchers: list[Watcher], world: WorldArrays) -> bool:
+    """Call `happened` of the watchers that have stopped the loop; return whether there are any."""
+    if not world.progress["stopped"][0]:
+        return False
+    world.progress["stopped"] = 0
+    for watcher, result in zip(list(watchers), world.watchers[:, 3].tolist(), strict=True):
+        if result:
+            watcher.happened()
+    return True
