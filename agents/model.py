@@ -14,11 +14,11 @@ from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.event_methods import EventMethods
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.measures import Measures
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 
-class World(Measures):
+class World(EventMethods):
     """A mesa model of groups of agents in an arena.
 
     Parameters

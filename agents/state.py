@@ -165,6 +165,7 @@ class StateKeeper:
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
+        self._data.sources.begin()
 
     def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
         self._data.begin(seed, tick, history)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.engine.watching import Watcher
+from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
@@ -36,6 +37,8 @@ class WorldData:
         The groups, in the order in which they were added.
     timeline : Timeline
         The tick and the clock.
+    sources : Sources
+        The event sources and the event log.
     history : History
         The completed steps.
     watchers : list of Watcher
@@ -49,6 +52,7 @@ class WorldData:
         self.moment = np.zeros(1, np.int64)
         self.groups: list[Group] = []
         self.timeline = Timeline()
+        self.sources = Sources(self.timeline)
         self.history = History()
         self.watchers: list[Watcher] = []
 
