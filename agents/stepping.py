@@ -67,6 +67,7 @@ class Stepper:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
         try:
+            self.finish_tick()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)
@@ -76,8 +77,14 @@ class Stepper:
                     mesa_step()
                 else:
                     reason = self._run_to_next_event(left)
+                    self.finish_tick()
         finally:
             shown.close()
+
+    def finish_tick(self) -> None:
+        """Process the events that are due, between two steps, where they happen at the end of a step."""
+        if self._timeline.events_end_steps and not self._timeline.inside:
+            self._timeline.process_events()
 
     def _process_events(self) -> bool:
         """Process the events that are due; return False if one has stopped the model."""
@@ -188,14 +195,14 @@ class Stepper:
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""
         stretch, history = self._engine.stretch, self._data.history
-        first, observed, largest, earlier = stretch.rows, stretch.observed_sum, history.max_neighbours, history.earlier
+        first, largest, totals, earlier = stretch.rows, history.max_neighbours, stretch.totals, history.earlier
         try:
             make_steps(*number)
         finally:
             collector = self._recording.collector
             if stretch.rows > first and isinstance(collector, HistoryCollector):
                 tick = self._timeline.tick
-                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, observed, largest, earlier))
+                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, earlier, totals, largest))
 
     def needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from teamsight.world.clock import Clock
 
 DECIDE = "decide"
+_EVENT = "an event"
 
 
 class Timeline:
@@ -23,12 +24,16 @@ class Timeline:
         The sum of the changes of `tick` by `reset` and `restore`.
     inside : str
         Which of the user's functions is being called; the world cannot be advanced meanwhile.
+    events_end_steps : bool
+        Whether the events of a tick happen at the end of the step that leads to it, as in mesa, and not before the
+        next step.
     """
 
     def __init__(self) -> None:
         self.clock = Clock()
         self.tick = self.jumps = 0
         self.inside = ""
+        self.events_end_steps = False
 
     @contextlib.contextmanager
     def calling(self, what: str) -> Iterator[None]:
@@ -49,10 +54,15 @@ class Timeline:
         if self.inside == DECIDE:
             raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {cure}")
 
+    @property
+    def is_in_event(self) -> bool:
+        """Whether an event is being processed."""
+        return self.inside == _EVENT
+
     def process_events(self) -> None:
         """Process all events that are due."""
         if self.clock.ticks_until_event(self.tick) <= 0:
-            with self.calling("an event"):
+            with self.calling(_EVENT):
                 self.clock.advance(self.tick)
 
     def set(self, tick: int) -> None:
