@@ -74,6 +74,7 @@ class Binding:
         self.world = WORLD.pack(WorldArrays(
             data.key,
             data.moment,
+            data.time,
             self.progress,
             self._group_records,
             self._relation_records,

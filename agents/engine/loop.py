@@ -39,6 +39,7 @@ def _perceive(address: int) -> int:
     world = world_at(address)
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
+    world.time[0] = progress.tick
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if group.noise.shape[1] > 0 and group.block[0] != block:
@@ -271,13 +272,13 @@ def _see(address: int) -> int:
     if status != DONE:
         return status
     world = world_at(address)
-    # No step has the stamp -1, but the last call of this function had it.
+    # No step has a stamp below 0, but an earlier call of this function may have had this one.
     for r in range(world.relations.shape[0]):
         met = relation_at(world.relations[r]).met
         for body in range(met.shape[0]):
             met[body] = 0
     for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.present[r], -1)
+        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
     return DONE
 
 

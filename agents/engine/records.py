@@ -112,7 +112,8 @@ class RelationArrays(NamedTuple):
     rows : ndarray, shape (observed,), int64
         The index of each of them in `met`.
     met : ndarray, shape (bodies,), int64
-        The step, counted from 1, in which each body of the world was last observed by the observers' side.
+        The step, counted from 1, in which each body of the world was last observed by the observers' side; or −1 − tick
+        if that was between steps.
     neighbours : NeighbourList
         The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
@@ -190,6 +191,8 @@ class WorldArrays(NamedTuple):
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the present positions, for sensors.
+    time : ndarray, shape (1,), float64
+        The present tick, for percepts.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
     groups, relations, logs : list of Packed
@@ -215,6 +218,7 @@ class WorldArrays(NamedTuple):
 
     key: Annotated[npt.NDArray[np.uint64], 2]
     moment: Annotated[Integers, 1]
+    time: Annotated[Floats, 1]
     progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
