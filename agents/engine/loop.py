@@ -25,6 +25,7 @@ from teamsight.agents.engine.records import (
     relation_at,
     world_at,
 )
+from teamsight.agents.engine.relays import relay
 from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel, plain
 from teamsight.world.motion import is_action, move_at
@@ -148,6 +149,8 @@ def _find_neighbours(address: int, tick: int) -> int:
                 world.progress[0].where = r
                 world.progress[0].need = need
                 return GROW_DETECTION
+    for number in range(world.relays.shape[0]):
+        relay(world.relays[number])
     return DONE
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
+from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
@@ -209,6 +210,8 @@ class WorldArrays(NamedTuple):
     undo : ndarray, shape (bodies, 6), float64
         Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
         or a sensor then fails; empty if arena and sensors are the package's own.
+    relays : list of Packed of RelayArrays
+        What teammates learn late.
     watchers : ndarray, shape (watchers, 4), int64
         For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
     """
@@ -225,6 +228,7 @@ class WorldArrays(NamedTuple):
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
+    relays: list[Packed[RelayArrays]]
     watchers: Annotated[Integers, "watchers", 4]
 
 
