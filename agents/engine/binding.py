@@ -25,7 +25,8 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.engine.relays import RelayArrays, delay_of, relays_of
+from teamsight.agents.engine.relaying import delay_of, relays_of
+from teamsight.agents.engine.relays import RelayArrays
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch

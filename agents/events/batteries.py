@@ -120,7 +120,7 @@ class Batteries(Disabling):
         if charge > 0:
             self.enable(member)
 
-    def reach(self, member: int, level: int) -> None:
+    def reach(self, member: int, before: int, level: int) -> None:
         """Act on a level that the battery of an agent has fallen to, or risen to."""
         agent = self.agent(member)
         if agent is None:
@@ -130,7 +130,7 @@ class Batteries(Disabling):
             self.log("empty", agent)
         else:
             self.enable(member)
-            if level == LOW:
+            if before < level:
                 self.log("low", agent)
         for reached in range(LOW, level + 1):
             event = self._awaited.pop((member, reached), None)
@@ -176,7 +176,7 @@ class Batteries(Disabling):
         before[: len(self._reported)] = self._reported
         self._reported = level.copy()
         for member in np.flatnonzero(level != before).tolist():
-            self.plan(self.now, "reach", member, int(level[member]))
+            self.plan(self.now, "reach", member, int(before[member]), int(level[member]))
 
 
 class NeedsCharge:

@@ -66,8 +66,9 @@ def test_an_empty_battery_stops_a_robot_until_it_is_charged() -> None:
     robots[2].battery = 0.25
     world.run(2)
     assert robots.active.tolist() == [robot.row == 2 for robot in robots]
-    world.run(2)
+    world.run(3)
     assert not robots.active.any()
+    assert (world.events["what"] == "low").sum() == 6
 
 
 def test_a_robot_that_has_failed_with_an_empty_battery_needs_both() -> None:
