@@ -20,6 +20,7 @@ from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
+from processes import measure_processes
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -28,7 +29,7 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -51,6 +52,7 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "processes": lambda: measure_processes(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []
