@@ -76,9 +76,8 @@ class Sources:
 
     def joined(self, agents: list[Any]) -> None:
         """Log that agents have come to a group, and call its sources."""
-        if not self._is_set_up:
-            for agent in agents:
-                self.log("joined", agent, None, {})
+        for agent in agents:
+            self.note("joined", agent)
         for source in list(self.attached):
             for agent in agents:
                 # An earlier source may have removed it.
@@ -88,11 +87,16 @@ class Sources:
 
     def left(self, agent: Any, member: int) -> None:
         """Log that an agent has left its group, and call its sources."""
-        if not self._is_set_up:
-            self.log("left", agent, None, {})
+        self.note("left", agent)
         for source in list(self.attached):
             if source.group is agent.group:
                 source.left(agent, member)
+
+    def note(self, what: str, agent: Any) -> None:
+        """Log what the world has done to an agent, once the run has begun: before, it belongs to the set-up."""
+        timeline = self._timeline
+        if timeline.tick or timeline.inside:
+            self.log(what, agent, None, {})
 
     def log(self, what: str, agent: Any, source: str | None, details: dict[str, Any]) -> None:
         """Add an event of the present moment to the log; see `World.log`."""
@@ -106,11 +110,6 @@ class Sources:
                 raise TypeError(f"log({what!r}, {shown}): must be an agent of the world, or None") from None
         timeline = self._timeline
         self.events.append(float(timeline.clock._now), timeline.tick, what, group, identity, source, details)
-
-    @property
-    def _is_set_up(self) -> bool:
-        """Whether the run has not begun: what comes and goes then is how the world is made, not what happens in it."""
-        return self._timeline.tick == 0 and not self._timeline.inside
 
 
 def _check(world: Any, source: Any, group: Any) -> None:
