@@ -80,6 +80,8 @@ class Group(Settings, Generic[A]):
         Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
     first_abilities : Abilities
         The abilities at the start of a run, by member.
+    arrived_at : ndarray, shape (members,), int64
+        The tick at which each agent came, by member.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     channels : dict of str to Channel
@@ -94,6 +96,8 @@ class Group(Settings, Generic[A]):
         The state of the policy; rows as in `agents`.
     action : Action
         The last decision.
+    time : ndarray, shape (1,), float64
+        The present tick, which percepts show: an array of the world.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
@@ -126,9 +130,11 @@ class Group(Settings, Generic[A]):
         self.channels: dict[str, Channel] = {}
         if team is not None:
             self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
+        self.arrived_at = np.zeros(len(bodies), np.int64)
         self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host
+        self.time = np.zeros(1)
         self.begin(first_state(policy, len(bodies)))
 
     def begin(self, state: Any) -> None:
@@ -167,6 +173,7 @@ class Group(Settings, Generic[A]):
         for readings in self.readings.values():
             readings.forget()
         self.has_decided = False
+        self.arrived_at[:] = 0
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -298,6 +305,12 @@ class Group(Settings, Generic[A]):
         """Whether a decision reads the lists of teammates or of relayed targets."""
         return not self.is_compiled or bool(self.rules[0].reads_teammates)
 
+    @property
+    def decided_at(self) -> npt.NDArray[np.int64]:
+        """The tick at which each robot last decided, shape (n,); −1 before its first decision."""
+        tick = int(self.time[0])
+        return np.where(self.arrived_at[self.bodies.member] < tick, tick - 1, -1)
+
     def neighbours(self, channel: str) -> NeighbourList:
         """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
         return filled(self.room(channel))
@@ -323,7 +336,7 @@ class Group(Settings, Generic[A]):
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
         others = channels_of(channels, map(self.room, channels))
-        return Percept(*body, targets, teammates, relayed, self.perception.situation, others)
+        return Percept(*body, targets, teammates, relayed, self.perception.situation, others, self.time)
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""

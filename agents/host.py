@@ -16,6 +16,7 @@ from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, check_names, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.condition import set_active, set_works
+from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
@@ -161,6 +162,8 @@ class WorldHost:
         turning = bodies.turn_cosine, bodies.turn_sine
         if "turn_limit" in given:
             turning = turn_columns(given["turn_limit"], size)
+        if "cycle" in given and cycle_of(given["cycle"]) != EVERY_STEP:
+            raise NotImplementedError("cycle")
         policy, awareness = before = group.rules
         if "awareness" in given:
             awareness = awareness_of(given["awareness"])

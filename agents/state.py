@@ -57,6 +57,7 @@ class GroupState(NamedTuple):
     columns: dict[str, npt.NDArray[Any]]
     members_so_far: int
     works: dict[str, npt.NDArray[np.bool_]]
+    arrived_at: npt.NDArray[np.int64]
     founders: list[Founders]
     first_abilities: Abilities
 
@@ -101,8 +102,8 @@ class StateKeeper:
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
                 group.columns.arrays(), group.members_so_far,
-                {name: channel.works for name, channel in group.channels.items()}, group.founders,
-                group.first_abilities,
+                {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
+                group.founders, group.first_abilities,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -130,6 +131,7 @@ class StateKeeper:
                     group.channels[name].works = works
                 note_conditions(group)
                 group.columns.replace(old.columns)
+                group.arrived_at = old.arrived_at
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected

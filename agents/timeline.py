@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 from teamsight.world.clock import Clock
 
-DECIDE = "decide"
-_EVENT = "an event"
+DECIDE, EVENT, CONDITION = "decide", "an event", "a condition"
 
 
 class Timeline:
@@ -47,7 +46,10 @@ class Timeline:
     def check_outside(self, what: str) -> None:
         """Refuse to advance the world while a function of the user's is called."""
         if self.inside:
-            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; call it between steps")
+            cure = "call it between steps"
+            if self.inside == EVENT:
+                cure += "; a process lets the world go on by yield world.clock.timeout(1)"
+            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; {cure}")
 
     def check_undecided(self, what: str, cure: str) -> None:
         """Refuse to change groups while they decide."""
@@ -57,12 +59,12 @@ class Timeline:
     @property
     def is_in_event(self) -> bool:
         """Whether an event is being processed."""
-        return self.inside == _EVENT
+        return self.inside == EVENT
 
     def process_events(self) -> None:
         """Process all events that are due."""
         if self.clock.ticks_until_event(self.tick) <= 0:
-            with self.calling(_EVENT):
+            with self.calling(EVENT):
                 self.clock.advance(self.tick)
 
     def set(self, tick: int) -> None:

@@ -19,6 +19,7 @@ _ROUNDING = 1e-9
 _MOST_CANCELLED = 64
 
 NORMAL = simpy.events.NORMAL
+Event = simpy.Event
 
 
 class Planned(simpy.Event):  # type: ignore[misc]

@@ -52,6 +52,7 @@ class Stream(IntEnum):
     POLICY = 1
     CALLABLE = 2
     SENSOR = 3
+    CYCLE = 4
     EVENTS = 5
 
 

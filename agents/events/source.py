@@ -71,6 +71,9 @@ class EventSource:
     def begin(self) -> None:
         """Plan the first events; called when it is attached, and at each reset of the world, at tick 0."""
 
+    def end(self) -> None:
+        """Undo what lasts; called before it is detached, and not at a reset."""
+
     def joined(self, agent: Body, member: int) -> None:
         """Called after an agent has come to the group in the middle of a run; by default nothing is done."""
 

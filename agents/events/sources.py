@@ -60,6 +60,7 @@ class Sources:
             raise ValueError(
                 f"detach({checks.shown(source)}): is not attached to this world; detach what attach() returned, once"
             )
+        source.end()
         self._take_out(source)
 
     def _take_out(self, source: EventSource) -> None:
