@@ -155,6 +155,10 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """
         return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
 
+    def resource(self, capacity: int) -> Any:
+        """Return a ``simpy.Resource`` of this clock, of which so many users can have one unit at the same time."""
+        return simpy.Resource(self, checks.count("capacity", capacity))
+
     def schedule(self, event: Any, priority: Any = NORMAL, delay: float = 0) -> None:
         """Put an event into the queue; SimPy's own classes call this.
 

@@ -125,7 +125,7 @@ def restore_events(model: Model, data: WorldData, saved: SavedEvents) -> None:
     if all(agent.unique_id < saved.identity for agent in model.agents):
         # The next to arrive get the numbers that they would have had.
         mesa_compat.set_next_identity(model, saved.identity)
-    sources.attached = [sources.known[one.number] for one in saved.sources]
+    sources.replace([sources.known[one.number] for one in saved.sources])
     sources.following = saved.following
     # What sources plan when they load their data comes after all that was planned.
     clock.order = saved.order

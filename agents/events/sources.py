@@ -47,6 +47,7 @@ class Sources:
         self.known[mine.number] = mine
         self.following += 1
         try:
+            mine.connect()
             mine.begin()
         except BaseException:
             self._take_out(mine)
@@ -66,7 +67,17 @@ class Sources:
     def _take_out(self, source: EventSource) -> None:
         for planned in source.pending():
             planned.cancel()
-        self.attached = [one for one in self.attached if one is not source]
+        self.replace([one for one in self.attached if one is not source])
+
+    def replace(self, sources: list[EventSource]) -> None:
+        """Let these sources be attached, some of which may have been before, and no others."""
+        before, self.attached = self.attached, sources
+        for source in before:
+            if not any(one is source for one in sources):
+                source.disconnect()
+        for source in sources:
+            if not any(one is source for one in before):
+                source.connect()
 
     def begin(self) -> None:
         """Begin a run: empty the log and let all sources plan their first events."""
