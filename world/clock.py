@@ -64,7 +64,12 @@ class Planned(simpy.Event):  # type: ignore[misc]
 
 
 def _call(planned: Planned) -> None:
-    planned.action(*planned.arguments)
+    clock, action = planned.env, planned.action
+    clock.caller = getattr(action, "__self__", None)
+    try:
+        action(*planned.arguments)
+    finally:
+        clock.caller = None
 
 
 class Clock(simpy.Environment):  # type: ignore[misc]
@@ -76,6 +81,8 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     """
 
     _eid: itertools.count[int]
+    # The object whose method is being called as an event.
+    caller: Any = None
 
     def __init__(self) -> None:
         super().__init__()
