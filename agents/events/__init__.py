@@ -8,6 +8,7 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.events.batteries import Batteries
+    from teamsight.agents.events.charging_places import ChargingPlaces
     from teamsight.agents.events.durations import Constant, Duration, Exponential, Times, Weibull
     from teamsight.agents.events.failures import Failures
     from teamsight.agents.events.sensor_dropouts import SensorDropouts
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Batteries": "teamsight.agents.events.batteries",
+    "ChargingPlaces": "teamsight.agents.events.charging_places",
     "Constant": "teamsight.agents.events.durations",
     "Duration": "teamsight.agents.events.durations",
     "EventSource": "teamsight.agents.events.source",
@@ -25,6 +27,8 @@ _HOMES = {
     "Weibull": "teamsight.agents.events.durations",
 }
 
-__all__ = ["Batteries", "Constant", "Duration", "EventSource", "Exponential", "Failures", "SensorDropouts", "Times", "Weibull"]
+__all__ = [
+    "Batteries", "ChargingPlaces", "Constant", "Duration", "EventSource", "Exponential", "Failures", "SensorDropouts", "Times", "Weibull",
+]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())
