@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.arrivals import forget_members
 from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
@@ -147,9 +148,7 @@ class StateKeeper:
             group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
             group.bodies = group.bodies.rows(stays)
         # The next to arrive get the numbers that they would have had, and with them the same noise.
-        founders = (one.cut(old.members_so_far) for one in group.founders)
-        group.founders = [one for one in founders if one.size]
-        group.first_abilities = group.first_abilities.cut(old.members_so_far)
+        forget_members(group, old.members_so_far)
 
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""

@@ -81,6 +81,8 @@ class Sources:
 
     def begin(self) -> None:
         """Begin a run: empty the log and let all sources plan their first events."""
+        for source in list(self.attached):
+            source.reset()
         self.events = EventLog()
         for source in list(self.attached):
             source.forget_numbers()
@@ -123,6 +125,13 @@ class Sources:
     def _is_set_up(self) -> bool:
         """Whether the run has not begun: what comes and goes then is how the world is made, not what happens in it."""
         return self._timeline.tick == 0 and not self._timeline.inside
+
+
+def sources_of(events: Any) -> list[Any]:
+    """Return the sources that are given as one, as several, or as None."""
+    if events is None:
+        return []
+    return list(events) if isinstance(events, (list, tuple)) else [events]
 
 
 def _check(world: Any, source: Any, group: Any) -> None:
