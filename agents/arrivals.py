@@ -63,6 +63,8 @@ def join(group: Group, new: Extended) -> None:
     group.founders, group.first_abilities = new.founders, new.first_abilities
     group.bodies, group.ranges, group.arrived_at = new.bodies, new.ranges, new.arrived_at
     group.columns.replace(new.columns)
+    for channel in group.channels.values():
+        channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
     group.begin(new.policy_state)
 
 

@@ -159,7 +159,7 @@ def bodies_of(data: WorldData, founders: Founders, abilities: Abilities) -> Bodi
     return Bodies(
         np.zeros(size, np.int64), np.arange(first, first + size), start.position[0], start.heading[0],
         np.zeros((size, 2)), abilities.speed.copy(), abilities.turn_cosine.copy(), abilities.turn_sine.copy(),
-        np.array(data.arena.size, float),
+        np.array(data.arena.size, float), np.ones(size, bool),
     )  # fmt: skip
 
 

@@ -50,6 +50,7 @@ Floats = npt.NDArray[np.float64]
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
+    active="set that of one agent, as in robots[0].active = False",
     identity="identities are given by the world; add_column makes numbers of your own",
 )
 class Group(Settings, Generic[A]):
@@ -85,6 +86,8 @@ class Group(Settings, Generic[A]):
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
+    has_conditions : bool
+        Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     policy_state : object
         The state of the policy; rows as in `agents`.
     action : Action
@@ -116,11 +119,13 @@ class Group(Settings, Generic[A]):
         self.rules: tuple[Any, Awareness] = policy, awareness
         self.columns = Columns(name)
         self.agents: list[A] = []
-        self.decides_alone = self.is_growing = False
+        self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.first_abilities: Abilities
         self.arrived_at = np.zeros(len(bodies), np.int64)
-        self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
+        self.channels: dict[str, Channel] = {}
+        if team is not None:
+            self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
         self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host
@@ -157,6 +162,9 @@ class Group(Settings, Generic[A]):
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
+        bodies.active[:] = True
+        for channel in self.channels.values():
+            channel.works[:] = True
         for readings in self.readings.values():
             readings.forget()
         self.has_decided = False

@@ -15,6 +15,7 @@ from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, check_names, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
+from teamsight.agents.condition import set_active, set_works
 from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
@@ -227,6 +228,8 @@ class WorldHost:
         # Nothing after this can fail.
         leave()
         group.bodies = group.bodies.rows(keep)
+        for channel in group.channels.values():
+            channel.works = channel.works[keep]
         group.ranges = group.ranges[0][keep], group.ranges[1][keep]
         group.columns.replace(columns)
         group.agents.pop(row)
@@ -264,6 +267,14 @@ class WorldHost:
         """Whether an agent is sensed in a channel that counts in the observed fraction."""
         self._engine.prepare()
         return any(relation.observers_of(agent) for relation in self._engine.relations if relation.counts)
+
+    def set_active(self, agent: Body, active: bool) -> None:
+        """Let an agent take part, or not."""
+        set_active(self._data, self._engine, agent, active)
+
+    def set_works(self, agent: Body, channel: str, works: bool) -> None:
+        """Put one agent's sensor of a channel in order, or out of order."""
+        set_works(self._data, self._engine, agent, channel, works)
 
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
         """Replace the sensor of a channel; None makes it perfect."""

@@ -84,6 +84,11 @@ class Settings:
         """The `unique_id` of each agent, shape (n,)."""
         return readonly(self.bodies.identity)
 
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """Whether each agent takes part, shape (n,). Set the `active` of one agent."""
+        return readonly(self.bodies.active)
+
     policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
         "policy", lambda group: group.rules[0], "The policy of all agents."
     )
