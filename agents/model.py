@@ -13,6 +13,7 @@ from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
+from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
@@ -309,7 +310,7 @@ class World(Measures):
         data = vars(self).get("_data")
         if data is None:
             return f"<{type(self).__name__}, not built>"
-        groups = "".join(f", {len(group):,} {group.name}" for group in data.groups)
+        groups = "".join(f", {len(one):,} {one.name}{note_of_inactive(one.bodies.active)}" for one in data.groups)
         return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
 
     def _repr_html_(self) -> str | None:

@@ -109,7 +109,10 @@ class Binding:
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, group.is_sound,
             advance_entry(self._data.arena),
-            pack_move(self._data.arena, group.bodies, group.action.heading, group.action.distance),
+            pack_move(
+                self._data.arena, group.bodies, group.action.heading, group.action.distance,
+                has_inactive=group.has_conditions,
+            ),
         )  # fmt: skip
 
     def _decision(self, group: Group) -> Packed[Decision] | None:
@@ -137,7 +140,15 @@ class Binding:
             relation.everyone, np.concatenate(rows), self._met[_side(relation)],
             search.room, relation.identity,
             relation.detection.record if relation.detection else None, *relation.true_lists,
+            relation.conditions,
+            [self._group_records[self._data.groups.index(group)] for group in self._counted_in(relation)],
         )  # fmt: skip
+
+    def _counted_in(self, relation: Relation) -> list[Group]:
+        """Return the groups that a relation is the first to observe, of those that count in the observed fraction."""
+        earlier = [other for other in self._relations[: self._relations.index(relation)] if other.counts]
+        known = {group.number for other in earlier for group in other.observed}
+        return [group for group in relation.observed if relation.counts and group.number not in known]
 
     def _log(self, log: TransitionLog) -> LogArrays:
         """Bind the log of a group's transitions."""

@@ -21,7 +21,8 @@ from teamsight.world.proximity.search import Searching
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-HISTORY_COLUMNS = 3
+#: The columns of the history, and those where bodies can be inactive.
+HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
 
 #: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
@@ -75,6 +76,25 @@ class GroupArrays(NamedTuple):
     move: Packed[Move]
 
 
+class Conditions(NamedTuple):
+    """The condition of the observers of a relation; all empty if it never changes for observers and observed.
+
+    Attributes
+    ----------
+    active, works : ndarray, shape (n,), bool
+        Whether each observer is active, and whether its sensor works.
+    full : ndarray, shape (n,), float64
+        The range of each while both hold [length].
+    reach : ndarray, shape (n,), float64
+        The range with which the search is made: −1 for an observer that senses nobody.
+    """
+
+    active: Annotated[npt.NDArray[np.bool_], ".n"]
+    works: Annotated[npt.NDArray[np.bool_], ".n"]
+    full: Annotated[Floats, ".n"]
+    reach: Annotated[Floats, ".n"]
+
+
 class RelationArrays(NamedTuple):
     """The record of a relation: one group observes others.
 
@@ -98,6 +118,10 @@ class RelationArrays(NamedTuple):
         What the sensor makes of them; None for a perfect sensor.
     true_start, true_index : ndarray, shape (n + 1,) and (k,), int64
         The indices of the agents that each observer detects: those of `neighbours`, or what the sensor leaves of them.
+    conditions : Conditions
+        Which observers sense, and how far.
+    counted : list of Packed of GroupArrays
+        Of the observed groups, those that are observed in no earlier relation that counts; none if this does not count.
     """
 
     search: Packed[Searching]
@@ -112,6 +136,8 @@ class RelationArrays(NamedTuple):
     detection: Packed[DetectionArrays] | None
     true_start: Annotated[Integers, "n + 1"]
     true_index: Annotated[Integers, ".true"]
+    conditions: Conditions
+    counted: list[Packed[GroupArrays]]
 
 
 class LogArrays(NamedTuple):
@@ -167,10 +193,11 @@ class WorldArrays(NamedTuple):
         The state of the loop.
     groups, relations, logs : list of Packed
         The world's parts.
-    history : ndarray, shape (steps, relations, 3), int64
+    history : ndarray, shape (steps, relations, 3 or 5), int64
         For each step and relation: the number of neighbours, the most of one observer, and the number of bodies that
-        the observers' side observes in no earlier relation.
-    present : ndarray, shape (relations, 3), int64
+        the observers' side observes in no earlier relation. Where bodies can be inactive, also the number of active
+        observers, and of active bodies in `RelationArrays.counted`.
+    present : ndarray, shape (relations, 3 or 5), int64
         The same for the present positions, before the first recorded step.
     every : int
         The number of steps from one recording of positions to the next; 0 for none.
@@ -188,8 +215,8 @@ class WorldArrays(NamedTuple):
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
     logs: list[Packed[LogArrays]]
-    history: Annotated[Integers, "steps", "relations", HISTORY_COLUMNS]
-    present: Annotated[Integers, "relations", HISTORY_COLUMNS]
+    history: Annotated[Integers, "steps", "relations", "columns"]
+    present: Annotated[Integers, "relations", "columns"]
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
