@@ -17,7 +17,7 @@ Integers = npt.NDArray[np.int64]
 Key = npt.NDArray[np.uint64]
 
 # The arrays that a step changes.
-_CHANGING = ("index", "next_at", "decided_at", "trip", "heading", "distance", "arrives_at", "waiting")
+_CHANGING = ("sensings", "next_at", "decided_at", "trip", "heading", "distance", "arrives_at", "waiting")
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Timetable:
         The cycles with which the members of the group begin a run.
     start : ndarray, shape (n,), float64
         Origin and phase of each cycle [ticks].
-    index : ndarray, shape (n,), int64
+    sensings : ndarray, shape (n,), int64
         How often each robot has sensed, or would have if it had been active, since the origin.
     next_at : ndarray, shape (n,), int64
         The tick at which each robot decides next.
@@ -59,7 +59,7 @@ class Timetable:
     numbers: CycleNumbers
     first: CycleNumbers
     start: Floats
-    index: Integers
+    sensings: Integers
     next_at: Integers
     decided_at: Integers
     trip: Floats
@@ -91,10 +91,10 @@ class Timetable:
 
     def begin(self, rows: Any, key: Key, members: Integers, tick: int) -> None:
         """Begin the cycles of some rows at a tick, in place but for the slots; `members` are those of all rows."""
-        stream, numbers = stream_number(Stream.CYCLE, self.group), CycleNumbers(*(one[rows] for one in self.numbers))
+        stream, numbers = stream_number(Stream.CYCLE, self.group), CycleNumbers._make(one[rows] for one in self.numbers)
         mine = members[rows]
         self.start[rows] = tick + drawn_phases(numbers, key, stream, mine)
-        self.index[rows] = 0
+        self.sensings[rows] = 0
         first = self.start[rows] + numbers.jitter * uniforms(key, stream, 0, mine, 1)[0]
         self.next_at[rows] = np.ceil(first - ROUNDING).astype(np.int64)
         self._make_slots()
@@ -111,7 +111,7 @@ class Timetable:
     def rows(self, which: npt.NDArray[Any]) -> Timetable:
         """Return a copy of some rows, selected by index or by mask."""
         changed: dict[str, Any] = {"group": self.group, "first": self.first}
-        changed["numbers"] = CycleNumbers(*(one[which] for one in self.numbers))
+        changed["numbers"] = CycleNumbers._make(one[which] for one in self.numbers)
         for field in fields(self):
             if field.name in ("arrives_at", "waiting"):
                 changed[field.name] = np.ascontiguousarray(getattr(self, field.name)[:, which])
@@ -124,7 +124,7 @@ class Timetable:
         changed: dict[str, Any] = {"group": self.group}
         for name in ("numbers", "first"):
             pairs = zip(getattr(self, name), getattr(other, name), strict=True)
-            changed[name] = CycleNumbers(*(np.concatenate(pair) for pair in pairs))
+            changed[name] = CycleNumbers._make(np.concatenate(pair) for pair in pairs)
         slots, more = len(self.arrives_at), len(other.start)
         for field in fields(self):
             if field.name in changed:
@@ -141,24 +141,20 @@ class Timetable:
         """Return a copy in which all robots have another cycle; `begin` begins it."""
         made = self.rows(np.arange(len(members)))
         made.numbers = cycle.numbers(len(members))
-        made.first = CycleNumbers(*(one.copy() for one in self.first))
+        made.first = CycleNumbers._make(one.copy() for one in self.first)
         for first, given in zip(made.first, made.numbers, strict=True):
             first[members] = given
         return made
 
-    def cut(self, members_so_far: int) -> None:
-        """Forget members that have come since there were so many."""
-        self.first = CycleNumbers(*(one[:members_so_far].copy() for one in self.first))
-
     def cycle(self, rows: Any = slice(None)) -> Cycle:
         """Return the cycle of some robots; with one value where all have the same."""
-        return _cycle_of(CycleNumbers(*(one[rows] for one in self.numbers)))
+        return _cycle_of(CycleNumbers._make(one[rows] for one in self.numbers))
 
     def usual(self) -> Cycle | None:
         """Return the cycle of all robots, or of all members if there is none; None if they differ."""
         numbers = self.numbers if len(self.start) else self.first
         is_same = all((one == one[0]).all() for one in numbers)
-        return _cycle_of(CycleNumbers(*(one[:1] for one in numbers))) if is_same else None
+        return _cycle_of(CycleNumbers._make(one[:1] for one in numbers)) if is_same else None
 
     def kept(self) -> list[npt.NDArray[Any]]:
         """Return copies of what a step changes."""
@@ -196,7 +192,7 @@ def _cycle_of(numbers: CycleNumbers) -> Cycle:
 def _by_member(numbers: CycleNumbers, members: Integers, members_so_far: int) -> CycleNumbers:
     """Return the cycles by member; those that have left have the first's, which nobody reads."""
     given = numbers if len(members) else EVERY_STEP.numbers(1)
-    found = CycleNumbers(*(np.resize(one, members_so_far) for one in given))
+    found = CycleNumbers._make(np.resize(one, members_so_far) for one in given)
     for array, one in zip(found, numbers, strict=True):
         array[members] = one
     return found

@@ -40,7 +40,7 @@ class DueArrays(NamedTuple):
         Of the noise of cycles.
     member, active, moved
         As in `Bodies`.
-    start, period, jitter, delay, index, next_at, decided_at, trip, travelled, policy, arrives_at, waiting
+    start, period, jitter, delay, sensings, next_at, decided_at, trip, travelled, policy, arrives_at, waiting
         As in `Timetable` and `CycleNumbers`.
     heading, distance : ndarray
         The actions that are carried out.
@@ -48,7 +48,7 @@ class DueArrays(NamedTuple):
         What policies write: the same arrays without delays.
     runs : ndarray, shape (n, 3), int64
         The runs that are due: first row, row after the last, policy.
-    count : ndarray, shape (1,), int64
+    number : ndarray, shape (1,), int64
         Their number.
     sensing, sensing_window
         The record of the degree of awareness, of its own, and its window.
@@ -69,7 +69,7 @@ class DueArrays(NamedTuple):
     period: Annotated[Floats, "n"]
     jitter: Annotated[Floats, "n"]
     delay: Annotated[Integers, "n"]
-    index: Annotated[Integers, "n"]
+    sensings: Annotated[Integers, "n"]
     next_at: Annotated[Integers, "n"]
     decided_at: Annotated[Integers, "n"]
     trip: Annotated[Floats, "n", 2]
@@ -82,7 +82,7 @@ class DueArrays(NamedTuple):
     chosen_heading: Annotated[Floats, "n", 2]
     chosen_distance: Annotated[Floats, "n"]
     runs: Annotated[Integers, "n", 3]
-    count: Annotated[Integers, 1]
+    number: Annotated[Integers, 1]
     sensing: Packed[Sensing]
     sensing_window: Window
     shown_start: Annotated[Integers, "n + 1"]
@@ -121,7 +121,7 @@ def list_due(address: int, tick: int) -> int:
         due.runs[count, 1] = i + 1
         due.runs[count, 2] = policy
         count += 1
-    due.count[0] = count
+    due.number[0] = count
     return count
 
 
@@ -140,7 +140,7 @@ def perceive_due(address: int, perceive: int, situate: int, room: int) -> int:
     shown = 0
     relayed = 0
     row = 0
-    for r in range(due.count[0]):
+    for r in range(due.number[0]):
         first = due.runs[r, 0]
         last = due.runs[r, 1]
         show_rows(due.sensing_window, first, last)
@@ -152,7 +152,7 @@ def perceive_due(address: int, perceive: int, situate: int, room: int) -> int:
             move(words, due.relayed_moves, relayed)
             need = max(shown, relayed) + call(perceive, due.sensing)
             if need > room:
-                return need
+                return int(need)
             # A kernel counts from 0; a list that it does not write stays empty.
             due.shown_start[first] = 0
             due.relayed_start[first] = 0
@@ -175,11 +175,11 @@ def _sensed_late(due: Any, i: int) -> float:
     """Return the number in (0, 1) by which a sensing is late, in units of the jitter."""
     if due.jitter[i] == 0.0:
         return 0.0
-    four = due.index[i] // TICKS_A_BLOCK
+    four = due.sensings[i] // TICKS_A_BLOCK
     words = philox(
         np.uint64(four), np.uint64(due.member[i]), np.uint64(0), np.uint64(due.stream), due.key[0], due.key[1]
     )
-    at = due.index[i] % TICKS_A_BLOCK
+    at = due.sensings[i] % TICKS_A_BLOCK
     word = words[0] if at == 0 else words[1] if at == 1 else words[2] if at == 2 else words[3]
     return (np.float64(np.int64(word)) + 0.5) * 2.0**-32
 
@@ -188,8 +188,8 @@ def _sensed_late(due: Any, i: int) -> float:
 def _advance(due: Any, i: int, tick: int) -> None:
     """Set when a robot decides next, after this tick."""
     while due.next_at[i] <= tick:
-        due.index[i] += 1
-        time = due.start[i] + due.index[i] * due.period[i] + due.jitter[i] * _sensed_late(due, i)
+        due.sensings[i] += 1
+        time = due.start[i] + due.sensings[i] * due.period[i] + due.jitter[i] * _sensed_late(due, i)
         due.next_at[i] = np.int64(math.ceil(time - ROUNDING))
 
 
@@ -197,13 +197,13 @@ def _advance(due: Any, i: int, tick: int) -> None:
 def decide_due(address: int, tick: int) -> None:
     """Call the policies of the runs, and send their actions on their way; nothing in it can fail."""
     due = due_at(address)
-    for r in range(due.count[0]):
+    for r in range(due.number[0]):
         choice = choice_at(due.choices[due.runs[r, 2]])
         if choice.decide != 0:
             show_rows(choice.window, due.runs[r, 0], due.runs[r, 1])
             call(choice.decide, choice.decision)
     slots = due.arrives_at.shape[0]
-    for r in range(due.count[0]):
+    for r in range(due.number[0]):
         for i in range(due.runs[r, 0], due.runs[r, 1]):
             due.decided_at[i] = tick
             if slots > 0:
