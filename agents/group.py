@@ -117,10 +117,10 @@ class Group(Deciding, Generic[A]):
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.first_abilities: Abilities
-        self.arrived_at = np.zeros(len(bodies), np.int64)
         self.channels: dict[str, Channel] = {}
         if team is not None:
             self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
+        self.arrived_at = np.zeros(len(bodies), np.int64)
         self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host

@@ -83,6 +83,7 @@ class WorldHost:
         except BaseException:
             undo.undo()
             raise
+        self._data.sources.joined(group.agents)
         return group
 
     def extend(self, group: Group[A], count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[A]:
@@ -103,6 +104,7 @@ class WorldHost:
         except BaseException:
             undo.undo()
             raise
+        data.sources.joined(group[size:])
         return group[size:]
 
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
@@ -246,6 +248,7 @@ class WorldHost:
         self._data.timeline.check_undecided("remove()", "plan it with world.clock.at(world.clock.now, robot.remove)")
         self._check_complete(agent.group, "remove()")
         group, size, row = agent.group, len(agent.group), agent.row
+        member = int(group.bodies.member[row])
         keep = np.arange(size) != row
         state = take_rows(group.policy_state, keep, size)
         if isinstance(group.policy, CompiledPolicy):
@@ -265,8 +268,10 @@ class WorldHost:
         group.agents.pop(row)
         for place, other in enumerate(group.agents):
             other.row = place
+        agent.row = -1
         group.begin(state)
         self._engine.is_bound = False
+        self._data.sources.left(agent, member)
 
     def find_neighbours(self) -> tuple[int, int]:
         """Update all neighbour lists; return a value that changes whenever anything may have moved."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.watching import Watcher
+from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
@@ -36,8 +39,15 @@ class WorldData:
         The groups, in the order in which they were added.
     timeline : Timeline
         The tick and the clock.
+    sources : Sources
+        The event sources and the event log.
     history : History
         The completed steps.
+    watchers : list of Watcher
+        What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
+    conditions : list of callable
+        What is called before and after each step made one by one, and returns whether it has planned an event; see
+        `Until.__call__`.
     """
 
     def __init__(self, arena: Arena, seed: int) -> None:
@@ -48,7 +58,12 @@ class WorldData:
         self.time = np.zeros(1)
         self.groups: list[Group] = []
         self.timeline = Timeline()
+        self.sources = Sources(self.timeline)
         self.history = History()
+        self.watchers: list[Watcher] = []
+        self.conditions: list[Callable[[], bool]] = []
+        # An `Until`, once it is used.
+        self.until: Any = None
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""
@@ -56,6 +71,9 @@ class WorldData:
         # In place, because the kernels read it.
         self.key[:] = key_of(seed)
         self.timeline.jump(tick)
+        self.conditions.clear()
+        for watcher in self.watchers:
+            watcher.forget()
         self.time[0] = tick
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:

@@ -190,7 +190,7 @@ def over_positions(
     time : array_like of float, shape (frames,)
         Times of the frames.
     position : ndarray of float64, shape (frames, robots, 2)
-        Positions [length].
+        Positions [length]; NaN while a robot is not there, because it has failed or left.
     awareness_range : float or ndarray of float64, shape (robots,)
         Distance within which each robot senses others [length].
     arena : Disc, Box or Torus, optional
@@ -203,7 +203,11 @@ def over_positions(
     DataFrame
         See `over_time`.
     """
-    graphs = (proximity_graph(place, None, awareness_range, arena) for place in position)
+    reach = np.broadcast_to(np.asarray(awareness_range, float), position.shape[1:2])
+    present = ~np.isnan(position[..., 0])
+    graphs = (
+        proximity_graph(place[there], None, reach[there], arena) for place, there in zip(position, present, strict=True)
+    )
     return table(zip(np.asarray(time).tolist(), graphs, strict=True), cliques=cliques)
 
 
@@ -219,8 +223,8 @@ def over_trajectory(
     Parameters
     ----------
     trajectory : DataFrame
-        Columns time, x, y: one row an agent and time, from ``model.recording.trajectory``. With a column run, agents of
-        different runs do not meet.
+        Columns time, x, y: one row an agent and time, from ``model.recording.trajectory``; x and y are NaN while an
+        agent is not there. With a column run, agents of different runs do not meet.
     awareness_range : float or mapping of str to float
         Distance within which robots sense each other [length]; or that of each group of one team, by its name in the
         column group. Agents of other groups are left out.
@@ -250,6 +254,7 @@ def over_trajectory(
         trajectory = trajectory.assign(reach=awareness_range)
     keys = ["run", "time"] if "run" in trajectory else ["time"]
     frames = [(key, rows[["x", "y", "reach"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
+    frames = [(key, rows[~np.isnan(rows[:, 0])]) for key, rows in frames]
     graphs = ((key[-1], proximity_graph(rows[:, :2].copy(), None, rows[:, 2].copy(), arena)) for key, rows in frames)
     found = table(graphs, cliques=cliques)
     if "run" in trajectory:

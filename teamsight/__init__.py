@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.cycle import Cycle
+    from teamsight.agents.events.source import EventSource
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.sensing.check import check_sensor
@@ -36,6 +37,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
+    "EventSource": "teamsight.agents.events.source",
     "Cycle": "teamsight.agents.cycle",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
@@ -55,8 +57,9 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Body", "Box", "Circle", "Cycle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus",
-    "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
+    "CMOMMT", "Body", "Box", "Circle", "Cycle", "Disc", "EventSource", "Obstructed", "Polygon", "Robot", "Sensor",
+    "Target", "Torus", "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor",
+    "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

@@ -53,6 +53,7 @@ class Stream(IntEnum):
     CALLABLE = 2
     SENSOR = 3
     CYCLE = 4
+    EVENTS = 5
 
 
 def stream_number(stream: Stream, group: int) -> int:

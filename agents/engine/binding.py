@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
@@ -27,6 +28,9 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.relaying import delay_of, relays_of
+from teamsight.agents.engine.relays import RelayArrays
+from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
 from teamsight.agents.recording.trajectory import Trail
@@ -67,6 +71,7 @@ class Binding:
         # The bodies of a world are numbered group by group.
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
+        self._relays = relays_of(groups, data.moment)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
@@ -84,15 +89,22 @@ class Binding:
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
             np.zeros((bodies if is_undoable else 0, 6)),
+            list(self._relays.values()),
+            self._watchers(),
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
         """Bind all groups, each with the groups of its team."""
-        teams = {group.number: _team_group(group) for group in self._data.groups if "teammates" in group.relations}
-        return [
-            self._group(group, [teams[other.number] for other in team_of(self._data.groups, group)])
-            for group in self._data.groups
-        ]
+        groups = self._data.groups
+        teams = {group.number: _team_group(group) for group in groups if "teammates" in group.relations}
+        # What is known late, by group and delay.
+        late = {key: _known_late(teams[key[0]], relay.value) for key, relay in self._relays.items()}
+        records = []
+        for group in groups:
+            delay = delay_of(group)
+            team = [late.get((other.number, delay), teams[other.number]) for other in team_of(groups, group)]
+            records.append(self._group(group, team))
+        return records
 
     def _group(self, group: Group, team: list[Packed[TeamGroup]]) -> GroupArrays:
         """Bind a group: noise → percept → decision → motion."""
@@ -177,13 +189,33 @@ class Binding:
             log.kept_start, log.kept_identity, log.before, log.after,
         )  # fmt: skip
 
+    def _watchers(self) -> npt.NDArray[np.int64]:
+        """Bind the watchers to the present records, and list their addresses."""
+        data = self._data
+        bound = Bound(
+            data.groups, self._group_records, self._relations, self._relation_records, self._first_body, data.moment
+        )
+        rows = np.zeros((len(data.watchers), 4), np.int64)
+        for row, watcher in zip(rows, data.watchers, strict=True):
+            watcher.bind(bound)
+            row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
+        return rows
+
+    def rebind_watchers(self) -> None:
+        """Bind the watchers anew, after one came or went or arrays were replaced."""
+        self.world.update(watchers=self._watchers())
+
     def rebind(self, relation: int | None = None) -> None:
         """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
         if relation is not None:
             self._relation_records[relation].put(self._relation(self._relations[relation]))
+            for key, relay in relays_of(self._data.groups, self._data.moment).items():
+                self._relays[key].put(relay.value)
         for group, value in zip(self._group_records, self._groups(), strict=True):
             group.put(value)
         self.rebind_logs()
+        if self._data.watchers:
+            self.rebind_watchers()
 
     def rebind_logs(self) -> None:
         """Write the records of the logs anew."""
@@ -216,6 +248,10 @@ def _side(relation: Relation) -> str | int:
 def _team_group(group: Group) -> Packed[TeamGroup]:
     first = group.relations["teammates"].first[group.number]
     return TEAM_GROUP.pack(TeamGroup(first, group.bodies.heading, group.ranges[0], group.room("targets")))
+
+
+def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
+    return TEAM_GROUP.pack(team_group.value._replace(heading=relay.shown_heading, targets=relay.shown))
 
 
 def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:

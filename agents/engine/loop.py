@@ -1,8 +1,8 @@
 """The loop: the same kernels for one step and for many, with no Python in between.
 
-A step is: perceive → decide → move → search for neighbours → record. Everything that differs from group to group is
-reached through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas there
-are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
+A step is: perceive → decide → move → search for neighbours → record → watch. Everything that differs from group to
+group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas
+there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from teamsight.agents.engine.records import (
     relation_at,
     world_at,
 )
+from teamsight.agents.engine.relays import relay
 from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel, plain
 from teamsight.world.motion import is_action, move_at
@@ -160,6 +161,8 @@ def _find_neighbours(address: int, tick: int) -> int:
                 world.progress[0].where = r
                 world.progress[0].need = need
                 return GROW_DETECTION
+    for number in range(world.relays.shape[0]):
+        relay(world.relays[number])
     return DONE
 
 
@@ -208,8 +211,22 @@ def _leave_trail(address: int) -> None:
 
 
 @kernel
+def _watch(address: int, is_step: bool) -> None:
+    """Call the watchers, those that see changes between steps or all after a step; note which of them stop the loop."""
+    world = world_at(address)
+    watchers = world.watchers
+    for number in range(watchers.shape[0]):
+        watchers[number, 3] = 0
+        if is_step or watchers[number, 2] != 0:
+            watchers[number, 3] = call(watchers[number, 0], watchers[number, 1])
+            if watchers[number, 3] != 0:
+                world.progress[0].stopped = 1
+                world.progress[0].steps = 0
+
+
+@kernel
 def _finish(address: int) -> int:
-    """Search for neighbours after a move and record the step."""
+    """Search for neighbours after a move, record the step, and call the watchers."""
     status = _find_neighbours(address, world_at(address).progress[0].tick + 1)
     world = world_at(address)
     progress = world.progress[0]
@@ -227,6 +244,8 @@ def _finish(address: int) -> int:
     progress.phase = 0
     if world.every > 0 and progress.tick % world.every == 0:
         _leave_trail(address)
+    if world.watchers.shape[0] > 0:
+        _watch(address, True)
     return DONE
 
 
@@ -265,13 +284,18 @@ def _see(address: int) -> int:
     if status != DONE:
         return status
     world = world_at(address)
-    # No step has the stamp -1, but the last call of this function had it.
+    # No step has a stamp below 0, but an earlier call of this function may have had this one.
     for r in range(world.relations.shape[0]):
         met = relation_at(world.relations[r]).met
         for body in range(met.shape[0]):
             met[body] = 0
     for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.present[r], -1)
+        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
+    return DONE
+
+
+def _look(address: int) -> int:
+    _watch(address, False)
     return DONE
 
 
@@ -279,3 +303,4 @@ RUN = Entry(_run)
 BEGIN_STEP = Entry(plain(_perceive))
 END_STEP = Entry(_end_step)
 SEE = Entry(_see)
+LOOK = Entry(_look)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.binding import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.agents.engine.due import DueArrays
+from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
@@ -28,12 +29,14 @@ HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
 #: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
 
-PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])
+_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "where", "need", "stopped")
+PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
 """The state of the loop.
 
 ``steps`` are still to be made. ``phase`` is 1 if bodies have moved but neighbours have not been searched for.
 ``row`` and ``trail_row`` are the next rows of the history and of the recorded positions. ``where`` is the group or the
-relation at which the loop stopped, ``need`` the number of entries for which it needs room.
+relation at which the loop stopped, ``need`` the number of entries for which it needs room. ``stopped`` is 1 if a
+watcher has stopped the loop after a step.
 """
 
 
@@ -113,7 +116,8 @@ class RelationArrays(NamedTuple):
     rows : ndarray, shape (observed,), int64
         The index of each of them in `met`.
     met : ndarray, shape (bodies,), int64
-        The step, counted from 1, in which each body of the world was last observed by the observers' side.
+        The step, counted from 1, in which each body of the world was last observed by the observers' side; or −1 − tick
+        if that was between steps.
     neighbours : NeighbourList
         The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
@@ -210,6 +214,10 @@ class WorldArrays(NamedTuple):
     undo : ndarray, shape (bodies, 6), float64
         Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
         or a sensor then fails; empty if arena and sensors are the package's own.
+    relays : list of Packed of RelayArrays
+        What teammates learn late.
+    watchers : ndarray, shape (watchers, 4), int64
+        For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
@@ -224,6 +232,8 @@ class WorldArrays(NamedTuple):
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
+    relays: list[Packed[RelayArrays]]
+    watchers: Annotated[Integers, "watchers", 4]
 
 
 GROUP = Record(GroupArrays)

@@ -140,3 +140,19 @@ def test_cliques_can_be_left_out(walk: np.ndarray) -> None:
     found = neighbour_graph.over_positions(range(12), walk, 1.0, cliques=False)
     assert found["largest_clique"].isna().all()
     assert all(later > earlier for earlier, later in pairwise(found["time"]))
+
+
+def test_robots_that_are_not_there_have_no_neighbours(walk: np.ndarray) -> None:
+    gone = walk.copy()
+    gone[3:7, 2] = np.nan
+    gone[5] = np.nan
+    found = neighbour_graph.over_positions(range(12), gone, np.linspace(0.5, 1.5, 8))
+    for row, position in zip(found.itertuples(), gone, strict=True):
+        there = ~np.isnan(position[:, 0])
+        alone = neighbour_graph.frame(proximity_graph(position[there], None, np.linspace(0.5, 1.5, 8)[there]))
+        assert tuple(row)[2:] == tuple(alone)
+    frame, robot = np.mgrid[:12, :8]
+    flat = {"time": frame, "identity": robot, "x": gone[..., 0], "y": gone[..., 1]}
+    trajectory = pd.DataFrame({name: values.ravel() for name, values in flat.items()})
+    expected = neighbour_graph.over_positions(range(12), gone, 1.0)
+    pd.testing.assert_frame_equal(neighbour_graph.over_trajectory(trajectory, 1.0), expected)

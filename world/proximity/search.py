@@ -105,7 +105,7 @@ class Search:
         reach: npt.NDArray[np.float64],
         observed: int,
         own: int,
-        arena: Arena | _Plane,
+        arena: Arena | Plane,
         *,
         pairs: bool | None = None,
     ) -> None:
@@ -123,7 +123,7 @@ class Search:
             Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
         )
 
-    def _grid(self, arena: Arena | _Plane) -> Grid | None:
+    def _grid(self, arena: Arena | Plane) -> Grid | None:
         """Return the division of the arena into cells; None if it is too small for that."""
         low, high = arena.bounds
         side = high - low
@@ -217,7 +217,7 @@ def proximity_graph(
         arena.check_reach(float(far.max(initial=0.0)))
         if any(arena.period):
             here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
-    place = arena or _plane_around(here, there)
+    place = arena or plane_around(here, there)
     made = Search(here, far, len(there), 0 if observed is None else -1, place, pairs=pairs)
     made.x[:], made.y[:] = there.T
     made.run()
@@ -234,14 +234,15 @@ def _points(name: str, value: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return points
 
 
-class _Plane(NamedTuple):
+class Plane(NamedTuple):
     """The part of the open plane that contains the bodies of one search; in place of an arena."""
 
     bounds: tuple[Floats, Floats]
     period: tuple[float, float] = (0.0, 0.0)
 
 
-def _plane_around(*points: Floats) -> _Plane:
+def plane_around(*points: Floats) -> Plane:
+    """Return the part of the plane that contains these positions, each of shape (…, 2)."""
     every = np.concatenate(points)
     low, high = (every.min(axis=0), every.max(axis=0)) if len(every) else (np.zeros(2), np.ones(2))
-    return _Plane((low, np.maximum(high, low + 1e-9)))
+    return Plane((low, np.maximum(high, low + 1e-9)))
