@@ -52,7 +52,7 @@ class Schedule(RuleBasedStateMachine):
     )  # fmt: skip
     def begin(self, setting: str, awareness: str, sensor: str, seed: int) -> None:
         self.worlds = [self.build(setting, awareness, sensor, seed) for _ in range(3)]
-        self.saved = self.worlds[0].state()
+        self.saved = self.state_of(self.worlds[0])
         # What is expected of each completed step: the observed fraction and the mean number of neighbours.
         self.shares: list[tuple[float, float]] = []
         self.saved_shares: list[tuple[float, float]] = []
@@ -132,7 +132,7 @@ class Schedule(RuleBasedStateMachine):
 
     def state_of(self, world: World) -> Any:
         """Return the state of a world, without what is planned."""
-        return world.state()
+        return world.state(pending="drop")
 
     @rule()
     def restore(self) -> None:
