@@ -22,7 +22,7 @@ from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Watcher, report
 from teamsight.agents.group import Group
-from teamsight.agents.new_timetable import give_timetables
+from teamsight.agents.new_timetable import give_timetables, is_every_step
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
 from teamsight.agents.timeline import DECIDE
@@ -216,6 +216,11 @@ class Engine:
         """Record the transitions of a group, from now on."""
         if group not in self._data.groups:
             raise ValueError(f"record_transitions({checks.shown(group)}): the group must have been added to this world")
+        if not is_every_step(group):
+            raise ValueError(
+                f"record_transitions({group.name}): takes a decision of each robot at every step, and their cycle is "
+                f"{checks.shown(group.cycle)}; set {group.name}.cycle = Cycle()"
+            )
         if group not in self.transitions.groups:
             self.transitions.groups.append(group)
             self.is_bound = False
