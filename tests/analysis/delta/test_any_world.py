@@ -12,6 +12,7 @@ from teamsight import CMOMMT, Box, Disc, Robot, Target, World
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose
+from teamsight.analysis.delta.degrees import CountDegrees
 from teamsight.policies import RandomWalk
 
 
@@ -190,3 +191,57 @@ def test_cmommt_is_a_world_like_any_other() -> None:
     model = CMOMMT(robots=9, radius=2.0, rng=3)
     assert model.neighbours.identity.tolist() == model.robots.relations["teammates"].graph.identity.tolist()
     assert model.teammates.identity.tolist() == model.robots.identity.tolist()
+
+
+def mixed_team(seed: int) -> World:
+    """A scout that sees far, among robots that see less; and a pair of another team."""
+    world = World(Disc(1.5), rng=seed)
+    world.add(Robot, 1, policy=RandomWalk(), name="scout", awareness_range=2.5)
+    world.add(Robot, 6, policy=RandomWalk(), name="workers", awareness_range=0.6)
+    world.add(Rival, 2, policy=RandomWalk(), name="rivals")
+    return world
+
+
+def test_each_group_has_its_delta() -> None:
+    report = choose.choose_delta(mixed_team, runs=40, steps=30, risk=0.2, rng=3)
+    maxima, groups = report.group_maxima, report.groups
+    assert maxima is not None
+    assert groups is not None
+    for row in maxima[maxima["run"] < 4].itertuples():
+        world = mixed_team(row.seed)
+        rows = {group.name: group for group in world.groups}
+        largest = 0
+        for _ in range(30):
+            world.run(1)
+            graph, before = world.neighbours, 0
+            for group in world.groups:
+                if group.name == row.group:
+                    largest = max(largest, int(graph.degree[before : before + len(group)].max()))
+                before += len(group)
+        assert (row.max_neighbours, row.team) == (largest, rows[row.group].team)
+    by_run = maxima.groupby("run")["max_neighbours"].max()
+    assert by_run.tolist() == report.maxima["max_neighbours"].tolist()
+    chosen = groups.set_index(["kind", "name"])
+    assert chosen.loc[("group", "scout"), "delta"] == report.delta > chosen.loc[("group", "workers"), "delta"]
+    assert chosen["robots"].tolist() == [7, 7, 2, 7, 2]
+    for kind, name in chosen.index:
+        largest = maxima[maxima[kind] == name].groupby("run")["max_neighbours"].max()
+        row = chosen.loc[(kind, name)]
+        assert (largest > row["delta"]).mean() == row["probability"] <= 0.2
+        assert row["delta"] == 0 or (largest > row["delta"] - 1).mean() > 0.2
+        assert row["low"] <= row["probability"] <= row["high"]
+    assert "δ of each group" in report.to_markdown()
+    assert "team rivals" in str(report)
+
+
+def test_a_group_that_comes_and_goes_is_counted() -> None:
+    report = choose.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6, rng=1)
+    assert report.groups is not None
+    assert dict(zip(report.groups["name"], report.groups["largest"], strict=True)) == {"robots": 5, "guests": 5}
+    unsampled = CountDegrees(samples=0)(coming_and_going(1), 40)
+    assert {one.group: one.max_neighbours for one in unsampled.groups} == {"robots": 5, "guests": 5}
+
+
+def test_a_single_group_has_no_table_of_groups() -> None:
+    report = choose.choose_delta({"robots": 3, "radius": 1.0}, runs=3, steps=5, risk=0.6)
+    assert report.groups is report.group_maxima is None
