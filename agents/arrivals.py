@@ -17,6 +17,7 @@ from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.starts import Founders
 
+Integers = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 
@@ -28,6 +29,7 @@ class Extended(NamedTuple):
     bodies: Bodies
     ranges: tuple[Any, Any]
     policy_state: Any
+    arrived_at: Integers
     columns: dict[str, Any]
 
 
@@ -51,6 +53,7 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
         group.bodies.followed_by(bodies_of(data, founders, own)),
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
         state_of_more(group.policy, group.policy_state, size, size + count),
+        np.append(group.arrived_at, np.full(count, data.timeline.tick)),
         group.columns.extended(count, columns),
     )
 
@@ -58,8 +61,10 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
 def join(group: Group, new: Extended) -> None:
     """Replace the arrays of a group."""
     group.founders, group.first_abilities = new.founders, new.first_abilities
-    group.bodies, group.ranges = new.bodies, new.ranges
+    group.bodies, group.ranges, group.arrived_at = new.bodies, new.ranges, new.arrived_at
     group.columns.replace(new.columns)
+    for channel in group.channels.values():
+        channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
     group.begin(new.policy_state)
 
 

@@ -11,6 +11,7 @@ from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.columns import unwritable
+from teamsight.agents.condition_of_one import Active, channel_of
 from teamsight.agents.fixed import Kept, refusing
 from teamsight.agents.given import Points
 from teamsight.agents.places import checked_headings
@@ -141,6 +142,10 @@ class Body(mesa_bases.Agent):
     sensing_range = Ability("Distance within which it senses targets [length].")
     awareness_range = Ability("Distance within which it senses teammates [length].")
 
+    active = Active(
+        "Whether it takes part. While it does not, it neither moves nor decides, senses nobody and is sensed by nobody."
+    )
+
     policy: OfGroup[Policy | Rule] = OfGroup("The policy of its group. To give one agent another, add a group for it.")
     awareness: OfGroup[Awareness] = OfGroup("The degree of awareness of its group.")
 
@@ -224,6 +229,31 @@ class Body(mesa_bases.Agent):
             have = ", ".join(map(repr, self.group.channels)) or "none"
             raise KeyError(f"{channel!r}: the group {self.group.name!r} has no such channel, but {have}")
         return relation.agents_sensed(self.row) if relation else []
+
+    def break_sensor(self, channel: str) -> None:
+        """Put its sensor of a channel out of order: it senses nobody in that channel, from now until its repair.
+
+        Parameters
+        ----------
+        channel : str
+            "targets", "teammates", or a name given to `World.senses`.
+
+        Raises
+        ------
+        KeyError
+            If its group has no such channel.
+        RuntimeError
+            If called while a group decides.
+        """
+        self.group.host.set_works(self, channel, False)
+
+    def repair_sensor(self, channel: str) -> None:
+        """Put its sensor of a channel in order again; see `break_sensor`."""
+        self.group.host.set_works(self, channel, True)
+
+    def sensor_works(self, channel: str) -> bool:
+        """Return whether its sensor of a channel works; see `break_sensor`."""
+        return bool(channel_of(self.group, channel).works[self.row])
 
     def _relation(self, channel: str) -> Relation | None:
         self.group.host.find_neighbours()

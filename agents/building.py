@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
+from teamsight.agents.cycle import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.host_protocol import Host
 from teamsight.agents.places import checked_headings, checked_positions
@@ -60,6 +61,7 @@ class Plan(NamedTuple):
     turn_limit: npt.ArrayLike
     sensing_range: npt.ArrayLike
     awareness_range: npt.ArrayLike
+    cycle: Cycle
 
 
 class _GroupToBe(Group[A]):
@@ -84,7 +86,10 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
     group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
     check_needs(group)
+    if plan.cycle != EVERY_STEP:
+        raise NotImplementedError("cycle")
     group.founders, group.first_abilities = [founders], abilities
+    group.time = data.time
     group.decides_alone = agent_class.decide is not Body.decide
     group.__class__ = Group  # type: ignore[assignment]
     return group
@@ -154,7 +159,7 @@ def bodies_of(data: WorldData, founders: Founders, abilities: Abilities) -> Bodi
     return Bodies(
         np.zeros(size, np.int64), np.arange(first, first + size), start.position[0], start.heading[0],
         np.zeros((size, 2)), abilities.speed.copy(), abilities.turn_cosine.copy(), abilities.turn_sine.copy(),
-        np.array(data.arena.size, float),
+        np.array(data.arena.size, float), np.ones(size, bool),
     )  # fmt: skip
 
 

@@ -6,6 +6,9 @@ from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.policies.channels import checked_channel
@@ -27,16 +30,23 @@ class Channel:
         The sensor; None for one without errors.
     counts : bool
         Whether what is sensed counts in the observed fraction.
+    works : ndarray, shape (n,), bool
+        Whether the sensor of each agent of the group works; one that does not finds nobody.
     """
 
     name: str
+    works: npt.NDArray[np.bool_]
     observed: list[Any] = field(default_factory=list)
     sensor: Sensor | None = None
     counts: bool = False
 
 
-def changed(channel: Channel | None, name: str, sensor: Sensor | None, counts: bool | None, on_team: bool) -> Channel:
+def changed(
+    channel: Channel | None, name: str, sensor: Sensor | None, counts: bool | None, *, on_team: bool, size: int
+) -> Channel:
     """Return a channel as it is after another declaration of `World.senses`, without the group declared.
+
+    `size` is the number of agents of the observing group.
 
     Raises
     ------
@@ -54,7 +64,8 @@ def changed(channel: Channel | None, name: str, sensor: Sensor | None, counts: b
     if sensor is not None:
         check_sensor_of(name, sensor)
     if channel is None:
-        return Channel(name, [], sensor, on_team and name == TARGETS if counts is None else counts)
+        is_counted = on_team and name == TARGETS if counts is None else counts
+        return Channel(name, np.ones(size, bool), [], sensor, is_counted)
     if sensor is not None and channel.sensor not in (None, sensor):
         raise ValueError(
             f"sensor={sensor!r}: the channel {name!r} of this group has {channel.sensor!r}, and a channel has one "
@@ -62,7 +73,7 @@ def changed(channel: Channel | None, name: str, sensor: Sensor | None, counts: b
         )
     if counts is not None and counts != channel.counts:
         raise ValueError(f"counts={counts}: the channel {name!r} of this group was declared with {channel.counts}")
-    return Channel(name, list(channel.observed), sensor or channel.sensor, channel.counts)
+    return Channel(name, channel.works, list(channel.observed), sensor or channel.sensor, channel.counts)
 
 
 def check_sensor_of(channel: str, sensor: object) -> None:

@@ -13,6 +13,7 @@ from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.cmommt_numbers import checked_numbers
+from teamsight.agents.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName
 from teamsight.agents.group import Group
@@ -43,6 +44,7 @@ DEFAULTS: dict[str, Any] = {
     "sensor": None,
     "robot_speed": 0.1,
     "target_speed": 0.075,
+    "cycle": EVERY_STEP,
     "uniform_target_speed": False,
     "target_policy": "random-walk",
     "policy_options": {},
@@ -95,6 +97,8 @@ class CMOMMT(World):
         The largest distance of a step [length]; by default 0.1 and 0.075.
     uniform_target_speed : bool
         Whether each target has a speed of its own, uniform between 0 and `target_speed`.
+    cycle : Cycle or float
+        When robots sense and decide; a number is a period [ticks]. By default at every step, as targets do.
     target_policy : str or Policy
         The policy of the targets: "random-walk" (the default), which turns with a probability of 5 % in a step,
         "evasive", or another. Targets sense the robots if their policy declares that it needs ``"targets"``.
@@ -136,6 +140,7 @@ class CMOMMT(World):
         robot_speed: float = _DEFAULT["robot_speed"],
         target_speed: float = _DEFAULT["target_speed"],
         uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
+        cycle: CycleLike = _DEFAULT["cycle"],
         target_policy: PolicyLike = _DEFAULT["target_policy"],
         policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
         target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
@@ -148,6 +153,7 @@ class CMOMMT(World):
             "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
             "sensor": sensor,
             "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
+            "cycle": cycle,
             "target_policy": target_policy, "policy_options": policy_options,
             "target_policy_options": target_policy_options,
         }  # fmt: skip
@@ -171,7 +177,7 @@ class CMOMMT(World):
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
             awareness_range=numbers.awareness_range, speed=numbers.robot_speed,
-            placement="spread" if isinstance(rules[0], Stationary) else "uniform",
+            placement="spread" if isinstance(rules[0], Stationary) else "uniform", cycle=plan["cycle"],
         )  # fmt: skip
         self._targets = self.add(
             Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
@@ -201,6 +207,7 @@ class CMOMMT(World):
     awareness_range = LiveSetting[Floats, Numbers]("robots", "awareness_range")
     robot_speed = LiveSetting[Floats, Numbers]("robots", "speed")
     target_speed = LiveSetting[Floats, Numbers]("targets", "speed")
+    cycle = LiveSetting[Cycle, CycleLike]("robots", "cycle")
     radius = FixedSetting("build another model")
     preset = FixedSetting("build another model")
     seed = FixedSetting("start again with reset(rng)")

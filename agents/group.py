@@ -50,6 +50,7 @@ Floats = npt.NDArray[np.float64]
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
+    active="set that of one agent, as in robots[0].active = False",
     identity="identities are given by the world; add_column makes numbers of your own",
 )
 class Group(Settings, Generic[A]):
@@ -75,6 +76,8 @@ class Group(Settings, Generic[A]):
         The rules by which its agents, those that have left included, are placed at the start of a run.
     first_abilities : Abilities
         The abilities at the start of a run, by member.
+    arrived_at : ndarray, shape (members,), int64
+        The tick at which each agent came, by member.
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
     channels : dict of str to Channel
@@ -83,10 +86,14 @@ class Group(Settings, Generic[A]):
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
+    has_conditions : bool
+        Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     policy_state : object
         The state of the policy; rows as in `agents`.
     action : Action
         The last decision.
+    time : ndarray, shape (1,), float64
+        The present tick, which percepts show: an array of the world.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
@@ -112,13 +119,17 @@ class Group(Settings, Generic[A]):
         self.rules: tuple[Any, Awareness] = policy, awareness
         self.columns = Columns(name)
         self.agents: list[A] = []
-        self.decides_alone = self.is_growing = False
+        self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.first_abilities: Abilities
-        self.channels: dict[str, Channel] = {} if team is None else {TEAMMATES: Channel(TEAMMATES)}
+        self.channels: dict[str, Channel] = {}
+        if team is not None:
+            self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
+        self.arrived_at = np.zeros(len(bodies), np.int64)
         self.readings: dict[str, Readings] = {}
         self.relations: dict[str, Relation] = {}
         self.host = host
+        self.time = np.zeros(1)
         self.begin(first_state(policy, len(bodies)))
 
     def begin(self, state: Any) -> None:
@@ -151,9 +162,13 @@ class Group(Settings, Generic[A]):
         bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
+        bodies.active[:] = True
+        for channel in self.channels.values():
+            channel.works[:] = True
         for readings in self.readings.values():
             readings.forget()
         self.has_decided = False
+        self.arrived_at[:] = 0
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -284,6 +299,12 @@ class Group(Settings, Generic[A]):
         """Whether a decision reads the lists of teammates or of relayed targets."""
         return not self.is_compiled or bool(self.rules[0].reads_teammates)
 
+    @property
+    def decided_at(self) -> npt.NDArray[np.int64]:
+        """The tick at which each robot last decided, shape (n,); −1 before its first decision."""
+        tick = int(self.time[0])
+        return np.where(self.arrived_at[self.bodies.member] < tick, tick - 1, -1)
+
     def neighbours(self, channel: str) -> NeighbourList:
         """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
         return filled(self.room(channel))
@@ -309,7 +330,7 @@ class Group(Settings, Generic[A]):
         bodies = self.bodies
         body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
         others = channels_of(channels, map(self.room, channels))
-        return Percept(*body, targets, teammates, relayed, self.perception.situation, others)
+        return Percept(*body, targets, teammates, relayed, self.perception.situation, others, self.time)
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""

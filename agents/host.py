@@ -15,6 +15,8 @@ from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, check_names, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
+from teamsight.agents.condition import set_active, set_works
+from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
@@ -73,6 +75,7 @@ class WorldHost:
         except BaseException:
             undo.undo()
             raise
+        self._data.sources.joined(group.agents)
         return group
 
     def extend(self, group: Group[A], count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[A]:
@@ -93,6 +96,7 @@ class WorldHost:
         except BaseException:
             undo.undo()
             raise
+        data.sources.joined(group[size:])
         return group[size:]
 
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
@@ -158,6 +162,8 @@ class WorldHost:
         turning = bodies.turn_cosine, bodies.turn_sine
         if "turn_limit" in given:
             turning = turn_columns(given["turn_limit"], size)
+        if "cycle" in given and cycle_of(given["cycle"]) != EVERY_STEP:
+            raise NotImplementedError("cycle")
         policy, awareness = before = group.rules
         if "awareness" in given:
             awareness = awareness_of(given["awareness"])
@@ -216,6 +222,7 @@ class WorldHost:
         self._data.timeline.check_undecided("remove()", "plan it with world.clock.at(world.clock.now, robot.remove)")
         self._check_complete(agent.group, "remove()")
         group, size, row = agent.group, len(agent.group), agent.row
+        member = int(group.bodies.member[row])
         keep = np.arange(size) != row
         state = take_rows(group.policy_state, keep, size)
         if isinstance(group.policy, CompiledPolicy):
@@ -224,13 +231,17 @@ class WorldHost:
         # Nothing after this can fail.
         leave()
         group.bodies = group.bodies.rows(keep)
+        for channel in group.channels.values():
+            channel.works = channel.works[keep]
         group.ranges = group.ranges[0][keep], group.ranges[1][keep]
         group.columns.replace(columns)
         group.agents.pop(row)
         for place, other in enumerate(group.agents):
             other.row = place
+        agent.row = -1
         group.begin(state)
         self._engine.is_bound = False
+        self._data.sources.left(agent, member)
 
     def find_neighbours(self) -> tuple[int, int]:
         """Update all neighbour lists; return a value that changes whenever anything may have moved."""
@@ -261,6 +272,14 @@ class WorldHost:
         """Whether an agent is sensed in a channel that counts in the observed fraction."""
         self._engine.prepare()
         return any(relation.observers_of(agent) for relation in self._engine.relations if relation.counts)
+
+    def set_active(self, agent: Body, active: bool) -> None:
+        """Let an agent take part, or not."""
+        set_active(self._data, self._engine, agent, active)
+
+    def set_works(self, agent: Body, channel: str, works: bool) -> None:
+        """Put one agent's sensor of a channel in order, or out of order."""
+        set_works(self._data, self._engine, agent, channel, works)
 
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
         """Replace the sensor of a channel; None makes it perfect."""

@@ -13,12 +13,13 @@ from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
+from teamsight.agents.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.event_methods import EventMethods
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.measures import Measures
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 
 
-class World(Measures):
+class World(EventMethods):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -98,6 +99,7 @@ class World(Measures):
     awareness = SettingOfGroups()
     speed = SettingOfGroups()
     turn_limit = SettingOfGroups()
+    cycle = SettingOfGroups()
     sensing_range = SettingOfGroups()
     awareness_range = SettingOfGroups()
 
@@ -126,6 +128,7 @@ class World(Measures):
         placement: PlacementName | Points = "uniform",
         position: Points | None = None,
         heading: Points | None = None,
+        cycle: CycleLike = EVERY_STEP,
         name: str | None = None,
         **arguments: Any,
     ) -> Group[A]:
@@ -159,6 +162,8 @@ class World(Measures):
             The initial positions, or one for all [length].
         heading : array_like, shape (count, 2) or (2,), optional
             The initial directions, or one for all; they are normalised. By default they are drawn.
+        cycle : Cycle or float
+            When they sense and decide; a number is a period [ticks]. By default at every step.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
         **arguments
@@ -178,7 +183,7 @@ class World(Measures):
         plan = Plan(
             policy_or_none(policy, policy_options, agent_class.__name__, decides_alone), awareness_of(awareness),
             team_given(team, agent_class), name, Places(placement, position, heading),
-            speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range,
+            speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range, cycle_of(cycle),
         )  # fmt: skip
         return self._host.add(agent_class, size, plan, each)
 
@@ -226,6 +231,7 @@ class World(Measures):
         awareness_range: Numbers | None = None,
         speed: Numbers | None = None,
         turn_limit: Numbers | None = None,
+        cycle: CycleLike | None = None,
     ) -> None:
         """Change a group from the next step on; what is not given stays. A new policy starts with a new state.
 
@@ -235,6 +241,8 @@ class World(Measures):
             A group of this world.
         policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
             As for `add`.
+        cycle : Cycle or float, optional
+            As for `add`; it begins at the present tick, and actions on their way take effect when they were to.
 
         Raises
         ------
@@ -243,7 +251,7 @@ class World(Measures):
         """
         self._host.adjust(
             group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
-            awareness_range=awareness_range, speed=speed, turn_limit=turn_limit,
+            awareness_range=awareness_range, speed=speed, turn_limit=turn_limit, cycle=cycle,
         )  # fmt: skip
 
     def step(self) -> None:

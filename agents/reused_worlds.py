@@ -150,7 +150,8 @@ def _trace(world: World) -> tuple[Any, ...]:
     ]  # fmt: skip
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
-    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas
+    sources = [*map(id, world.sources)]
+    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, sources
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

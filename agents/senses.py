@@ -27,7 +27,8 @@ def declare(
             shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
             raise ValueError(f"{shown}: both groups must have been added to this world")
     before = observers.channels.get(name) if isinstance(name, str) else None
-    channel = changed(before, name, sensor, counts, observers.team is not None)
+    is_team = observers.team is not None
+    channel = changed(before, name, sensor, counts, on_team=is_team, size=len(observers))
     _check_range(data, channel.sensor)
     if observed not in channel.observed:
         channel.observed.append(observed)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import Channel, Sensors
+from teamsight.agents.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike
 from teamsight.agents.host_protocol import Host
 from teamsight.core import checks
@@ -83,6 +84,11 @@ class Settings:
         """The `unique_id` of each agent, shape (n,)."""
         return readonly(self.bodies.identity)
 
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """Whether each agent takes part, shape (n,). Set the `active` of one agent."""
+        return readonly(self.bodies.active)
+
     policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
         "policy", lambda group: group.rules[0], "The policy of all agents."
     )
@@ -105,6 +111,9 @@ class Settings:
         "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
         "The largest angle that each can turn in a step, shape (n,) [rad].",
     )  # fmt: skip
+    cycle: GroupSetting[Cycle, CycleLike] = GroupSetting(
+        "cycle", lambda group: EVERY_STEP, "When they sense and decide."
+    )
 
 
 class Ability:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout, take_rows
@@ -36,6 +37,8 @@ class GroupState(NamedTuple):
         The sensor of each channel.
     members_so_far : int
         The number of agents that had ever been in the group.
+    works : dict of str to ndarray
+        Whether the sensor of each agent works, by channel.
     """
 
     name: str
@@ -49,6 +52,8 @@ class GroupState(NamedTuple):
     readings: dict[str, Readings]
     columns: dict[str, npt.NDArray[Any]]
     members_so_far: int
+    works: dict[str, npt.NDArray[np.bool_]]
+    arrived_at: npt.NDArray[np.int64]
 
 
 class State(NamedTuple):
@@ -88,6 +93,7 @@ class StateKeeper:
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
                 group.columns.arrays(), group.members_so_far,
+                {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -111,7 +117,11 @@ class StateKeeper:
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 for name, sensor in old.sensors.items():
                     group.channels[name].sensor = sensor
+                for name, works in old.works.items():
+                    group.channels[name].works = works
+                note_conditions(group)
                 group.columns.replace(old.columns)
+                group.arrived_at = old.arrived_at
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
@@ -157,6 +167,7 @@ class StateKeeper:
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
+        self._data.sources.begin()
 
     def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
         self._data.begin(seed, tick, history)

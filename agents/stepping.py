@@ -83,12 +83,15 @@ class Stepper:
         """Process the events that are due; return False if one has stopped the model."""
         was_running = self._model.running
         self._timeline.process_events()
+        # What the events have changed may be what a watcher waits for; then there are new events.
+        while (self._model.running or not was_running) and self._engine.look():
+            self._timeline.process_events()
         return bool(self._model.running or not was_running)
 
     def _run_to_next_event(self, most: int) -> str:
         """Process due events and make the steps up to the next event; return why the steps after it need Python."""
         timeline, model = self._timeline, self._model
-        if timeline.clock.ticks_until_event(timeline.tick) > 0:
+        if timeline.clock.ticks_until_event(timeline.tick) > 0 and not self._engine.look():
             # No function of the user's is called, so Ctrl-C can wait until the steps are made and counted.
             with deferred():
                 tick = timeline.tick

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.watching import Watcher
+from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
@@ -31,12 +33,18 @@ class WorldData:
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the positions to which sensors are applied.
+    time : ndarray, shape (1,), float64
+        The same tick, for percepts.
     groups : list of Group
         The groups, in the order in which they were added.
     timeline : Timeline
         The tick and the clock.
+    sources : Sources
+        The event sources and the event log.
     history : History
         The completed steps.
+    watchers : list of Watcher
+        What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
     """
 
     def __init__(self, arena: Arena, seed: int) -> None:
@@ -44,9 +52,12 @@ class WorldData:
         self.limits = Limits(arena)
         self.key = key_of(seed)
         self.moment = np.zeros(1, np.int64)
+        self.time = np.zeros(1)
         self.groups: list[Group] = []
         self.timeline = Timeline()
+        self.sources = Sources(self.timeline)
         self.history = History()
+        self.watchers: list[Watcher] = []
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""
@@ -54,6 +65,7 @@ class WorldData:
         # In place, because the kernels read it.
         self.key[:] = key_of(seed)
         self.timeline.jump(tick)
+        self.time[0] = tick
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""

@@ -15,6 +15,11 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
+# The time of percepts that were not made by a world.
+_NO_TIME = np.zeros(1)
+_NO_TIME.flags.writeable = False
+
+
 class Percept(NamedTuple):
     """What a group of n robots perceives at one decision.
 
@@ -39,6 +44,8 @@ class Percept(NamedTuple):
     channels : NamedTuple of NeighbourList
         What the group senses under other names: ``percept.channels.beacons``. In kernels, those that the policy
         declares as `Policy.channels`.
+    time : ndarray, shape (1,), float64
+        The present tick.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -51,6 +58,7 @@ class Percept(NamedTuple):
     relayed: Filled
     situation: Annotated[npt.NDArray[np.float32], "n", "width"]
     channels: Channels[NeighbourList] = NO_CHANNELS
+    time: Annotated[Floats, 1] = _NO_TIME
 
 
 class Action(NamedTuple):

@@ -36,6 +36,7 @@ class PerceptOfOne(NamedTuple):
     relayed: NeighboursOfOne
     situation: npt.NDArray[np.float32]
     channels: Channels[NeighboursOfOne] = NO_CHANNELS
+    time: float = 0.0
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).
@@ -55,6 +56,7 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         _neighbours_of_one(percept.relayed, i),
         percept.situation[i],
         _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
+        float(percept.time[0]),
     )
 
 
@@ -106,6 +108,7 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         _neighbour_list_of_one("relayed", percept.relayed),
         np.ascontiguousarray(situation[None]),
         _each_channel(percept.channels, lambda name, seen: _neighbour_list_of_one(f"channels.{name}", seen)),
+        np.array([checks.number("percept.time", percept.time)]),
     )
 
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
     from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.agents.cycle import Cycle
+    from teamsight.agents.events.source import EventSource
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.sensing.check import check_sensor
@@ -35,6 +37,8 @@ __version__ = "0.1.0"
 _HOMES = {
     "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
+    "EventSource": "teamsight.agents.events.source",
+    "Cycle": "teamsight.agents.cycle",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
     "Sensor": "teamsight.agents.sensing.sensor",
@@ -53,8 +57,9 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Body", "Box", "Circle", "Disc", "Obstructed", "Polygon", "Robot", "Sensor", "Target", "Torus", "World",
-    "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "run_many",
+    "CMOMMT", "Body", "Box", "Circle", "Cycle", "Disc", "EventSource", "Obstructed", "Polygon", "Robot", "Sensor",
+    "Target", "Torus", "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor",
+    "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

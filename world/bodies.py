@@ -59,6 +59,8 @@ class Bodies:
         The turning limit; see `motion.turn_limit`.
     arena_size : ndarray, shape (sizes,), float64
         The arena's `size`, for `confine`.
+    active : ndarray, shape (n,), bool
+        Whether it takes part: else it neither moves nor decides, senses nobody and is sensed by nobody.
     """
 
     identity: npt.NDArray[np.int64]
@@ -70,6 +72,7 @@ class Bodies:
     turn_cosine: Column
     turn_sine: Column
     arena_size: Column
+    active: npt.NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.identity)

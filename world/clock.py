@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import weakref
 from collections.abc import Callable, Generator
+from heapq import heapify, heappop, heappush
 from typing import Any
 
 import simpy
@@ -12,6 +15,53 @@ from teamsight.core import checks
 
 # SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
 _ROUNDING = 1e-9
+# Cancelled calls stay in the queue until they are due, or until they are more than this and more than half of it.
+_MOST_CANCELLED = 64
+
+NORMAL = simpy.events.NORMAL
+
+
+class Planned(simpy.Event):  # type: ignore[misc]
+    """A call that is planned on a clock. It can be cancelled before it happens, and processes can wait for it.
+
+    Attributes
+    ----------
+    time : float
+        The time of the call [ticks].
+    priority, order : float, int
+        Of simultaneous calls, that with the lowest priority comes first; of these, that with the lowest order: the one
+        that was planned first.
+    action, arguments : callable, tuple
+        What is called.
+    is_cancelled : bool
+        Whether it was cancelled.
+    """
+
+    _ok = True
+    _value = None
+    callbacks: Any
+    is_cancelled = False
+
+    def __init__(self, clock: Clock, time: float, priority: float, action: Callable[..., Any], arguments: Any) -> None:
+        self.env, self.callbacks = clock, [_call]
+        self.time, self.priority, self.action, self.arguments = time, priority, action, arguments
+        self.order = next(clock._eid)
+        heappush(clock._queue, (time, priority, self.order, self))
+
+    def cancel(self) -> None:
+        """Take the call back. It has no effect on one that has happened or was cancelled before."""
+        if self.callbacks is not None:
+            self.callbacks, self.is_cancelled = None, True
+            self.env.forget_cancelled()
+
+    def __repr__(self) -> str:
+        name = getattr(self.action, "__name__", type(self.action).__name__)
+        past = " (cancelled)" if self.is_cancelled else " (happened)" if self.callbacks is None else ""
+        return f"<{name}{self.arguments or '()'} planned at {self.time:g}{past}>"
+
+
+def _call(planned: Planned) -> None:
+    planned.action(*planned.arguments)
 
 
 class Clock(simpy.Environment):  # type: ignore[misc]
@@ -22,7 +72,17 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     exact time of an event while it is processed, and otherwise the present tick.
     """
 
-    def at(self, time: float, action: Callable[[], Any]) -> None:
+    _eid: itertools.count[int]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._cancelled = 0
+        # The tick up to which events are being processed.
+        self._limit = 0
+        # Those that wait for something that nobody else refers to are gone, and will never continue.
+        self._processes: weakref.WeakSet[simpy.Process] = weakref.WeakSet()
+
+    def at(self, time: float, action: Callable[[], Any]) -> Planned:
         """Call `action` once, at `time` [ticks].
 
         Parameters
@@ -31,6 +91,11 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             The time of the call [ticks].
         action : callable
             Called without arguments.
+
+        Returns
+        -------
+        Planned
+            The planned call; its method `cancel` takes it back.
 
         Raises
         ------
@@ -42,10 +107,18 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         if not callable(action):
             shown = f"at({checks.shown(time)}, {checks.shown(action)})"
             raise TypeError(f"{shown}: the second argument must be callable, such as a function")
-        moment = checks.number("time", time)
-        if moment < self.now:
-            raise ValueError(f"time={moment:g}: has passed; it must be at least the present time, {self.now:g}")
-        simpy.Timeout(self, moment - self.now).callbacks.append(lambda _: action())
+        return self.plan(time, action)
+
+    def plan(self, time: float, action: Callable[..., Any], *arguments: Any, priority: float = NORMAL) -> Planned:
+        """Call `action` once with these arguments, at `time` [ticks]; see `at`.
+
+        Of simultaneous events, that with the lowest priority comes first, and of these that which was planned first.
+        """
+        if type(time) is not float or not self._now <= time < math.inf:
+            time = checks.number("time", time)
+            if time < self._now:
+                raise ValueError(f"time={time:g}: has passed; it must be at least the present time, {self._now:g}")
+        return Planned(self, time, priority, action, arguments)
 
     def process(self, generator: Generator[Any, Any, Any]) -> Any:
         """Start a process: a generator that yields SimPy events, such as ``clock.timeout(10)``.
@@ -53,7 +126,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If it is not a generator.
+            If it is not a generator. A process that yields what is no event receives a TypeError there.
         """
         if not hasattr(generator, "throw"):
             raise TypeError(
@@ -73,7 +146,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """
         return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
 
-    def schedule(self, event: Any, priority: Any = simpy.events.NORMAL, delay: float = 0) -> None:
+    def schedule(self, event: Any, priority: Any = NORMAL, delay: float = 0) -> None:
         """Put an event into the queue; SimPy's own classes call this.
 
         Parameters
@@ -92,6 +165,8 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """
         if not 0 <= delay < math.inf:
             raise ValueError(f"delay={delay}: must be a finite number, at least 0")
+        if type(event) is simpy.events.Initialize:
+            self._processes.add(event.callbacks[0].__self__)
         super().schedule(event, priority, delay)
 
     def step(self) -> None:
@@ -102,27 +177,109 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         """Refused with a TypeError, because the world would not advance."""
         raise TypeError("clock.run(…): the clock advances with its world; call world.run(steps)")
 
+    def peek(self) -> float:
+        """Return the time of the next event; infinite without one."""
+        queue = self._queue
+        while queue and queue[0][3].callbacks is None:
+            heappop(queue)
+            self._cancelled -= 1
+        return queue[0][0] if queue else math.inf
+
     def ticks_until_event(self, tick: int) -> float:
         """Return the number of steps from `tick` to the next event; infinite without one."""
         time = self.peek()
         return math.inf if math.isinf(time) else max(math.ceil(time - _ROUNDING) - tick, 0)
 
     def advance(self, tick: int) -> bool:
-        """Process all events that are due by `tick`; return whether there were any."""
+        """Process all events that are due by `tick`; return whether there were any.
+
+        An exception in an event, or one that a process does not handle, is raised as it is; the events after it are
+        processed by the next call.
+        """
         happened = False
+        self._limit = tick
         try:
-            while self.peek() <= tick + _ROUNDING:
-                super().step()
+            # An event that begins another run sets the limit to its first tick.
+            while self.peek() <= self._limit + _ROUNDING:
+                self._process_next()
                 happened = True
         finally:
-            self.set(tick)
+            self.set(self._limit)
         return happened
+
+    def _process_next(self) -> None:
+        """Process the next event. SimPy's own `step` would raise a copy of an exception, without its traceback."""
+        self._now, _, _, event = heappop(self._queue)
+        callbacks, event.callbacks = event.callbacks, None
+        for number, callback in enumerate(callbacks, 1):
+            try:
+                callback(event)
+            except BaseException as error:
+                process = _process_of(callback)
+                if process is not None and process.is_alive and type(error) is RuntimeError:
+                    self._refuse_yield(process, error)
+                    continue
+                if callbacks[number:]:
+                    event.callbacks = callbacks[number:]
+                    heappush(self._queue, (self._now, -1, next(self._eid), event))
+                raise
+        if not event._ok and not hasattr(event, "_defused"):
+            raise event._value
+
+    def _refuse_yield(self, process: Any, error: BaseException) -> None:
+        """Raise a TypeError in a process, at its yield."""
+        value = str(error).partition('Invalid yield value "')[2].rstrip('"')
+        refused = simpy.Event(self)
+        refused._ok, refused._defused = False, True
+        refused._value = TypeError(
+            f"process {process.name}: yielded {checks.shown(value)}, which is no event; yield one, such as "
+            "world.clock.timeout(10), world.clock.process(…) or a request of a resource"
+        )
+        process._resume(refused)
 
     def begin(self, tick: int) -> None:
         """Drop all events and set the time to `tick`. Resources stay usable; waiting processes never continue."""
         self._queue.clear()
-        self._now = tick
+        self._processes.clear()
+        self._cancelled = 0
+        self._now = self._limit = tick
 
     def set(self, tick: int) -> None:
         """Set the time to `tick`, between two steps; the next `advance` processes the events due by then."""
         self._now = tick
+
+    def forget_cancelled(self) -> None:
+        """Count a cancelled call, and drop all of them once they are many."""
+        self._cancelled += 1
+        if self._cancelled > _MOST_CANCELLED and 2 * self._cancelled > len(self._queue):
+            self._queue[:] = [entry for entry in self._queue if entry[3].callbacks is not None]
+            heapify(self._queue)
+            self._cancelled = 0
+
+    @property
+    def processes(self) -> list[Any]:
+        """The processes that have not ended."""
+        return [process for process in self._processes if process.is_alive]
+
+    @property
+    def pending(self) -> list[Any]:
+        """The events to come that do something, in order; SimPy's own and planned calls."""
+        return [event for *_, event in sorted(self._queue, key=lambda entry: entry[:3]) if event.callbacks]
+
+    @property
+    def order(self) -> int:
+        """The order of the next event."""
+        order = next(self._eid)
+        self._eid = itertools.count(order)
+        return order
+
+    @order.setter
+    def order(self, order: int) -> None:
+        self._eid = itertools.count(order)
+
+
+def _process_of(callback: Any) -> Any:
+    """Return the process that a callback continues or interrupts; None for others."""
+    owner = getattr(callback, "__self__", None)
+    owner = getattr(owner, "process", owner)
+    return owner if isinstance(owner, simpy.Process) else None

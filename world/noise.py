@@ -52,6 +52,8 @@ class Stream(IntEnum):
     POLICY = 1
     CALLABLE = 2
     SENSOR = 3
+    CYCLE = 4
+    EVENTS = 5
 
 
 def stream_number(stream: Stream, group: int) -> int:

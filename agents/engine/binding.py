@@ -8,6 +8,7 @@ Arrays can then be rewritten in place; after replacing one, bind again.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
@@ -24,6 +25,7 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
 from teamsight.agents.recording.trajectory import Trail
@@ -70,6 +72,7 @@ class Binding:
         self.world = WORLD.pack(WorldArrays(
             data.key,
             data.moment,
+            data.time,
             self.progress,
             self._group_records,
             self._relation_records,
@@ -79,6 +82,7 @@ class Binding:
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
             np.zeros((bodies if is_undoable else 0, 6)),
+            self._watchers(),
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -160,6 +164,22 @@ class Binding:
             log.kept_start, log.kept_identity, log.before, log.after,
         )  # fmt: skip
 
+    def _watchers(self) -> npt.NDArray[np.int64]:
+        """Bind the watchers to the present records, and list their addresses."""
+        data = self._data
+        bound = Bound(
+            data.groups, self._group_records, self._relations, self._relation_records, self._first_body, data.moment
+        )
+        rows = np.zeros((len(data.watchers), 4), np.int64)
+        for row, watcher in zip(rows, data.watchers, strict=True):
+            watcher.bind(bound)
+            row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
+        return rows
+
+    def rebind_watchers(self) -> None:
+        """Bind the watchers anew, after one came or went or arrays were replaced."""
+        self.world.update(watchers=self._watchers())
+
     def rebind(self, relation: int | None = None) -> None:
         """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
         if relation is not None:
@@ -167,6 +187,8 @@ class Binding:
         for group, value in zip(self._group_records, self._groups(), strict=True):
             group.put(value)
         self.rebind_logs()
+        if self._data.watchers:
+            self.rebind_watchers()
 
     def rebind_logs(self) -> None:
         """Write the records of the logs anew."""

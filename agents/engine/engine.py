@@ -6,13 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.failures import bad_sensing, check_places, endless_growth, endless_sensor, failure
-from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, RUN, SEE
+from teamsight.agents.engine.failures import (
+    bad_sensing,
+    check_places,
+    endless,
+    endless_growth,
+    failure,
+    keep_actions,
+)
+from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.watching import Watcher, report
 from teamsight.agents.group import Group
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
@@ -59,6 +67,8 @@ class Engine:
         self._every = 0
         self.relations: list[Relation] = []
         self.is_bound = self.is_seen = self._is_recorded = False
+        # Whether the watchers have seen the present positions, and whether the records hold those that there are.
+        self._is_watched, self._has_watchers = False, True
         self._phase = 0
         self._binding: Binding
         self.searches = 0
@@ -88,11 +98,36 @@ class Engine:
                 REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._phase
-                self.is_bound, self.is_seen = True, False
+                self.is_bound, self.is_seen, self._has_watchers = True, False, True
+        if not self._has_watchers:
+            REPORT.plan(kernels_needed(self._data))
+            self._binding.rebind_watchers()
+            self._has_watchers = True
         if not self.is_seen:
             self._call(SEE)
-            self.is_seen, self._is_recorded = True, False
+            self.is_seen, self._is_recorded, self._is_watched = True, False, False
             self.searches += 1
+
+    def watch(self, watcher: Watcher) -> None:
+        """Call a watcher after each step, from now on."""
+        self._data.watchers.append(watcher)
+        self._is_watched = self._has_watchers = False
+
+    def unwatch(self, watcher: Watcher) -> None:
+        """Call a watcher no longer."""
+        self._data.watchers[:] = [other for other in self._data.watchers if other is not watcher]
+        self._has_watchers = False
+
+    def look(self) -> bool:
+        """Let the watchers see what has changed between steps; return whether one of them has something to report."""
+        if not self._data.watchers:
+            return False
+        self.prepare()
+        if self._is_watched:
+            return False
+        self._is_watched = True
+        self._call(LOOK)
+        return report(self._data.watchers, self._binding.world.value)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -184,6 +219,7 @@ class Engine:
         self._phase = 0
         if self.is_bound:
             self._binding.rewind()
+            self._has_watchers = not self._data.watchers
             self.stretch = self._data.history.begin_like(self.stretch)
             return
         self.trails = []
@@ -227,40 +263,28 @@ class Engine:
             try:
                 while (status := entry(binding.world)) != DONE:
                     where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
-                    if status in (BAD_ACTION, OUTSIDE):
-                        raise self._fail(status, where)
-                    if status == BAD_SENSING:
-                        raise self._fail_to_sense(where, has_decided=entry is not SEE)
+                    if status in (BAD_ACTION, OUTSIDE, BAD_SENSING):
+                        raise self._fail(status, where, has_decided=entry is not SEE)
                     # What was computed so far in this step depends on the present state only; it is computed again.
                     self._grow(status, where, need)
                     place = status, where, tick
                     grown = place, grown[1] + 1 if grown[0] == place else 1
                     if grown[1] > _MOST_GROWTH:
-                        raise self._endless(status, where)
+                        raise endless(self._data.groups, self.relations, status, where)
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
+                if self._data.watchers:
+                    report(self._data.watchers, binding.world.value)
                 self._check_places()
 
-    def _endless(self, status: int, where: int) -> ValueError:
-        if status == GROW_DETECTION:
-            return endless_sensor(self.relations[where])
-        return endless_growth(self._data.groups[where])
-
-    def _fail(self, status: int, where: int) -> ValueError:
+    def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:
         """Return the exception for a step that cannot be made; the decided actions are kept."""
-        groups = self._data.groups
-        for group in groups if status == OUTSIDE else groups[: where + 1]:
-            group.has_decided = group.is_compiled
         self.is_bound = False
+        keep_actions(self._data.groups, status, where, has_decided=has_decided)
+        if status == BAD_SENSING:
+            return bad_sensing(self.relations[where], int(self._data.moment[0]))
         return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
-
-    def _fail_to_sense(self, where: int, *, has_decided: bool) -> ValueError:
-        """Return the exception for a sensor whose list cannot be read; a move before it has been undone."""
-        for group in self._data.groups:
-            group.has_decided = has_decided and group.is_compiled
-        self.is_bound = False
-        return bad_sensing(self.relations[where], int(self._data.moment[0]))
 
     def _check_places(self) -> None:
         try:
@@ -282,6 +306,7 @@ class Engine:
     def _read_back(self) -> None:
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
+        self._data.time[0] = progress["tick"]
         # 1 only if there was no room for neighbours; the next call completes the step.
         self._phase = int(progress["phase"])
         buffer = self.stretch.buffer

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teamsight.agents.engine.records import OUTSIDE
+from teamsight.agents.engine.records import BAD_ACTION, GROW_DETECTION, OUTSIDE
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
@@ -28,6 +28,22 @@ def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
         "a unit vector; check the policy with check_policy(), and a degree of awareness of your own with "
         "check_awareness(). To continue, give the group another policy, restore() a state or reset()"
     )
+
+
+def keep_actions(groups: list[Group], status: int, where: int, *, has_decided: bool) -> None:
+    """Mark the groups whose kernels had decided before a step failed: the next step carries their actions out.
+
+    A move before a sensor that failed has been undone.
+    """
+    for group in groups[: where + 1] if status == BAD_ACTION else groups:
+        group.has_decided = has_decided and group.is_compiled
+
+
+def endless(groups: list[Group], relations: list[Relation], status: int, where: int) -> ValueError:
+    """Return the exception for a component that asks for more room on every call."""
+    if status == GROW_DETECTION:
+        return endless_sensor(relations[where])
+    return endless_growth(groups[where])
 
 
 def endless_growth(group: Group) -> ValueError:

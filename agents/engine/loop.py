@@ -1,8 +1,8 @@
 """The loop: the same kernels for one step and for many, with no Python in between.
 
-A step is: perceive → decide → move → search for neighbours → record. Everything that differs from group to group is
-reached through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas there
-are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
+A step is: perceive → decide → move → search for neighbours → record → watch. Everything that differs from group to
+group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas
+there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ def _perceive(address: int) -> int:
     world = world_at(address)
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
+    world.time[0] = progress.tick
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if group.noise.shape[1] > 0 and group.block[0] != block:
@@ -180,8 +181,22 @@ def _leave_trail(address: int) -> None:
 
 
 @kernel
+def _watch(address: int, is_step: bool) -> None:
+    """Call the watchers, those that see changes between steps or all after a step; note which of them stop the loop."""
+    world = world_at(address)
+    watchers = world.watchers
+    for number in range(watchers.shape[0]):
+        watchers[number, 3] = 0
+        if is_step or watchers[number, 2] != 0:
+            watchers[number, 3] = call(watchers[number, 0], watchers[number, 1])
+            if watchers[number, 3] != 0:
+                world.progress[0].stopped = 1
+                world.progress[0].steps = 0
+
+
+@kernel
 def _finish(address: int) -> int:
-    """Search for neighbours after a move and record the step."""
+    """Search for neighbours after a move, record the step, and call the watchers."""
     status = _find_neighbours(address, world_at(address).progress[0].tick + 1)
     world = world_at(address)
     progress = world.progress[0]
@@ -199,6 +214,8 @@ def _finish(address: int) -> int:
     progress.phase = 0
     if world.every > 0 and progress.tick % world.every == 0:
         _leave_trail(address)
+    if world.watchers.shape[0] > 0:
+        _watch(address, True)
     return DONE
 
 
@@ -247,7 +264,13 @@ def _see(address: int) -> int:
     return DONE
 
 
+def _look(address: int) -> int:
+    _watch(address, False)
+    return DONE
+
+
 RUN = Entry(_run)
 BEGIN_STEP = Entry(plain(_perceive))
 END_STEP = Entry(_end_step)
 SEE = Entry(_see)
+LOOK = Entry(_look)

@@ -26,12 +26,14 @@ HISTORY_COLUMNS = 3
 #: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
 
-PROGRESS = np.dtype([(name, np.int64) for name in ("tick", "steps", "phase", "row", "trail_row", "where", "need")])
+_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "where", "need", "stopped")
+PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
 """The state of the loop.
 
 ``steps`` are still to be made. ``phase`` is 1 if bodies have moved but neighbours have not been searched for.
 ``row`` and ``trail_row`` are the next rows of the history and of the recorded positions. ``where`` is the group or the
-relation at which the loop stopped, ``need`` the number of entries for which it needs room.
+relation at which the loop stopped, ``need`` the number of entries for which it needs room. ``stopped`` is 1 if a
+watcher has stopped the loop after a step.
 """
 
 
@@ -161,6 +163,8 @@ class WorldArrays(NamedTuple):
         The key of the noise.
     moment : ndarray, shape (1,), int64
         The tick of the present positions, for sensors.
+    time : ndarray, shape (1,), float64
+        The present tick, for percepts.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
     groups, relations, logs : list of Packed
@@ -177,10 +181,13 @@ class WorldArrays(NamedTuple):
     undo : ndarray, shape (bodies, 6), float64
         Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
         or a sensor then fails; empty if arena and sensors are the package's own.
+    watchers : ndarray, shape (watchers, 4), int64
+        For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
     moment: Annotated[Integers, 1]
+    time: Annotated[Floats, 1]
     progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
@@ -190,6 +197,7 @@ class WorldArrays(NamedTuple):
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
+    watchers: Annotated[Integers, "watchers", 4]
 
 
 GROUP = Record(GroupArrays)

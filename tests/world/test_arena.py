@@ -28,7 +28,7 @@ def confined(arena: Arena, place: object, step: float, angle: float) -> tuple[np
     bodies = Bodies(
         identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.array([place], float), heading=heading.copy(),
         moved=np.zeros((1, 2)), speed=np.array([step]), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
-        arena_size=np.array(arena.size),
+        arena_size=np.array(arena.size), active=np.ones(1, bool),
     )  # fmt: skip
     move = pack_move(arena, bodies, heading, np.array([step]))
     assert advance_entry(arena)(move) == 0

@@ -25,6 +25,7 @@ def moved(angle: float, limit: float, speed: float, action: tuple[float, float, 
         identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)),
         heading=np.array([[math.cos(angle), math.sin(angle)]]), moved=np.ones((1, 2)), speed=np.array([speed]),
         turn_cosine=np.array([cosine]), turn_sine=np.array([sine]), arena_size=np.array([1000.0, 1000.0]),
+        active=np.ones(1, bool),
     )  # fmt: skip
     move = pack_move(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
     return advance_entry(Box(1000, 1000))(move), bodies
@@ -62,7 +63,7 @@ def test_headings_stay_unit_vectors_through_many_turns() -> None:
     bodies = Bodies(
         identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)), heading=heading,
         moved=np.zeros((1, 2)), speed=np.zeros(1), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
-        arena_size=np.array([10.0, 10.0]),
+        arena_size=np.array([10.0, 10.0]), active=np.ones(1, bool),
     )  # fmt: skip
     aim = np.zeros((1, 2))
     move = pack_move(Box(10, 10), bodies, aim, np.zeros(1))

@@ -45,7 +45,7 @@ def moved(arena: Arena, places: np.ndarray, steps: np.ndarray, angles: np.ndarra
     bodies = Bodies(
         identity=every, member=every, position=np.array(places), heading=heading.copy(), moved=np.zeros((count, 2)),
         speed=np.array(steps), turn_cosine=np.full(count, cosine), turn_sine=np.full(count, sine),
-        arena_size=np.array(arena.size),
+        arena_size=np.array(arena.size), active=np.ones(count, bool),
     )  # fmt: skip
     assert advance_entry(arena)(pack_move(arena, bodies, np.zeros((count, 2)), np.array(steps))) == 0
     return bodies.position, bodies.heading

@@ -1,0 +1,93 @@
+"""What a world offers for events: its sources and its log."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import pandas as pd
+
+from teamsight.agents.fixed import refusing
+from teamsight.agents.measures import Measures
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+    from teamsight.agents.events.source import EventSource
+    from teamsight.agents.group import Group
+
+    S = TypeVar("S", bound=EventSource)
+else:
+    S = TypeVar("S")
+
+
+@refusing(
+    events="it is what happened; world.log(…) adds to it, and reset() empties it",
+    sources="world.attach(…) and world.detach(…) change them",
+)
+class EventMethods(Measures):
+    """The methods of a world for events; `World` derives from it."""
+
+    def attach(self, source: S, group: Group[Any] | None = None) -> S:
+        """Let an event source plan events in this world, from now on; see `EventSource`.
+
+        Parameters
+        ----------
+        source : EventSource
+            Such as ``Failures(500, 50)``. It is copied: one object can be attached to many groups and worlds.
+        group : Group, optional
+            The group that it concerns.
+
+        Returns
+        -------
+        EventSource
+            The attached copy, which belongs to this world; `detach` takes it.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `source` is no event source or is attached already, or the group is missing or of another world. Nothing
+            is changed then.
+        """
+        return self._data.sources.attach(self, source, group)
+
+    def detach(self, source: EventSource) -> None:
+        """Take an event source out of this world and cancel the events that it has planned.
+
+        Raises
+        ------
+        ValueError
+            If it is not attached to this world.
+        """
+        self._data.sources.detach(source)
+
+    @property
+    def sources(self) -> tuple[EventSource, ...]:
+        """The attached event sources, in the order in which they were attached."""
+        return tuple(self._data.sources.attached)
+
+    def log(self, what: str, agent: Body | None = None, /, **details: Any) -> None:
+        """Add an event to `events`, at the present time: ``world.log("painted", robot, colour="red")``.
+
+        Parameters
+        ----------
+        what : str
+            What happened, in a word or two.
+        agent : Body, optional
+            To whom.
+        **details
+            Numbers, texts, True, False or None; each is a column of the table.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If one of these is something else.
+        """
+        self._data.sources.log(what, agent, None, details)
+
+    @property
+    def events(self) -> pd.DataFrame:
+        """The event log: one row for each event, in the order in which they happened.
+
+        The columns are time (exact) and tick (completed steps) [ticks], what, group, agent (`unique_id`), source, and
+        one for each detail. ``world.events.to_parquet("events.parquet")`` writes it to a file.
+        """
+        return self._data.sources.events.frame()
