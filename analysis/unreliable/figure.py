@@ -1,0 +1,130 @@
+"""The two figures: what is observed, the gain from awareness, and δ, against the failure rate or the sensing period."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain, to_png
+from teamsight.analysis.unreliable.plan import DEGREES, TARGETS, Plan, time_to_failure
+from teamsight.analysis.unreliable.points import CONFIDENCE, RISK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+_TITLES = {
+    "failures": "Robots that fail: what awareness adds, and how large δ must be",
+    "periods": "Robots that sense rarely: what awareness adds, and how large δ must be",
+}
+_LABELS = {"failures": "failures of a robot in 1,000 ticks\n(availability)", "periods": "sensing period  [ticks]"}
+_ROWS = ("observed targets  [%]", "gain from awareness  [points]", "δ")
+# Inches.
+_WIDTH, _HEIGHT, _PANEL = 13.4, 11.2, 2.55
+
+
+def draw(points: pd.DataFrame, sweep: str, plan: Plan) -> bytes:
+    """Return the figure of a sweep as PNG.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `points.points`.
+    sweep : str
+        "failures" or "periods".
+    plan : Plan
+        What was simulated.
+    """
+    return to_png(draw_on_canvas(points, sweep, plan), _TITLES[sweep])
+
+
+def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
+    """Return the figure; see `draw`."""
+    figure = canvas(_WIDTH, _HEIGHT)
+    fixed = f"mean time to repair {plan.repair:g} ticks; " if sweep == "failures" else "phases at random; "
+    head(
+        figure,
+        _TITLES[sweep],
+        f"{plan.runs} runs of {plan.steps} steps, {TARGETS} targets; {fixed}95 % confidence bands of paired means; "
+        f"δ for a risk of {RISK:g}, bars between its bounds ({CONFIDENCE:.0%} each); seed {plan.seed}",
+    )
+    of = points[points["sweep"] == sweep].assign(x=lambda rows: _places(rows["value"], sweep, plan))
+    columns = len(plan.scenarios)
+    axes = np.empty((len(_ROWS), columns), object)
+    for row in range(len(_ROWS)):
+        for column, (robots, radius) in enumerate(plan.scenarios):
+            left, width = 0.065 + column * 0.93 / columns, 0.8 / columns
+            bottom = 1 - (1.25 + row * (_PANEL + 0.5) + _PANEL) / _HEIGHT
+            shared = {"sharex": axes[0, column]} if row else {}
+            shared |= {"sharey": axes[row, 0]} if column and row < 2 else {}
+            panel = axes[row, column] = figure.add_axes((left, bottom, width, _PANEL / _HEIGHT), **shared)
+            plain(panel)
+            panel.tick_params(colors=FAINT)
+            chosen = of[(of["robots"] == robots) & (of["radius"] == radius)]
+            (_draw_observed, _draw_gain, _draw_delta)[row](panel, chosen)
+            _scale(panel, of, sweep)
+            if row == 0:
+                panel.set_title(f"N = {robots}, R = {radius:g}", loc="left", size=11, color=INK)
+            if row == len(_ROWS) - 1:
+                panel.set_xlabel(_LABELS[sweep])
+            if column == 0:
+                panel.set_ylabel(_ROWS[row])
+    for row, height in ((0, 0.052), (1, 0.03), (2, 0.008)):
+        handles, labels = axes[row, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, bbox_to_anchor=(0.5, height))
+    return figure
+
+
+def _places(value: pd.Series[float], sweep: str, plan: Plan) -> pd.Series[float]:
+    """Return the values of the horizontal axis: failures in 1,000 ticks, or the period."""
+    if sweep == "periods":
+        return value
+    return value.map(lambda one: 0.0 if one == 1.0 else 1000.0 / time_to_failure(one, plan.repair))
+
+
+def _scale(axes: Axes, of: pd.DataFrame, sweep: str) -> None:
+    ticks = of.drop_duplicates("x").sort_values("x")
+    if sweep == "periods":
+        axes.set_xscale("log")
+        axes.set_xticks(ticks["x"], [f"{period:g}" for period in ticks["x"]])
+    else:
+        names = [f"{x:.2g}\n({value:g})" for x, value in zip(ticks["x"], ticks["value"], strict=True)]
+        axes.set_xticks(ticks["x"], names)
+    axes.minorticks_off()
+
+
+def _draw_observed(axes: Axes, of: pd.DataFrame) -> None:
+    for policy, rows in of.groupby("policy", sort=False):
+        for name, degree, dashes in zip(("aware", "unaware"), DEGREES[str(policy)], ("-", "--"), strict=True):
+            _band(axes, rows, name, _colour(policy), f"{policy}, {degree}", dashes)
+
+
+def _draw_gain(axes: Axes, of: pd.DataFrame) -> None:
+    axes.axhline(0.0, color=FAINT, linewidth=1.0)
+    for policy, rows in of.groupby("policy", sort=False):
+        given, missing = DEGREES[str(policy)]
+        _band(axes, rows, "gain", _colour(policy), f"{policy}: {given} minus {missing}", "-")
+
+
+def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
+    for policy, rows in of.groupby("policy", sort=False):
+        rows = rows.sort_values("x")
+        high = rows["delta_safe"].where(rows["supported"], rows["delta"])
+        reach = np.array([rows["delta"] - rows["delta_low"], high - rows["delta"]])
+        style = {"color": _colour(policy), "marker": "o", "markersize": 4.5, "linewidth": 1.6, "capsize": 3}
+        axes.errorbar(rows["x"], rows["delta"], reach, label=f"δ of {policy}", **style)
+    axes.set_ylim(bottom=0.0)
+
+
+def _colour(policy: object) -> str:
+    return DEGREE[DEGREES[str(policy)][0]]
+
+
+def _band(axes: Axes, rows: pd.DataFrame, name: str, colour: str, label: str, dashes: str) -> None:
+    rows = rows.sort_values("x")
+    style = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 1.6, "linestyle": dashes}
+    axes.plot(rows["x"], rows[name], label=label, **style)
+    known = rows[np.isfinite(rows[f"{name}_low"])]
+    axes.fill_between(known["x"], known[f"{name}_low"], known[f"{name}_high"], color=colour, alpha=0.18, linewidth=0)
