@@ -99,7 +99,8 @@ class Body(mesa_bases.Agent):
     def __repr__(self) -> str:
         # No number yet while it is made.
         number = vars(self).get("unique_id", "")
-        return f"<{type(self).__name__} {number} of {self.group.name!r}>"
+        is_inactive = self._row >= 0 and not self.group.bodies.active[self._row]
+        return f"<{type(self).__name__} {number} of {self.group.name!r}{', inactive' if is_inactive else ''}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.group_card import agent_html

@@ -1,13 +1,20 @@
-"""The condition of one agent: whether it takes part, and whether its sensors work."""
+"""The condition of agents, as users read it: whether one takes part, and whether its sensors work."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, Protocol, overload
+
+import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.channel import Channel
 
-if TYPE_CHECKING:
-    from teamsight.agents.group import Group
+
+class Members(Protocol):
+    """The part of `Group` that is used here; groups import this file."""
+
+    name: str
+    channels: dict[str, Channel]
 
 
 class Active:
@@ -27,7 +34,7 @@ class Active:
         agent.group.host.set_active(agent, value)
 
 
-def channel_of(group: Group, name: str) -> Channel:
+def channel_of(group: Members, name: str) -> Channel:
     """Return a channel of a group.
 
     Raises
@@ -42,3 +49,9 @@ def channel_of(group: Group, name: str) -> Channel:
         raise KeyError(
             f"{name!r}: the group {group.name!r} has no such channel, but {have}; declare it by world.senses(…, as_=…)"
         ) from None
+
+
+def note_of_inactive(active: npt.NDArray[np.bool_]) -> str:
+    """Return how many agents are inactive, to write after their number; empty if none is."""
+    inactive = len(active) - int(active.sum())
+    return f" ({inactive:,} inactive)" if inactive else ""

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.group import Group
+    from teamsight.agents.until import Until
 
     S = TypeVar("S", bound=EventSource)
 else:
@@ -22,6 +23,7 @@ else:
 @refusing(
     events="it is what happened; world.log(…) adds to it, and reset() empties it",
     sources="world.attach(…) and world.detach(…) change them",
+    until="its methods return the events for which a process can wait, as in world.until.observed(target)",
 )
 class EventMethods(Measures):
     """The methods of a world for events; `World` derives from it."""
@@ -63,6 +65,17 @@ class EventMethods(Measures):
     def sources(self) -> tuple[EventSource, ...]:
         """The attached event sources, in the order in which they were attached."""
         return tuple(self._data.sources.attached)
+
+    @property
+    def until(self) -> Until:
+        """Events of the world for which processes wait: ``yield world.until.observed(target)``; see `Until`."""
+        data = self._data
+        if data.until is None:
+            from teamsight.agents.until import Until
+
+            data.until = Until(data, self._engine)
+        until: Until = data.until
+        return until
 
     def log(self, what: str, agent: Body | None = None, /, **details: Any) -> None:
         """Add an event to `events`, at the present time: ``world.log("painted", robot, colour="red")``.

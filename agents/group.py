@@ -13,6 +13,7 @@ from teamsight.agents.awareness.perception import Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
+from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.fixed import refusing
@@ -188,7 +189,8 @@ class Group(Settings, Generic[A]):
             return [self.agents[one] for one in rows_of(row, len(self), self.name)]
 
     def __repr__(self) -> str:
-        return f"<Group {self.name!r}: {len(self)} agents, {type(self.policy).__name__}, {self.awareness}>"
+        inactive = note_of_inactive(self.bodies.active)
+        return f"<Group {self.name!r}: {len(self)} agents{inactive}, {type(self.policy).__name__}, {self.awareness}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.group_card import group_html

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import Channel
+from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown
@@ -43,8 +44,9 @@ class ShownGroup(Protocol):
 def group_row(group: ShownGroup) -> tuple[str, ...]:
     """Return a line about a group, for a table with `HEADER`."""
     policy, awareness = group.rules
+    size = f"{len(group.agents):,}{note_of_inactive(group.bodies.active)}"
     return (
-        group.name, f"{len(group.agents):,}", group.agent_class.__name__, group.team or "–", _named(policy),
+        group.name, size, group.agent_class.__name__, group.team or "–", _named(policy),
         shown(awareness, 40), span(group.bodies.speed), span(group.ranges[0]),
         ", ".join(_sensed(name, channel) for name, channel in group.channels.items()),
     )  # fmt: skip
@@ -76,6 +78,11 @@ def agent_html(agent: object, group: ShownGroup, row: int) -> str:
         ("speed", f"{bodies.speed[row]:.4g}"), ("sensing range", f"{group.ranges[0][row]:.4g}"),
         ("policy", _named(group.rules[0])), ("awareness", group.rules[1]),
     ]  # fmt: skip
+    if not bodies.active[row]:
+        rows.insert(0, ("state", "inactive"))
+    broken = ", ".join(name for name, channel in group.channels.items() if not channel.works[row])
+    if broken:
+        rows.append(("sensors out of order", broken))
     rows += [(name, shown(column[row])) for name, column in group.columns.items()]
     return card(repr(agent), rows)
 

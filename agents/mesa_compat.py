@@ -43,6 +43,7 @@ def take_over_step(model: mesa.Model) -> None:
 
 
 def _counted_step(model: mesa.Model, *arguments: Any, **named: Any) -> None:
+    model._stepper.finish_tick()
     steps, tick = model.steps, model.tick
     if has_events(model):
         _process_until(model, (steps + 1.0, _HIGH, model._step_event))
@@ -53,6 +54,7 @@ def _counted_step(model: mesa.Model, *arguments: Any, **named: Any) -> None:
         set_counters(model, steps + model.tick - tick)
         raise
     end_step(model)
+    model._stepper.finish_tick()
 
 
 def end_step(model: mesa.Model) -> None:

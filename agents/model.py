@@ -7,19 +7,20 @@ import random
 from collections.abc import Mapping
 from functools import cached_property
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
+from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.event_methods import EventMethods
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
+from teamsight.agents.mesa_events import MesaEvents
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 
 
-class World(EventMethods):
+class World(MesaEvents):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -272,11 +273,30 @@ class World(EventMethods):
 
     def run_until(self, end_time: int) -> None:
         """Make steps until `tick` is `end_time`."""
-        self.run(max(checks.count("end_time", end_time, least=0) - self.tick, 0))
+        cure = "reset() goes back"
+        self.run(checks.count("end_time", end_time, least=self.tick, cure=cure) - self.tick)
 
-    def state(self) -> State:
-        """Return a copy of all that changes in a run except pending events; `restore` goes back to it."""
-        return self._states.save()
+    def _advance_time(self, until: float) -> None:
+        """Make steps until a time; mesa's simulators call this."""
+        self.run(int(until) - self.tick)
+
+    def state(self, *, pending: Literal["keep", "drop"] = "keep") -> State:
+        """Return a copy of all that changes in a run; `restore` goes back to it. It can be pickled.
+
+        It holds the event sources, the event log, and the planned calls of sources and of methods of the world and its
+        agents. Other functions, and processes, which are running generators, cannot be saved.
+
+        Parameters
+        ----------
+        pending : {"keep", "drop"}
+            Whether planned functions and processes are an error, or are left out.
+
+        Raises
+        ------
+        TypeError
+            If there are any, and `pending` is "keep".
+        """
+        return self._states.save(pending)
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state of this world, or of one that was built in the same way.
@@ -309,7 +329,7 @@ class World(EventMethods):
         data = vars(self).get("_data")
         if data is None:
             return f"<{type(self).__name__}, not built>"
-        groups = "".join(f", {len(group):,} {group.name}" for group in data.groups)
+        groups = "".join(f", {len(one):,} {one.name}{note_of_inactive(one.bodies.active)}" for one in data.groups)
         return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
 
     def _repr_html_(self) -> str | None:

@@ -65,10 +65,13 @@ def _group(
             _dots(places[filled], np.full(len(agents), _DOT), f'fill="{colour}" stroke="{colour}"'),
             _dots(places[~filled], np.full(len(agents), _DOT), f'fill="none" stroke="{colour}"'),
         ]
+    active, inactive = group.active[rows], places[~group.active[rows]]
+    places, ways = places[active], ways[active]
     noses = [np.stack([place, place + _NOSE * way]) for place, way in zip(places, ways, strict=True)]
     return [
-        _dots(places, group.sensing_range[rows] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'),
-        _dots(places, np.full(len(agents), _DOT), f'fill="{colour}" stroke="none"'),
+        _dots(places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'),
+        _dots(places, np.full(len(places), _DOT), f'fill="{colour}" stroke="none"'),
+        _dots(inactive, np.full(len(inactive), _DOT), f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
         _path(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
     ]
 

@@ -39,8 +39,9 @@ else:
 class WorldSpace(_NewSpace, _OldSpace):
     """A world's space for mesa: where the agents are, and who is near. It stores nothing, so it is never stale.
 
-    Distances and directions are those of the arena: on a torus the shortest ones. Obstacles do not matter. Agents are
-    in the order of groups. `World.space` makes it.
+    Distances and directions are those of the arena: on a torus the shortest ones. Obstacles do not matter. Agents that
+    are inactive have a place, but are not found near a point or an agent. Agents are in the order of
+    groups. `World.space` makes it.
 
     Parameters
     ----------
@@ -108,6 +109,10 @@ class WorldSpace(_NewSpace, _OldSpace):
         positions.flags.writeable = False
         return positions
 
+    @property
+    def _are_active(self) -> npt.NDArray[np.bool_]:
+        return np.concatenate([np.empty(0, bool), *(group.bodies.active for group in self._data.groups)])
+
     # mesa's drawing functions and agents read these three.
     @property
     def _agent_positions(self) -> Floats:
@@ -165,7 +170,7 @@ class WorldSpace(_NewSpace, _OldSpace):
         """Return the agents within a radius of a point, in the order of groups, and their distances [length]."""
         limit = checks.number("radius", radius, least=0.0)
         distances, agents = self.calculate_distances(point)
-        is_near = distances <= limit
+        is_near = (distances <= limit) & self._are_active
         return list(compress(agents, is_near)), distances[is_near]
 
     def get_k_nearest_agents(self, point: Points, k: int = 1) -> Found:
@@ -173,7 +178,7 @@ class WorldSpace(_NewSpace, _OldSpace):
 
         The nearest is the first; of two at the same distance, the one that precedes in the order of groups.
         """
-        distances, agents = self.calculate_distances(point)
+        distances, agents = _those(self._are_active, *self.calculate_distances(point))
         nearest = np.argsort(distances, kind="stable")[: checks.count("k", k, least=0)]
         return [agents[row] for row in nearest], distances[nearest]
 
@@ -185,7 +190,7 @@ class WorldSpace(_NewSpace, _OldSpace):
         """Return the `k` other agents that are nearest to an agent, or all if there are fewer, and their distances."""
         most = checks.count("k", k, least=0)
         # Others at the same place may precede the agent itself.
-        distances, agents = self.calculate_distances(self._checked(agent).position)
+        distances, agents = _those(self._are_active, *self.calculate_distances(self._checked(agent).position))
         others, far = _without(agent, agents, distances)
         nearest = np.argsort(far, kind="stable")[:most]
         return [others[row] for row in nearest], far[nearest]
@@ -261,6 +266,11 @@ def _point(name: str, value: Points) -> Floats:
     if point.shape != (2,) or not np.isfinite(point).all():
         raise ValueError(f"{name}={checks.shown(value)}: must be two finite numbers, such as (0.5, 1.0)")
     return point
+
+
+def _those(mask: npt.NDArray[np.bool_], distances: Floats, agents: list[Body]) -> tuple[Floats, list[Body]]:
+    """Return the distances and agents of a mask."""
+    return distances[mask], list(compress(agents, mask))
 
 
 def _without(agent: Body, agents: list[Body], distances: Floats) -> Found:

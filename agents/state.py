@@ -1,4 +1,4 @@
-"""State: all that changes in a run, as one value. Pending events are not part of it."""
+"""State: all that changes in a run, as one value."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout, take_rows
+from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
@@ -71,6 +72,8 @@ class State(NamedTuple):
         The completed steps.
     collected : HistoryCollector or None
         The world's own data collector; None if the user has set another.
+    events : SavedEvents
+        The planned calls, the event sources and the event log.
     """
 
     seed: int
@@ -79,6 +82,7 @@ class State(NamedTuple):
     groups: tuple[GroupState, ...]
     history: History
     collected: HistoryCollector | None
+    events: SavedEvents
 
 
 class StateKeeper:
@@ -87,8 +91,8 @@ class StateKeeper:
     def __init__(self, model: mesa.Model, data: WorldData, engine: Engine, recording: Recording) -> None:
         self._model, self._data, self._engine, self._recording = model, data, engine, recording
 
-    def save(self) -> State:
-        """Return a copy of all that changes in a run."""
+    def save(self, pending: str) -> State:
+        """Return a copy of all that changes in a run; see `World.state`."""
         groups = tuple(
             GroupState(
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
@@ -100,9 +104,8 @@ class StateKeeper:
         collector = self._recording.collector
         collected = collector if isinstance(collector, HistoryCollector) else None
         data = self._data
-        return copy.deepcopy(
-            State(data.seed, data.timeline.tick, _identified_arena(data.arena), groups, data.history, collected)
-        )
+        events, arena = save_events(self._model, data, pending), _identified_arena(data.arena)
+        return copy.deepcopy(State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events))
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state; see `World.restore`."""
@@ -126,6 +129,7 @@ class StateKeeper:
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
+            restore_events(self._model, data, saved.events)
 
     def _let_go(self, group: Group, old: GroupState) -> None:
         """Take those agents out of a group that have arrived after a state was saved."""
@@ -213,6 +217,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
                 f"{state}; restore it in a world whose policies have the same options"
             )
+    check_events(saved.events, data)
 
 
 def _sensors(group: Group) -> dict[str, Sensor | None]:

@@ -15,11 +15,14 @@ from teamsight.agents.group import Group
 from teamsight.agents.progress import RunProgress
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.recording.recording import Recording
+from teamsight.agents.timeline import CONDITION
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Policy
 from teamsight.policies.registry import label
+
+WAITING = "a process waits for a condition in Python, world.until(…)"
 
 
 class Stepper:
@@ -67,6 +70,7 @@ class Stepper:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
         try:
+            self.finish_tick()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)
@@ -74,19 +78,35 @@ class Stepper:
                     # The wrapper of `mesa_compat.take_over_step`, which counts the step.
                     mesa_step: Callable[[], None] = model.step
                     mesa_step()
+                    if reason == WAITING:
+                        reason = self.needs_python()
                 else:
                     reason = self._run_to_next_event(left)
+                    self.finish_tick()
         finally:
             shown.close()
+
+    def finish_tick(self) -> None:
+        """Process the events that are due, between two steps, where they happen at the end of a step."""
+        if self._timeline.events_end_steps and not self._timeline.inside:
+            self._timeline.process_events()
 
     def _process_events(self) -> bool:
         """Process the events that are due; return False if one has stopped the model."""
         was_running = self._model.running
         self._timeline.process_events()
         # What the events have changed may be what a watcher waits for; then there are new events.
-        while (self._model.running or not was_running) and self._engine.look():
+        while (self._model.running or not was_running) and (self._engine.look() or self._test_conditions()):
             self._timeline.process_events()
         return bool(self._model.running or not was_running)
+
+    def _test_conditions(self) -> bool:
+        """Test what processes wait for in Python; return whether that has planned an event."""
+        if not self._data.conditions:
+            return False
+        with self._timeline.calling(CONDITION):
+            planned = [test() for test in list(self._data.conditions)]
+        return any(planned)
 
     def _run_to_next_event(self, most: int) -> str:
         """Process due events and make the steps up to the next event; return why the steps after it need Python."""
@@ -142,6 +162,7 @@ class Stepper:
                     callback(self._model)
         if not isinstance(self._recording.collector, HistoryCollector):
             self._recording.collector.collect(self._model)
+        self._test_conditions()
 
     def _run_stretch(self, steps: int) -> None:
         self.begin_to_collect()
@@ -188,14 +209,14 @@ class Stepper:
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""
         stretch, history = self._engine.stretch, self._data.history
-        first, observed, largest, earlier = stretch.rows, stretch.observed_sum, history.max_neighbours, history.earlier
+        first, largest, totals, earlier = stretch.rows, history.max_neighbours, stretch.totals, history.earlier
         try:
             make_steps(*number)
         finally:
             collector = self._recording.collector
             if stretch.rows > first and isinstance(collector, HistoryCollector):
                 tick = self._timeline.tick
-                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, observed, largest, earlier))
+                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, earlier, totals, largest))
 
     def needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""
@@ -205,6 +226,8 @@ class Stepper:
             return "a recorder is a Python function"
         if not isinstance(self._recording.collector, HistoryCollector):
             return "a DataCollector collects after every step"
+        if self._data.conditions:
+            return WAITING
         for group in self._data.groups:
             if _overrides_step(group):
                 return f"an agent class of {group.name} overrides step"

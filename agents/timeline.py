@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from teamsight.world.clock import Clock
 
-DECIDE = "decide"
+DECIDE, EVENT, CONDITION = "decide", "an event", "a condition"
 
 
 class Timeline:
@@ -23,12 +23,16 @@ class Timeline:
         The sum of the changes of `tick` by `reset` and `restore`.
     inside : str
         Which of the user's functions is being called; the world cannot be advanced meanwhile.
+    events_end_steps : bool
+        Whether the events of a tick happen at the end of the step that leads to it, as in mesa, and not before the
+        next step.
     """
 
     def __init__(self) -> None:
         self.clock = Clock()
         self.tick = self.jumps = 0
         self.inside = ""
+        self.events_end_steps = False
 
     @contextlib.contextmanager
     def calling(self, what: str) -> Iterator[None]:
@@ -42,17 +46,25 @@ class Timeline:
     def check_outside(self, what: str) -> None:
         """Refuse to advance the world while a function of the user's is called."""
         if self.inside:
-            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; call it between steps")
+            cure = "call it between steps"
+            if self.inside == EVENT:
+                cure += "; a process lets the world go on by yield world.clock.timeout(1)"
+            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; {cure}")
 
     def check_undecided(self, what: str, cure: str) -> None:
         """Refuse to change groups while they decide."""
         if self.inside == DECIDE:
             raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {cure}")
 
+    @property
+    def is_in_event(self) -> bool:
+        """Whether an event is being processed."""
+        return self.inside == EVENT
+
     def process_events(self) -> None:
         """Process all events that are due."""
         if self.clock.ticks_until_event(self.tick) <= 0:
-            with self.calling("an event"):
+            with self.calling(EVENT):
                 self.clock.advance(self.tick)
 
     def set(self, tick: int) -> None:

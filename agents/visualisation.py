@@ -29,7 +29,7 @@ _MISSING = "mesa's visualisation needs packages that are not installed: pip inst
 def portrayal(agent: Body) -> Any:
     """Return how mesa draws an agent, with matplotlib or a ``SpaceRenderer``: in its group's colour.
 
-    An agent that is on no team and that nobody observes is pale.
+    An agent that is on no team and that nobody observes is pale, one that is inactive grey.
 
     Parameters
     ----------
@@ -120,6 +120,8 @@ def make_world_component(
 def _look(agent: Body) -> tuple[int, str]:
     """Return the size and the colour of an agent."""
     colour = COLOURS[agent.group.number % len(COLOURS)]
+    if not agent.active:
+        return 45, "#999999"
     if agent.group.team is not None:
         return 70, colour
     return 45, colour if getattr(agent, "is_observed", True) else f"{colour}59"
@@ -131,24 +133,24 @@ def _altair_portrayal(agent: Body) -> dict[str, Any]:
 
 
 def _headings(world: World) -> list[Floats]:
-    """Return a short line ahead of each agent on a team."""
+    """Return a short line ahead of each active agent on a team."""
     low, high = world.arena.bounds
     length = 0.03 * float(np.max(high - low))
     return [
         np.array([place, place + length * way])
         for group in world.groups
         if group.team is not None
-        for place, way in zip(group.position, group.heading, strict=True)
+        for place, way in zip(group.position[group.active], group.heading[group.active], strict=True)
     ]
 
 
 def _ranges(world: World) -> list[tuple[Floats, int]]:
-    """Return the sensing range of each agent on a team as a line, and the number of its group."""
+    """Return the sensing range of each active agent on a team as a line, and the number of its group."""
     return [
         (circle(x, y, reach, 48), group.number)
         for group in world.groups
         if group.team is not None
-        for (x, y), reach in zip(group.position, group.sensing_range, strict=True)
+        for (x, y), reach in zip(group.position[group.active], group.sensing_range[group.active], strict=True)
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,9 @@ class WorldData:
         The completed steps.
     watchers : list of Watcher
         What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
+    conditions : list of callable
+        What is called before and after each step made one by one, and returns whether it has planned an event; see
+        `Until.__call__`.
     """
 
     def __init__(self, arena: Arena, seed: int) -> None:
@@ -58,6 +62,9 @@ class WorldData:
         self.sources = Sources(self.timeline)
         self.history = History()
         self.watchers: list[Watcher] = []
+        self.conditions: list[Callable[[], bool]] = []
+        # An `Until`, once it is used.
+        self.until: Any = None
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""
@@ -65,6 +72,9 @@ class WorldData:
         # In place, because the kernels read it.
         self.key[:] = key_of(seed)
         self.timeline.jump(tick)
+        self.conditions.clear()
+        for watcher in self.watchers:
+            watcher.forget()
         self.time[0] = tick
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:

@@ -19,6 +19,7 @@ _ROUNDING = 1e-9
 _MOST_CANCELLED = 64
 
 NORMAL = simpy.events.NORMAL
+Event = simpy.Event
 
 
 class Planned(simpy.Event):  # type: ignore[misc]
@@ -42,11 +43,13 @@ class Planned(simpy.Event):  # type: ignore[misc]
     callbacks: Any
     is_cancelled = False
 
-    def __init__(self, clock: Clock, time: float, priority: float, action: Callable[..., Any], arguments: Any) -> None:
+    def __init__(
+        self, clock: Clock, time: float, priority: float, order: int, action: Callable[..., Any], arguments: Any
+    ) -> None:
         self.env, self.callbacks = clock, [_call]
-        self.time, self.priority, self.action, self.arguments = time, priority, action, arguments
-        self.order = next(clock._eid)
-        heappush(clock._queue, (time, priority, self.order, self))
+        self.time, self.priority, self.order = time, priority, order
+        self.action, self.arguments = action, arguments
+        heappush(clock._queue, (time, priority, order, self))
 
     def cancel(self) -> None:
         """Take the call back. It has no effect on one that has happened or was cancelled before."""
@@ -118,7 +121,13 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             time = checks.number("time", time)
             if time < self._now:
                 raise ValueError(f"time={time:g}: has passed; it must be at least the present time, {self._now:g}")
-        return Planned(self, time, priority, action, arguments)
+        return Planned(self, time, priority, next(self._eid), action, arguments)
+
+    def plan_again(
+        self, time: float, priority: float, order: int, action: Callable[..., Any], arguments: tuple[Any, ...]
+    ) -> Planned:
+        """Plan a call that was saved, at its place in the order."""
+        return Planned(self, time, priority, order, action, arguments)
 
     def process(self, generator: Generator[Any, Any, Any]) -> Any:
         """Start a process: a generator that yields SimPy events, such as ``clock.timeout(10)``.
@@ -262,9 +271,9 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         return [process for process in self._processes if process.is_alive]
 
     @property
-    def pending(self) -> list[Any]:
-        """The events to come that do something, in order; SimPy's own and planned calls."""
-        return [event for *_, event in sorted(self._queue, key=lambda entry: entry[:3]) if event.callbacks]
+    def pending(self) -> list[tuple[float, float, int, Any]]:
+        """The events to come that do something, in order: (time, priority, order, event)."""
+        return sorted((entry for entry in self._queue if entry[3].callbacks), key=lambda entry: entry[:3])
 
     @property
     def order(self) -> int:

@@ -32,6 +32,8 @@ class Move(NamedTuple):
         The period of the arena, from `kernel_period`.
     box : ndarray, shape (2, 2), float64
         The lowest and the highest corner of the box around the arena.
+    active : ndarray, shape (n,) or (0,), bool
+        As in `Bodies`; empty if all are active. One that is not stays where it is.
     """
 
     position: Annotated[Column, "n", 2]
@@ -45,6 +47,7 @@ class Move(NamedTuple):
     arena_size: Annotated[Column, "sizes"]
     period: Annotated[Column, 2]
     box: Annotated[Column, 2, 2]
+    active: Annotated[npt.NDArray[np.bool_], "conditions"]
 
 
 MOVE = Record(Move)
@@ -96,8 +99,13 @@ def _advance(address: int) -> int:
     # Read once: for the compiler, the loop's writes could change the period.
     period_x = move.period[0]
     period_y = move.period[1]
+    are_all_active = move.active.shape[0] == 0
     outside = 0
     for i in range(position.shape[0]):
+        if not (are_all_active or move.active[i]):
+            moved[i, 0] = 0.0
+            moved[i, 1] = 0.0
+            continue
         aim_x = aim[i, 0]
         aim_y = aim[i, 1]
         distance = move.distance[i]
@@ -153,12 +161,18 @@ def advance_entry(arena: Arena) -> Entry:
     return _ENTRIES[rule, watch]
 
 
-def pack_move(arena: Arena, bodies: Bodies, aim: Column, distance: Column) -> Packed[Move]:
-    """Return the record of a move of `bodies` under the actions that `aim` and `distance` will hold; see `Move`."""
+def pack_move(
+    arena: Arena, bodies: Bodies, aim: Column, distance: Column, *, has_inactive: bool = False
+) -> Packed[Move]:
+    """Return the record of a move of `bodies` under the actions that `aim` and `distance` will hold; see `Move`.
+
+    `has_inactive` says whether some may be inactive, now or later.
+    """
     period, box = kernel_period(arena.period), np.array(arena.bounds, float)
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
         distance, bodies.arena_size, period, box,
+        bodies.active if has_inactive else bodies.active[:0],
     ))  # fmt: skip
 
 

@@ -25,6 +25,8 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.relaying import delay_of, relays_of
+from teamsight.agents.engine.relays import RelayArrays
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
@@ -65,6 +67,7 @@ class Binding:
         # The bodies of a world are numbered group by group.
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
+        self._relays = relays_of(groups, data.moment)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
@@ -82,16 +85,22 @@ class Binding:
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
             np.zeros((bodies if is_undoable else 0, 6)),
+            list(self._relays.values()),
             self._watchers(),
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
         """Bind all groups, each with the groups of its team."""
-        teams = {group.number: _team_group(group) for group in self._data.groups if "teammates" in group.relations}
-        return [
-            self._group(group, [teams[other.number] for other in team_of(self._data.groups, group)])
-            for group in self._data.groups
-        ]
+        groups = self._data.groups
+        teams = {group.number: _team_group(group) for group in groups if "teammates" in group.relations}
+        # What is known late, by group and delay.
+        late = {key: _known_late(teams[key[0]], relay.value) for key, relay in self._relays.items()}
+        records = []
+        for group in groups:
+            delay = delay_of(group)
+            team = [late.get((other.number, delay), teams[other.number]) for other in team_of(groups, group)]
+            records.append(self._group(group, team))
+        return records
 
     def _group(self, group: Group, team: list[Packed[TeamGroup]]) -> GroupArrays:
         """Bind a group: noise → percept → decision → motion."""
@@ -112,7 +121,10 @@ class Binding:
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, group.is_sound,
             advance_entry(self._data.arena),
-            pack_move(self._data.arena, group.bodies, group.action.heading, group.action.distance),
+            pack_move(
+                self._data.arena, group.bodies, group.action.heading, group.action.distance,
+                has_inactive=group.has_conditions,
+            ),
         )  # fmt: skip
 
     def _decision(self, group: Group) -> Packed[Decision] | None:
@@ -140,7 +152,15 @@ class Binding:
             relation.everyone, np.concatenate(rows), self._met[_side(relation)],
             search.room, relation.identity,
             relation.detection.record if relation.detection else None, *relation.true_lists,
+            relation.conditions,
+            [self._group_records[self._data.groups.index(group)] for group in self._counted_in(relation)],
         )  # fmt: skip
+
+    def _counted_in(self, relation: Relation) -> list[Group]:
+        """Return the groups that a relation is the first to observe, of those that count in the observed fraction."""
+        earlier = [other for other in self._relations[: self._relations.index(relation)] if other.counts]
+        known = {group.number for other in earlier for group in other.observed}
+        return [group for group in relation.observed if relation.counts and group.number not in known]
 
     def _log(self, log: TransitionLog) -> LogArrays:
         """Bind the log of a group's transitions."""
@@ -184,6 +204,8 @@ class Binding:
         """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
         if relation is not None:
             self._relation_records[relation].put(self._relation(self._relations[relation]))
+            for key, relay in relays_of(self._data.groups, self._data.moment).items():
+                self._relays[key].put(relay.value)
         for group, value in zip(self._group_records, self._groups(), strict=True):
             group.put(value)
         self.rebind_logs()
@@ -221,6 +243,10 @@ def _side(relation: Relation) -> str | int:
 def _team_group(group: Group) -> Packed[TeamGroup]:
     first = group.relations["teammates"].first[group.number]
     return TEAM_GROUP.pack(TeamGroup(first, group.bodies.heading, group.ranges[0], group.room("targets")))
+
+
+def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
+    return TEAM_GROUP.pack(team_group.value._replace(heading=relay.shown_heading, targets=relay.shown))
 
 
 def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:

@@ -12,10 +12,26 @@ from teamsight.agents.engine.readings import ReadingArrays, Readings, reading_ro
 from teamsight.agents.sensing.binding import DETECTING, Detecting, sense_entry
 from teamsight.agents.sensing.interface import View
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.sensing.writing import put
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
 
 Integers = npt.NDArray[np.int64]
+
+
+class Searched(NamedTuple):
+    """What the search was made with, from which it can be read who is inactive; empty if nobody ever is.
+
+    Attributes
+    ----------
+    reach : ndarray, shape (n,), float64
+        Below 0 for observers that sense nobody.
+    x : ndarray, shape (observed,), float64
+        NaN for bodies that nobody senses.
+    """
+
+    reach: Annotated[npt.NDArray[np.float64], ".n"]
+    x: Annotated[npt.NDArray[np.float64], ".observed"]
 
 
 class DetectionArrays(NamedTuple):
@@ -45,6 +61,8 @@ class DetectionArrays(NamedTuple):
         What percepts show; with a delay, in arrays of its own.
     shown_place : ndarray, shape (k,), int64
         The index among the observed of each of its entries.
+    searched : Searched
+        Who is inactive.
     """
 
     sense: Entry
@@ -61,6 +79,7 @@ class DetectionArrays(NamedTuple):
     readings: ReadingArrays
     shown: NeighbourList
     shown_place: Annotated[Integers, ".shown"]
+    searched: Searched
 
 
 DETECTION = Record(DetectionArrays)
@@ -98,6 +117,27 @@ def _show(detection: Any) -> None:
         shown.offset[k, 0] = readings.offset[slot, k, 0]
         shown.offset[k, 1] = readings.offset[slot, k, 1]
         shown.distance[k] = readings.distance[slot, k]
+
+
+@kernel
+def _leave_out_inactive(entries: Any, index: Any, searched: Any) -> None:
+    """Leave out of a list the rows of inactive observers, and inactive bodies.
+
+    `index` has for each entry the index among the observed, or −1 − index. The search has found nobody inactive, but
+    sensors have false detections, and a list that was measured earlier may show bodies that are inactive now.
+    """
+    at = 0
+    k = 0
+    for i in range(searched.reach.shape[0]):
+        end = entries.start[i + 1]
+        while k < end:
+            body = index[k]
+            if searched.reach[i] >= 0.0 and not math.isnan(searched.x[body if body >= 0 else ~body]):
+                index[at] = body
+                put(entries, at, entries.identity[k], entries.offset[k, 0], entries.offset[k, 1], entries.distance[k])
+                at += 1
+            k += 1
+        entries.start[i + 1] = at
 
 
 @kernel
@@ -149,6 +189,8 @@ def detect(address: int) -> int:
         return -1
     if need > detection.place.shape[0]:
         return need  # type: ignore[no-any-return]
+    if detection.searched.reach.shape[0] > 0:
+        _leave_out_inactive(detection.sensed, detection.sensed.identity, detection.searched)
     # Unsigned, because numba would check signed indices for negative values.
     size = np.uint64(detection.true_start.shape[0] - 1)
     entries = np.uint64(detection.sensed.start[size])
@@ -166,6 +208,8 @@ def detect(address: int) -> int:
     if detection.delay > 0:
         _keep(detection, need)
         _show(detection)
+        if detection.searched.reach.shape[0] > 0:
+            _leave_out_inactive(detection.shown, detection.shown_place, detection.searched)
     return need  # type: ignore[no-any-return]
 
 
@@ -180,6 +224,8 @@ class Detection:
         What it starts from.
     readings : Readings or None
         The lists on their way, for a sensor with a delay.
+    searched : Searched
+        Who is inactive.
 
     Attributes
     ----------
@@ -189,8 +235,8 @@ class Detection:
         The argument of `detect`.
     """
 
-    def __init__(self, sensor: Sensor, view: View, readings: Readings | None) -> None:
-        self._sensor, self._readings = sensor, readings
+    def __init__(self, sensor: Sensor, view: View, readings: Readings | None, searched: Searched) -> None:
+        self._sensor, self._readings, self._searched = sensor, readings, searched
         self.see(view)
 
     @property
@@ -226,5 +272,5 @@ class Detection:
         self.record = DETECTION.pack(DetectionArrays(
             sense_entry(self._sensor), DETECTING.pack(Detecting(view, parameters, sensed)), sensed, view.everyone,
             identity, place, np.zeros(size + 1, np.int64), true_index, view.tick, self.is_checked, self._sensor.delay,
-            readings, shown, shown_place,
+            readings, shown, shown_place, self._searched,
         ))  # fmt: skip

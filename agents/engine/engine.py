@@ -111,15 +111,22 @@ class Engine:
     def watch(self, watcher: Watcher) -> None:
         """Call a watcher after each step, from now on."""
         self._data.watchers.append(watcher)
-        self._is_watched = self._has_watchers = False
+        self._is_watched = False
+        self.rewatch()
 
     def unwatch(self, watcher: Watcher) -> None:
         """Call a watcher no longer."""
         self._data.watchers[:] = [other for other in self._data.watchers if other is not watcher]
+        self.rewatch()
+
+    def rewatch(self) -> None:
+        """Bind the watchers again before the next step."""
         self._has_watchers = False
 
     def look(self) -> bool:
         """Let the watchers see what has changed between steps; return whether one of them has something to report."""
+        for watcher in list(self._data.watchers):
+            watcher.tidy()
         if not self._data.watchers:
             return False
         self.prepare()

@@ -7,8 +7,10 @@ there are. Kernels here take the address of the world's record; see `teamsight.a
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
+from teamsight.agents.engine.conditions import count_active, count_observers, hide
 from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.records import (
     BAD_ACTION,
@@ -17,11 +19,13 @@ from teamsight.agents.engine.records import (
     GROW_DETECTION,
     GROW_PERCEPT,
     GROW_RELATION,
+    HISTORY_COLUMNS,
     OUTSIDE,
     group_at,
     relation_at,
     world_at,
 )
+from teamsight.agents.engine.relays import relay
 from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel, plain
 from teamsight.world.motion import is_action, move_at
@@ -127,6 +131,8 @@ def _find_neighbours(address: int, tick: int) -> int:
                 relation.x[at + j] = position[j, 0]
                 relation.y[at + j] = position[j, 1]
             at += position.shape[0]
+        if relation.conditions.reach.shape[0] > 0:
+            hide(world.relations[r])
         edges = search(relation.search)
         if edges > relation.identity.shape[0]:
             world.progress[0].where = r
@@ -143,6 +149,8 @@ def _find_neighbours(address: int, tick: int) -> int:
                 world.progress[0].where = r
                 world.progress[0].need = need
                 return GROW_DETECTION
+    for number in range(world.relays.shape[0]):
+        relay(world.relays[number])
     return DONE
 
 
@@ -163,20 +171,30 @@ def _record_relation(address: int, row: Any, stamp: int) -> None:
     row[0] = start[observers]
     row[1] = largest
     row[2] = observed
+    if row.shape[0] > HISTORY_COLUMNS:
+        row[3] = count_observers(address)
+        row[4] = 0
+        for g in range(here.counted.shape[0]):
+            row[4] += count_active(here.counted[g])
 
 
 @kernel
 def _leave_trail(address: int) -> None:
-    """Write the positions of all groups."""
+    """Write the positions of all groups; NaN for bodies that are inactive."""
     world = world_at(address)
     trail = world.trail[world.progress[0].trail_row]
     at = 0
     for g in range(world.groups.shape[0]):
-        position = move_at(group_at(world.groups[g]).move).position
+        move = move_at(group_at(world.groups[g]).move)
+        position = move.position
         for i in range(position.shape[0]):
-            trail[at, 0] = position[i, 0]
-            trail[at, 1] = position[i, 1]
-            at += 1
+            trail[at + i, 0] = position[i, 0]
+            trail[at + i, 1] = position[i, 1]
+        for i in range(move.active.shape[0]):
+            if not move.active[i]:
+                trail[at + i, 0] = math.nan
+                trail[at + i, 1] = math.nan
+        at += position.shape[0]
     world.progress[0].trail_row += 1
 
 
@@ -254,13 +272,13 @@ def _see(address: int) -> int:
     if status != DONE:
         return status
     world = world_at(address)
-    # No step has the stamp -1, but the last call of this function had it.
+    # No step has a stamp below 0, but an earlier call of this function may have had this one.
     for r in range(world.relations.shape[0]):
         met = relation_at(world.relations[r]).met
         for body in range(met.shape[0]):
             met[body] = 0
     for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.present[r], -1)
+        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
     return DONE
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
+from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
@@ -21,7 +22,8 @@ from teamsight.world.proximity.search import Searching
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-HISTORY_COLUMNS = 3
+#: The columns of the history, and those where bodies can be inactive.
+HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
 
 #: The status that the loop returns: done, or why it cannot continue.
 DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
@@ -77,6 +79,25 @@ class GroupArrays(NamedTuple):
     move: Packed[Move]
 
 
+class Conditions(NamedTuple):
+    """The condition of the observers of a relation; all empty if it never changes for observers and observed.
+
+    Attributes
+    ----------
+    active, works : ndarray, shape (n,), bool
+        Whether each observer is active, and whether its sensor works.
+    full : ndarray, shape (n,), float64
+        The range of each while both hold [length].
+    reach : ndarray, shape (n,), float64
+        The range with which the search is made: −1 for an observer that senses nobody.
+    """
+
+    active: Annotated[npt.NDArray[np.bool_], ".n"]
+    works: Annotated[npt.NDArray[np.bool_], ".n"]
+    full: Annotated[Floats, ".n"]
+    reach: Annotated[Floats, ".n"]
+
+
 class RelationArrays(NamedTuple):
     """The record of a relation: one group observes others.
 
@@ -91,7 +112,8 @@ class RelationArrays(NamedTuple):
     rows : ndarray, shape (observed,), int64
         The index of each of them in `met`.
     met : ndarray, shape (bodies,), int64
-        The step, counted from 1, in which each body of the world was last observed by the observers' side.
+        The step, counted from 1, in which each body of the world was last observed by the observers' side; or −1 − tick
+        if that was between steps.
     neighbours : NeighbourList
         The result of the search; its identities are indices among the observed.
     identity : ndarray, shape (k,), int64
@@ -100,6 +122,10 @@ class RelationArrays(NamedTuple):
         What the sensor makes of them; None for a perfect sensor.
     true_start, true_index : ndarray, shape (n + 1,) and (k,), int64
         The indices of the agents that each observer detects: those of `neighbours`, or what the sensor leaves of them.
+    conditions : Conditions
+        Which observers sense, and how far.
+    counted : list of Packed of GroupArrays
+        Of the observed groups, those that are observed in no earlier relation that counts; none if this does not count.
     """
 
     search: Packed[Searching]
@@ -114,6 +140,8 @@ class RelationArrays(NamedTuple):
     detection: Packed[DetectionArrays] | None
     true_start: Annotated[Integers, "n + 1"]
     true_index: Annotated[Integers, ".true"]
+    conditions: Conditions
+    counted: list[Packed[GroupArrays]]
 
 
 class LogArrays(NamedTuple):
@@ -169,10 +197,11 @@ class WorldArrays(NamedTuple):
         The state of the loop.
     groups, relations, logs : list of Packed
         The world's parts.
-    history : ndarray, shape (steps, relations, 3), int64
+    history : ndarray, shape (steps, relations, 3 or 5), int64
         For each step and relation: the number of neighbours, the most of one observer, and the number of bodies that
-        the observers' side observes in no earlier relation.
-    present : ndarray, shape (relations, 3), int64
+        the observers' side observes in no earlier relation. Where bodies can be inactive, also the number of active
+        observers, and of active bodies in `RelationArrays.counted`.
+    present : ndarray, shape (relations, 3 or 5), int64
         The same for the present positions, before the first recorded step.
     every : int
         The number of steps from one recording of positions to the next; 0 for none.
@@ -181,6 +210,8 @@ class WorldArrays(NamedTuple):
     undo : ndarray, shape (bodies, 6), float64
         Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
         or a sensor then fails; empty if arena and sensors are the package's own.
+    relays : list of Packed of RelayArrays
+        What teammates learn late.
     watchers : ndarray, shape (watchers, 4), int64
         For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
     """
@@ -192,11 +223,12 @@ class WorldArrays(NamedTuple):
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
     logs: list[Packed[LogArrays]]
-    history: Annotated[Integers, "steps", "relations", HISTORY_COLUMNS]
-    present: Annotated[Integers, "relations", HISTORY_COLUMNS]
+    history: Annotated[Integers, "steps", "relations", "columns"]
+    present: Annotated[Integers, "relations", "columns"]
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
+    relays: list[Packed[RelayArrays]]
     watchers: Annotated[Integers, "watchers", 4]
 
 

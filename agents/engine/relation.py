@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES, Channel
-from teamsight.agents.engine.detection import Detection
+from teamsight.agents.engine.detection import Detection, Searched
 from teamsight.agents.engine.readings import Readings
+from teamsight.agents.engine.records import Conditions
 from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import NeighbourList, filled
@@ -31,6 +32,7 @@ class Members(Protocol):
     ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
     agents: list[Any]
     readings: dict[str, Readings]
+    has_conditions: bool
 
     @property
     def team(self) -> str | None: ...
@@ -64,6 +66,10 @@ class Relation:
         The search for all in range; it finds indices among the observed.
     identity : ndarray, shape (k,), int64
         Room for the identities of all in range.
+    is_conditional : bool
+        Whether observers or observed can be inactive, or a sensor out of order.
+    conditions : Conditions
+        Which observers sense; empty if nobody is ever inactive.
     detection : Detection or None
         What the sensor makes of them; None for a perfect sensor.
     """
@@ -81,17 +87,21 @@ class Relation:
         self.first = dict(zip(numbers, np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
         self.everyone = np.concatenate([group.bodies.identity for group in self.observed])
         own = self.first.get(observers.number, -1)
-        self.search = Search(observers.bodies.position, reach, len(self.everyone), own, data.arena)
+        self.is_conditional = conditional = any(group.has_conditions for group in (observers, *self.observed))
+        self.conditions = _conditions(observers, channel, reach if conditional else reach[:0])
+        reach_now = self.conditions.reach if conditional else reach
+        self.search = Search(observers.bodies.position, reach_now, len(self.everyone), own, data.arena)
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
         self.detection: Detection | None = None
         if needs_detection(sensor, data.arena):
-            self.detection = Detection(sensor, self._view(data, own), self._readings(sensor))
+            searched = Searched(self.conditions.reach, self.search.x if conditional else self.search.x[:0])
+            self.detection = Detection(sensor, self._view(data, own, reach), self._readings(sensor), searched)
 
-    def _view(self, data: Surroundings, own: int) -> View:
+    def _view(self, data: Surroundings, own: int, reach: npt.NDArray[np.float64]) -> View:
         group = self.observers
         return View(
             data.moment, data.key, salt_of(self.name), stream_number(Stream.SENSOR, group.number), group.bodies.member,
-            group.bodies.position, group.bodies.heading, self.search.reach, self.everyone, own, self.search.room,
+            group.bodies.position, group.bodies.heading, reach, self.everyone, own, self.search.room,
             data.arena.sight,
         )  # fmt: skip
 
@@ -168,6 +178,12 @@ class Relation:
     def place(self) -> npt.NDArray[np.int64]:
         """The index among the observed of each entry of `room`."""
         return self.detection.arrays.shown_place if self.detection else self.search.room.identity
+
+
+def _conditions(observers: Members, channel: Channel, full: npt.NDArray[np.float64]) -> Conditions:
+    """Return the conditions of observers with these ranges, or of none."""
+    size = len(full)
+    return Conditions(observers.bodies.active[:size], channel.works[:size], full, full.copy())
 
 
 def needs_detection(sensor: Sensor, arena: Any) -> bool:

@@ -81,6 +81,12 @@ class Watcher:
         """
         raise NotImplementedError
 
+    def tidy(self) -> None:
+        """End watching by ``engine.unwatch(self)`` if there is nothing to watch; called before steps are made."""
+
+    def forget(self) -> None:
+        """Drop what was planned or waited for; called when a world begins anew or goes back to a state."""
+
 
 def report(watchers: list[Watcher], world: WorldArrays) -> bool:
     """Call `happened` of the watchers that have stopped the loop; return whether there are any."""

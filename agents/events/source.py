@@ -71,6 +71,9 @@ class EventSource:
     def begin(self) -> None:
         """Plan the first events; called when it is attached, and at each reset of the world, at tick 0."""
 
+    def end(self) -> None:
+        """Undo what lasts; called before it is detached, and not at a reset."""
+
     def joined(self, agent: Body, member: int) -> None:
         """Called after an agent has come to the group in the middle of a run; by default nothing is done."""
 
@@ -163,7 +166,8 @@ class EventSource:
 
     def pending(self, method: str | None = None) -> list[Planned]:
         """Return its planned calls to come, in order; of one method, if one is named. It looks through all events."""
-        mine = [one for one in self.clock.pending if getattr(getattr(one, "action", None), "__self__", None) is self]
+        calls = [event for *_, event in self.clock.pending if getattr(event, "arguments", None) is not None]
+        mine = [one for one in calls if getattr(one.action, "__self__", None) is self]
         return [one for one in mine if method in (None, one.action.__name__)]
 
     def when(self, event: Any, method: str, *arguments: Any) -> None:

@@ -23,6 +23,8 @@ class Sources:
     ----------
     attached : list of EventSource
         The sources.
+    known : dict of int to EventSource
+        By number, those that were detached included: a state may bring them back.
     following : int
         The number of the next source.
     events : EventLog
@@ -32,6 +34,7 @@ class Sources:
     def __init__(self, timeline: Timeline) -> None:
         self._timeline = timeline
         self.attached: list[EventSource] = []
+        self.known: dict[int, EventSource] = {}
         self.following = 1
         self.events = EventLog()
 
@@ -41,6 +44,7 @@ class Sources:
         _check(world, source, group)
         mine = source.attached_copy(world, group, self.following)
         self.attached.append(mine)
+        self.known[mine.number] = mine
         self.following += 1
         try:
             mine.begin()
@@ -56,6 +60,7 @@ class Sources:
             raise ValueError(
                 f"detach({checks.shown(source)}): is not attached to this world; detach what attach() returned, once"
             )
+        source.end()
         self._take_out(source)
 
     def _take_out(self, source: EventSource) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 import mesa
 import numpy as np
 
-from teamsight.agents.recording.history import Stretch, Totals, shares
+from teamsight.agents.recording.history import Stretch
+from teamsight.agents.recording.totals import Totals
 
 REPORTERS = {
     name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours", "seed_used")
@@ -27,19 +28,19 @@ class Rows:
         The first row, and the row after the last.
     tick : int
         The step of the last row.
-    observed, largest : int
-        The sum of observed targets over earlier rows of the stretch, and the largest degree so far.
-    earlier : Totals
-        The sums over earlier stretches.
+    earlier, before : Totals
+        The sums of observed targets over earlier stretches, and over earlier rows of this one.
+    largest : int
+        The largest degree so far.
     """
 
     stretch: Stretch
     first: int
     last: int
     tick: int
-    observed: int
-    largest: int
     earlier: Totals
+    before: Totals
+    largest: int
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
@@ -108,13 +109,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     def _fill(self, new: Rows) -> None:
         columns = new.stretch.columns(new.first, new.last)
         count = new.last - new.first
-        observed: dict[int, Any] = dict(new.earlier.observed)
-        rows: Any = new.earlier.rows
-        if targets := new.stretch.targets:
-            so_far = new.observed + np.cumsum(new.stretch.observed_counts(new.first, new.last))
-            observed[targets] = observed.get(targets, 0) + so_far
-            rows = rows + new.first + np.arange(1, count + 1)
-        mean = np.broadcast_to(shares(observed) / rows if targets or rows else np.nan, count)
+        mean = new.stretch.running_fraction(new.earlier.plus(new.before), new.first, new.last)
         self._model_vars["observed"].extend(columns["observed"].tolist())
         self._model_vars["observed_fraction"].extend(mean.tolist())
         self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.engine.records import HISTORY_COLUMNS
+from teamsight.agents.engine.records import CONDITIONAL_COLUMNS, HISTORY_COLUMNS
 from teamsight.agents.engine.relation import Relation
+from teamsight.agents.recording.totals import NOTHING, Totals, running_means, totals_of
 from teamsight.core.buffer import Buffer
 
-_EDGES, _LARGEST, _OBSERVED = range(HISTORY_COLUMNS)
+_EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
 _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
+
+Integers = npt.NDArray[np.int64]
 
 
 class Stretch:
-    """The steps during which the same groups observed one another; one column for each of their relations."""
+    """The steps during which the same groups observed one another; one column for each of their relations.
+
+    Attributes
+    ----------
+    targets, robots : int
+        The numbers of agents that can be observed, and that have teammates, inactive ones included.
+    totals : Totals
+        The sums of observed targets; replaced, never changed in place.
+    largest : int
+        The largest degree.
+    """
 
     def __init__(self, relations: list[Relation]) -> None:
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
@@ -29,10 +41,13 @@ class Stretch:
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
         self.targets = sum(met.values())
-        self.buffer = Buffer((len(relations), HISTORY_COLUMNS), np.int64, _FIRST_ROWS)
+        # Who is active is recorded only where it can change.
+        self._is_conditional = any(relation.is_conditional for relation in relations)
+        shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)
+        self.buffer = Buffer(shape, np.int64, _FIRST_ROWS)
         # The same numbers for the positions before the first step.
-        self.present = np.zeros((len(relations), HISTORY_COLUMNS), np.int64)
-        self.observed_sum = 0
+        self.present = np.zeros(shape, np.int64)
+        self.totals = NOTHING
         self.largest = 0
         self._summed = 0
 
@@ -43,7 +58,8 @@ class Stretch:
         # As much room as here, because the next run is often as long.
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
-        other.observed_sum = other.largest = other._summed = 0
+        other.totals = NOTHING
+        other.largest = other._summed = 0
         return other
 
     @property
@@ -55,9 +71,33 @@ class Stretch:
         """Add the rows written since the last call to the sums."""
         new = self.buffer.written[self._summed :]
         if len(new):
-            self.observed_sum += int(new[:, self._targets, _OBSERVED].sum())
+            self.totals = self.totals.plus(self._totals_of(new))
             self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
             self._summed = self.rows
+
+    def _totals_of(self, rows: Integers) -> Totals:
+        if self._is_conditional:
+            return totals_of(self._targets_of(rows), self._observed_of(rows))
+        # In one sum, since single steps are summed up too.
+        observed = int(rows[:, self._targets, _OBSERVED].sum())
+        return Totals({self.targets: observed}, len(rows)) if self.targets else NOTHING
+
+    def _targets_of(self, rows: Integers) -> int | Integers:
+        """Return the number of active targets in each of some rows; one number if it is always the same."""
+        if not self._is_conditional:
+            return self.targets
+        return np.asarray(rows[:, self._targets, _ACTIVE_OBSERVED].sum(axis=1))
+
+    def _robots_of(self, rows: Integers) -> int | Integers:
+        if not self._is_conditional:
+            return self.robots
+        return np.asarray(rows[:, self._teammates, _ACTIVE].sum(axis=1))
+
+    def _observed_of(self, rows: Integers) -> Integers:
+        return np.asarray(rows[:, self._targets, _OBSERVED].sum(axis=1))
+
+    def _edges_of(self, rows: Integers) -> Integers:
+        return np.asarray(rows[:, self._teammates, _EDGES].sum(axis=1))
 
     def largest_of(self, team: str | None, first: int) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on."""
@@ -69,47 +109,31 @@ class Stretch:
         largest = self.buffer.written[first:, self._teammates, _LARGEST].max(axis=0, initial=0)
         return dict(zip(self._groups, largest.tolist(), strict=True))
 
-    def observed_counts(self, first: int, last: int) -> npt.NDArray[np.int64]:
-        """Return for each of these rows the number of targets that at least one robot observed."""
-        return np.asarray(self.buffer.array[first:last, self._targets, _OBSERVED].sum(axis=1))
-
     @property
-    def edges(self) -> int:
-        """The number of edges between teammates in all rows."""
-        return int(self.buffer.written[:, self._teammates, _EDGES].sum())
+    def edges(self) -> Totals:
+        """The sums of the numbers of neighbours, by the number of robots."""
+        return totals_of(self._robots_of(self.buffer.written), self._edges_of(self.buffer.written))
 
     def reading(self, name: str, is_recorded: bool) -> float:
         """Return `observed` or `mean_neighbours` of the last row, or of the present before it is recorded."""
         row = self.buffer.array[self.rows - 1] if is_recorded else self.present
-        if name == "observed":
-            return float(sum(row[r, _OBSERVED] for r in self._targets) / (self.targets or np.nan))
-        return float(sum(row[r, _EDGES] for r in self._teammates) / (self.robots or np.nan))
+        return float(self._columns(row[np.newaxis])[name][0])
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
-        raw = self.buffer.array[first : self.rows if last is None else last]
-        # Without targets the share, and without robots the mean, is NaN.
-        targets, robots = self.targets or np.nan, self.robots or np.nan
+        return self._columns(self.buffer.array[first : self.rows if last is None else last])
+
+    def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
         return {
-            "observed": raw[:, self._targets, _OBSERVED].sum(axis=1) / targets,
-            "mean_neighbours": raw[:, self._teammates, _EDGES].sum(axis=1) / robots,
-            "max_neighbours": raw[:, self._teammates, _LARGEST].max(axis=1, initial=0),
+            "observed": _divided(self._observed_of(rows), self._targets_of(rows)),
+            "mean_neighbours": _divided(self._edges_of(rows), self._robots_of(rows)),
+            "max_neighbours": rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
         }
 
-
-class Totals(NamedTuple):
-    """What was observed in all rows of some stretches that had targets.
-
-    Attributes
-    ----------
-    observed : dict of int to int
-        For each number of targets, in order of appearance, the sum of observed targets over its rows.
-    rows : int
-        The number of rows.
-    """
-
-    observed: dict[int, int]
-    rows: int
+    def running_fraction(self, before: Totals, first: int, last: int) -> npt.NDArray[np.float64]:
+        """Return the observed fraction after each row from `first` to before `last`, and all `before`."""
+        rows = self.buffer.array[first:last]
+        return running_means(before, self._targets_of(rows), self._observed_of(rows))
 
 
 class History:
@@ -119,7 +143,7 @@ class History:
         self._stretches: list[Stretch] = []
         # Of the first stretches, which are finished; there may be thousands, if agents come and go.
         self._counted = self._largest = 0
-        self._totals = Totals({}, 0)
+        self._totals = NOTHING
 
     def begin(self, relations: list[Relation]) -> Stretch:
         """Begin a new stretch and return it."""
@@ -141,7 +165,8 @@ class History:
         """The totals of all stretches but the last."""
         finished = self._stretches[self._counted : -1]
         if finished:
-            self._totals = _totals(finished, self._totals)
+            for stretch in finished:
+                self._totals = self._totals.plus(stretch.totals)
             self._largest = max(self._largest, *(stretch.largest for stretch in finished))
             self._counted += len(finished)
         return self._totals
@@ -149,8 +174,8 @@ class History:
     @property
     def observed_fraction(self) -> float:
         """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
-        observed, rows = _totals(self._stretches[-1:], self.earlier)
-        return shares(observed) / rows if rows else float("nan")
+        earlier = self.earlier
+        return (earlier.plus(self._stretches[-1].totals) if self._stretches else earlier).mean_share
 
     @property
     def max_neighbours(self) -> int:
@@ -178,13 +203,10 @@ class History:
     @property
     def mean_neighbours(self) -> float:
         """The mean degree over the robots and steps of the rows with robots; NaN before the first."""
-        edges: dict[int, int] = {}
-        rows = 0
+        totals = NOTHING
         for stretch in self._stretches:
-            if stretch.robots and stretch.rows:
-                edges[stretch.robots] = edges.get(stretch.robots, 0) + stretch.edges
-                rows += stretch.rows
-        return float(shares(edges) / rows) if rows else float("nan")
+            totals = totals.plus(stretch.edges)
+        return totals.mean_share
 
     def frame(self) -> pd.DataFrame:
         """Return the rows as a table, indexed by step from 1."""
@@ -194,21 +216,6 @@ class History:
         return table
 
 
-def _totals(stretches: list[Stretch], before: Totals) -> Totals:
-    """Return the totals of some stretches and those before them."""
-    observed, rows = dict(before.observed), before.rows
-    for stretch in stretches:
-        if stretch.targets and stretch.rows:
-            observed[stretch.targets] = observed.get(stretch.targets, 0) + stretch.observed_sum
-            rows += stretch.rows
-    return Totals(observed, rows)
-
-
-def shares(observed: Mapping[int, Any]) -> Any:
-    """Return the sum of observed shares, from the sum of observed targets for each number of targets."""
-    # Dividing sums of integers gives the same bits however steps are divided into stretches. Not `sum`, which
-    # compensates for rounding since Python 3.12.
-    total: Any = 0.0
-    for targets, number in observed.items():
-        total = total + number / targets
-    return total
+def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
+    """Return shares; NaN where nobody is there."""
+    return np.asarray(numbers / np.where(np.asarray(sizes) > 0, sizes, np.nan))

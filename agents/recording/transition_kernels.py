@@ -109,6 +109,14 @@ def _write_own_facts(address: int, facts: Any) -> None:
 
 
 @kernel
+def _mark_inactive(active: Any, facts: Any) -> None:
+    """Mark the rows of inactive robots, which are no transitions; see `TransitionLog.transitions`."""
+    for i in range(active.shape[0]):
+        if not active[i]:
+            facts[i, 0] = math.nan
+
+
+@kernel
 def record_after(address: int) -> None:
     """Write the situations after a move and the facts about it."""
     log = log_at(address)
@@ -130,4 +138,5 @@ def record_after(address: int) -> None:
         facts[i, _OWN_FACTS + 2] = lost
     if log.relation != 0:
         _write_own_facts(address, facts)
+    _mark_inactive(move_at(group_at(log.group).move).active, facts)
     log.row[0] += 1

@@ -89,10 +89,14 @@ class TransitionLog:
             self.before, self.after = np.zeros((2, bodies), np.int64)
 
     def transitions(self) -> Transitions:
-        """Return the transitions of the steps so far."""
+        """Return the transitions of the steps so far; none of robots while they were inactive."""
         situation, action, after, facts = (
             buffer.array[: self.rows].reshape(-1, buffer.array.shape[-1]) for buffer in self._buffers
         )
+        # Compiled code marks the rows of inactive robots.
+        is_there = ~np.isnan(facts[:, 0])
+        if not is_there.all():
+            situation, action, after, facts = (array[is_there] for array in (situation, action, after, facts))
         return Transitions(situation, action, after, {name: facts[:, column] for column, name in enumerate(FACTS)})
 
 

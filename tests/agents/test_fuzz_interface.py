@@ -110,7 +110,7 @@ class Interface(RuleBasedStateMachine):
             self.worlds: list[World] = [CMOMMT(robots=3, targets=4, radius=2.0, rng=seed) for _ in range(2)]
         else:
             self.worlds = [World(arena, rng=seed) for _ in range(2)]
-        self.saved = pickle.dumps(self.worlds[0].state())
+        self.saved = pickle.dumps(self.worlds[0].state(pending="drop"))
 
     @rule(
         kind=st.sampled_from(CLASSES), count=st.integers(1, 4), policy=st.sampled_from(POLICIES),
@@ -209,7 +209,7 @@ class Interface(RuleBasedStateMachine):
 
     @rule()
     def save(self) -> None:
-        states = [pickle.dumps(world.state()) for world in self.worlds]
+        states = [pickle.dumps(world.state(pending="drop")) for world in self.worlds]
         self.saved = states[0]
 
     @rule()

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import inlined, kernel
 from teamsight.world.arena import ENDLESS
-from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
+from teamsight.world.proximity.edges import Observed, append, is_hidden, shortest, square_of, take_roots
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -43,10 +43,12 @@ def _column(x: float, low: float, per: float, count: int) -> int:
 
 @kernel
 def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
-    """Order the bodies by cell; within a cell by index."""
+    """Order the bodies by cell, within a cell by index; leave out those at NaN."""
     size = observed.size
     cells.start[:] = 0
     for j in range(size):
+        if is_hidden(observed, j):
+            continue
         row = _column(observed.y[j], grid.low_y, grid.per_y, grid.rows)
         place = row * grid.columns + _column(observed.x[j], grid.low_x, grid.per_x, grid.columns)
         cells.place[j] = place
@@ -54,6 +56,8 @@ def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
     for place in range(2, cells.start.shape[0]):
         cells.start[place] += cells.start[place - 1]
     for j in range(size):
+        if is_hidden(observed, j):
+            continue
         place = cells.place[j] + 1
         at = cells.start[place]
         cells.start[place] = at + 1
@@ -125,7 +129,7 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
-        here = (x, y, reach[i] * reach[i], i + observed.own if observed.own >= 0 else -1)
+        here = (x, y, square_of(reach[i]), i + observed.own if observed.own >= 0 else -1)
         column = _column(x, grid.low_x, grid.per_x, grid.columns)
         row = _column(y, grid.low_y, grid.per_y, grid.rows)
         for r in range(row - 1, row + 2):

@@ -12,7 +12,7 @@ from teamsight.core.kernel import inlined
 
 
 class Observed(NamedTuple):
-    """The bodies that can be observed; `x` and `y` are filled up to full SIMD lanes."""
+    """The bodies that can be observed; `x` and `y` are filled up to full SIMD lanes, and NaN for one that is hidden."""
 
     x: Annotated[npt.NDArray[np.float64], "lanes"]
     y: Annotated[npt.NDArray[np.float64], "lanes"]
@@ -26,6 +26,18 @@ class Observed(NamedTuple):
 def shortest(way: float, period: float) -> Any:
     """Return the shortest displacement along one axis of a torus."""
     return way - period * np.rint(way / period)
+
+
+@inlined
+def square_of(reach: float) -> Any:
+    """Return the largest square of a distance in range: below 0 for a range below 0, which finds not even itself."""
+    return reach * abs(reach)
+
+
+@inlined
+def is_hidden(observed: Observed, j: int) -> Any:
+    """Whether a body is at NaN, where nobody finds it; no distance from there is in range, on a torus neither."""
+    return observed.x[j] != observed.x[j]
 
 
 @inlined

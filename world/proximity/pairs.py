@@ -8,7 +8,7 @@ import numpy as np
 from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.core.kernel import inlined, kernel, near_eight
-from teamsight.world.proximity.edges import Observed, append, shortest, take_roots
+from teamsight.world.proximity.edges import Observed, append, shortest, square_of, take_roots
 
 BLOCK = 64
 """The number of bodies that are compared at once: one bit of a word for each."""
@@ -50,7 +50,7 @@ def _search_few(position: Any, reach: Any, observed: Observed, graph: Any) -> in
         x = position[i, 0]
         y = position[i, 1]
         near = np.uint64(0)
-        limit = min(reach[i] * reach[i], 0.5 * FAR_AWAY * FAR_AWAY)
+        limit = min(square_of(reach[i]), 0.5 * FAR_AWAY * FAR_AWAY)
         for part in range(np.uint64(0), size, np.uint64(8)):
             near |= near_eight(observed.x, observed.y, np.int64(part), x, y, limit) << part
         if observed.own >= 0:
@@ -77,9 +77,9 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
     position : ndarray, shape (n, 2), float64
         The observers.
     reach : ndarray, shape (n,), float64
-        The range of each.
+        The range of each; below 0 for one that finds nobody.
     observed : Observed
-        The observed bodies. Observer i itself is number i + `own` of them, if `own` ≥ 0.
+        The observed bodies; nobody finds those at NaN. Observer i itself is number i + `own` of them, if `own` ≥ 0.
     graph : NeighbourList
         Written as far as there is room; if the number returned is larger, its arrays must grow.
     """
@@ -93,7 +93,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
-        limit = min(reach[i] * reach[i], 0.5 * FAR_AWAY * FAR_AWAY)
+        limit = min(square_of(reach[i]), 0.5 * FAR_AWAY * FAR_AWAY)
         myself = i + observed.own if observed.own >= 0 else -1
         for first in range(0, size, BLOCK):
             last = min(first + BLOCK, size)

@@ -39,7 +39,7 @@ class Searching(NamedTuple):
     position : ndarray, shape (n, 2), float64
         The observers.
     reach : ndarray, shape (n,), float64
-        The range of each.
+        The range of each; below 0 for one that finds nobody.
     observed : Observed
         The observed bodies.
     grid, cells
@@ -80,9 +80,10 @@ class Search:
     position : ndarray, shape (n, 2), float64
         The observers [length].
     reach : ndarray, shape (n,), float64
-        The range of each [length].
+        The range of each [length]. Cells are as wide as the largest; written later, they must not exceed it. Below 0
+        for an observer that finds nobody.
     observed : int
-        The number of observed bodies. Write their positions to `x` and `y`.
+        The number of observed bodies. Write their positions to `x` and `y`; NaN hides a body.
     own : int
         The index of observer 0 among the observed; −1 if the observers are not observed themselves.
     arena : Arena

@@ -66,3 +66,29 @@ def test_a_source_plans_logs_and_begins_again(path: str) -> None:
 def test_an_unattached_source_is_a_value() -> None:
     source = pickle.loads(pickle.dumps(Blinking(3.0)))
     assert repr(source) == "Blinking(interval=3.0)"
+
+
+@pytest.mark.short
+def test_a_state_holds_sources_and_goes_on_with_the_same_bits() -> None:
+    def made(seed: int) -> tuple[CMOMMT, Any]:
+        world = CMOMMT(robots=4, targets=3, rng=seed)
+        return world, world.attach(Blinking(3.0), world.robots)
+
+    straight, _ = made(1)
+    straight.run(80)
+    world, source = made(1)
+    world.run(33)
+    saved = pickle.loads(pickle.dumps(world.state()))
+    world.run(10)
+    later = world.attach(Blinking(1.0), world.targets)
+    world.detach(source)
+    world.run(10)
+    other, _ = made(9)
+    other.run(5)
+    for one in (world, other):
+        one.restore(saved)
+        assert [source.number for source in one.sources] == [1]
+        one.run(47)
+        assert one.events.equals(straight.events)
+        assert (one.robots.position == straight.robots.position).all()
+    assert later not in world.sources

@@ -1,0 +1,117 @@
+"""Relays: what a robot knows through teammates of which it learns late: the targets and headings that they then had."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.engine.readings import Integers, ReadingArrays, Readings
+from teamsight.core.kernel import Record, kernel
+from teamsight.core.neighbour_list import NeighbourList
+
+Floats = npt.NDArray[np.float64]
+
+
+class RelayArrays(NamedTuple):
+    """The record of a relay of a group's targets and headings.
+
+    Attributes
+    ----------
+    tick : ndarray, shape (1,), int64
+        The tick of the present positions.
+    delay : int
+        The number of ticks until teammates know what the group senses.
+    heading : ndarray, shape (n, 2), float64
+        The present headings.
+    targets : NeighbourList
+        The targets that the group senses now.
+    readings : ReadingArrays
+        Those of the last ticks.
+    headings : ndarray, shape (slots, n, 2), float64
+        The headings of the last ticks.
+    shown, shown_heading
+        What teammates know.
+    """
+
+    tick: Annotated[Integers, 1]
+    delay: int
+    heading: Annotated[Floats, "n", 2]
+    targets: NeighbourList
+    readings: ReadingArrays
+    headings: Annotated[Floats, "slots", "n", 2]
+    shown: NeighbourList
+    shown_heading: Annotated[Floats, "n", 2]
+
+
+RELAY = Record(RelayArrays)
+_relay_at = RELAY.at
+
+
+@kernel
+def relay(address: int) -> None:
+    """Keep the present targets and headings of a group, and show those that are due; none if there were none then."""
+    here = _relay_at(address)
+    slots = here.readings.tick.shape[0]
+    slot = here.tick[0] % slots
+    here.readings.tick[slot] = here.tick[0]
+    _keep(here, slot)
+    due = here.tick[0] - here.delay
+    is_there = due >= 0 and here.readings.tick[due % slots] == due
+    _show(here, due % slots, is_there)
+
+
+@kernel
+def _keep(here: Any, slot: int) -> None:
+    kept, targets = here.readings, here.targets
+    size = here.heading.shape[0]
+    for i in range(size + 1):
+        kept.start[slot, i] = targets.start[i]
+    for i in range(size):
+        for axis in range(2):
+            here.headings[slot, i, axis] = here.heading[i, axis]
+    for k in range(targets.start[size]):
+        kept.identity[slot, k] = targets.identity[k]
+        kept.distance[slot, k] = targets.distance[k]
+        for axis in range(2):
+            kept.offset[slot, k, axis] = targets.offset[k, axis]
+
+
+@kernel
+def _show(here: Any, slot: int, is_there: bool) -> None:
+    kept, shown = here.readings, here.shown
+    size = here.heading.shape[0]
+    for i in range(size + 1):
+        shown.start[i] = kept.start[slot, i] if is_there else 0
+    for i in range(size):
+        for axis in range(2):
+            here.shown_heading[i, axis] = here.headings[slot, i, axis] if is_there else here.heading[i, axis]
+    for k in range(shown.start[size]):
+        shown.identity[k] = kept.identity[slot, k]
+        shown.distance[k] = kept.distance[slot, k]
+        for axis in range(2):
+            shown.offset[k, axis] = kept.offset[slot, k, axis]
+
+
+class RelayReadings(Readings):
+    """The targets that a group has sensed in the last ticks, and its headings.
+
+    Attributes
+    ----------
+    headings : ndarray, shape (slots, n, 2), float64
+        The headings.
+    """
+
+    def __init__(self, delay: int) -> None:
+        super().__init__(delay)
+        self.headings = np.zeros((delay + 1, 0, 2))
+
+    def fit(self, observers: Integers, everyone: Integers, room: int) -> None:
+        """Adapt to the present agents; see `Readings.fit`."""
+        row_of = {member: row for row, member in enumerate(self._observers.tolist())}
+        old, self.headings = self.headings, np.zeros((self.delay + 1, len(observers), 2))
+        for row, member in enumerate(observers.tolist()):
+            if member in row_of:
+                self.headings[:, row] = old[:, row_of[member]]
+        super().fit(observers, everyone, room)

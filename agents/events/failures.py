@@ -1,0 +1,76 @@
+"""Failures of agents, and their repair."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teamsight.agents.events.disabling import Disabling
+from teamsight.agents.events.durations import Duration, Times, lasting, time_to
+from teamsight.agents.events.interruptions import Interruptions
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+
+
+class Failures(Disabling, Interruptions):
+    """Agents fail, each independently of the others, and may be repaired.
+
+    An agent that has failed is inactive: it neither moves nor decides, senses nobody and is sensed by nobody. The log
+    says "failed" and "repaired".
+
+    Parameters
+    ----------
+    time_to_failure : float, Duration or Times
+        The time from the start, or from the last repair, to a failure [ticks]: the mean of an exponential time, a
+        duration such as `Weibull`, or the times of failures since the start of the run.
+    time_to_repair : float, Duration or Times, optional
+        The time from a failure to its repair [ticks]; by default agents that have failed stay so. `Times` are those of
+        the first repair of an agent, of the second, and so on.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a time is neither a number nor a duration, or is not positive; when attached, if a listed time has passed.
+
+    Notes
+    -----
+    An agent fails at its times whether or not it is active then. With exponential times, the share of the time in which
+    an agent works tends to the availability, MTTF / (MTTF + MTTR).
+
+    Examples
+    --------
+    ``failures = world.attach(Failures(500, 50), robots)``
+    """
+
+    words = "failed", "repaired"
+    _time_to, _lasting = "time_to_failure", "time_to_repair"
+
+    def __init__(
+        self, time_to_failure: float | Duration | Times, time_to_repair: float | Duration | Times | None = None
+    ) -> None:
+        self.time_to_failure = time_to("time_to_failure", time_to_failure)
+        self.time_to_repair = None if time_to_repair is None else lasting("time_to_repair", time_to_repair)
+
+    def begin(self) -> None:
+        """Plan the first failure of each agent."""
+        Disabling.begin(self)
+        Interruptions.begin(self)
+
+    @property
+    def failed(self) -> list[Body]:
+        """The agents that have failed and are not repaired yet."""
+        return [self.agent(member) for member in sorted(self._disabled)]
+
+    def save(self) -> Any:
+        """Return who has failed."""
+        return dict(self._disabled)
+
+    def load(self, data: Any) -> None:
+        """Go back to what `save` returned."""
+        self._disabled = dict(data)
+
+    def _begin_for(self, agent: Body, member: int) -> None:
+        self.disable(member)
+
+    def _end_for(self, agent: Body, member: int) -> None:
+        self.enable(member)

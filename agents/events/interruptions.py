@@ -1,0 +1,87 @@
+"""Interruptions: what befalls each agent of a group, independently of the others, and may pass."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar
+
+from teamsight.agents.events.durations import Duration, Times
+from teamsight.agents.events.source import EventSource
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+
+
+class Interruptions(EventSource):
+    """A source of interruptions: for each agent a time until the first, its length, a time until the next, and so on.
+
+    The times of an agent are a function of the seed, of the source and of the agent alone, so what others do, and who
+    comes or leaves, does not change them.
+
+    Attributes
+    ----------
+    words : tuple of two str
+        What the log says when an interruption begins, and when it ends.
+    """
+
+    words: ClassVar[tuple[str, str]]
+    # The time to an interruption, and how long it lasts; None for ever.
+    _time_to, _lasting = "", ""
+
+    def begin(self) -> None:
+        """Plan the first interruption of each agent."""
+        time_to: Duration | Times = getattr(self, self._time_to)
+        if isinstance(time_to, Times):
+            passed = min((time for times in time_to.every() for time in times), default=math.inf)
+            if passed < self.now:
+                raise ValueError(
+                    f"{self._time_to}: the time {passed:g} has passed; the present tick is {self.now:g}, so give later "
+                    "times, or attach it at the start of the run"
+                )
+        for member in self.members:
+            self._plan_next(member, 0)
+
+    def joined(self, agent: Body, member: int) -> None:
+        """Plan the first interruption of an agent that has come."""
+        self._plan_next(member, 0)
+
+    def interrupt(self, member: int, number: int) -> None:
+        """Begin an interruption of an agent, and plan its end."""
+        agent = self.agent(member)
+        if agent is None:
+            return
+        self._begin_for(agent, member)
+        self.log(self.words[0], agent)
+        lasting: Duration | Times | None = getattr(self, self._lasting)
+        if isinstance(lasting, Times):
+            self._plan_in(lasting.lasting(number, member), "resume", member, number)
+        elif lasting is not None:
+            self._plan_in(lasting.draw(self.random(member, 2 * number + 1)), "resume", member, number)
+
+    def resume(self, member: int, number: int) -> None:
+        """End an interruption of an agent, and plan its next."""
+        agent = self.agent(member)
+        if agent is None:
+            return
+        self._end_for(agent, member)
+        self.log(self.words[1], agent)
+        self._plan_next(member, number + 1)
+
+    def _plan_next(self, member: int, number: int) -> None:
+        time_to: Duration | Times = getattr(self, self._time_to)
+        if isinstance(time_to, Times):
+            # At the start, the present moment is not over.
+            time = time_to.after(math.nextafter(self.now, -1) if number == 0 else self.now, member)
+            self._plan_in(time - self.now, "interrupt", member, number)
+        else:
+            self._plan_in(time_to.draw(self.random(member, 2 * number)), "interrupt", member, number)
+
+    def _plan_in(self, delay: float, method: str, member: int, number: int) -> None:
+        if delay < math.inf:
+            self.plan(self.now + delay, method, member, number)
+
+    def _begin_for(self, agent: Body, member: int) -> None:
+        raise NotImplementedError
+
+    def _end_for(self, agent: Body, member: int) -> None:
+        raise NotImplementedError

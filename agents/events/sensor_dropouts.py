@@ -1,0 +1,99 @@
+"""Sensors that drop out, and come back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teamsight.agents.events.durations import Duration, Times, lasting, time_to
+from teamsight.agents.events.interruptions import Interruptions
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+
+
+class SensorDropouts(Interruptions):
+    """Sensors drop out and come back, those of each agent independently of the others.
+
+    An agent whose sensor has dropped out senses nobody in that channel; others sense it as before. The log says
+    "sensor dropped out" and "sensor came back", with the channel.
+
+    Parameters
+    ----------
+    time_to_dropout : float, Duration or Times
+        The time from the start, or from the end of the last dropout, to a dropout [ticks]; as for `Failures`.
+    time_to_recovery : float, Duration or Times, optional
+        The time until the sensor comes back [ticks]; by default it does not.
+    channel : str, optional
+        The channel of the sensor; by default all channels of the group drop out together.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a time is neither a number nor a duration, or is not positive; when attached, if a listed time has passed or
+        the group has no such channel.
+    """
+
+    words = "sensor dropped out", "sensor came back"
+    _time_to, _lasting = "time_to_dropout", "time_to_recovery"
+
+    def __init__(
+        self,
+        time_to_dropout: float | Duration | Times,
+        time_to_recovery: float | Duration | Times | None = None,
+        channel: str | None = None,
+    ) -> None:
+        self.time_to_dropout = time_to("time_to_dropout", time_to_dropout)
+        self.time_to_recovery = None if time_to_recovery is None else lasting("time_to_recovery", time_to_recovery)
+        if channel is not None and not isinstance(channel, str):
+            raise TypeError(f"channel={checks.shown(channel)}: must be the name of a channel, such as 'targets', or None")
+        self.channel = channel
+
+    def begin(self) -> None:
+        """Plan the first dropout of each agent."""
+        # The broken channels of each member.
+        self._broken: dict[int, tuple[str, ...]] = {}
+        channels = self._its_group().channels
+        if self.channel is not None and self.channel not in channels:
+            have = ", ".join(map(repr, channels)) or "none"
+            raise ValueError(
+                f"channel={self.channel!r}: the group {self._its_group().name!r} has no such channel, but {have}; declare "
+                "it by world.senses(…, as_=…)"
+            )
+        super().begin()
+
+    def left(self, agent: Body, member: int) -> None:
+        """Forget an agent that has left."""
+        self._broken.pop(member, None)
+
+    def end(self) -> None:
+        """Repair all sensors."""
+        for member in list(self._broken):
+            self._end_for(self.agent(member), member)
+
+    def save(self) -> Any:
+        """Return whose sensors have dropped out."""
+        return dict(self._broken)
+
+    def load(self, data: Any) -> None:
+        """Go back to what `save` returned."""
+        self._broken = dict(data)
+
+    def _begin_for(self, agent: Body, member: int) -> None:
+        names = tuple(self._its_group().channels) if self.channel is None else (self.channel,)
+        self._broken[member] = names
+        for name in names:
+            agent.break_sensor(name)
+
+    def _end_for(self, agent: Body, member: int) -> None:
+        for name in self._broken.pop(member, ()):
+            if not self._others_break(member, name):
+                agent.repair_sensor(name)
+
+    def _others_break(self, member: int, channel: str) -> bool:
+        """Whether the same sensor has dropped out by another source too."""
+        return any(
+            source is not self and source.group is self.group and channel in source._broken.get(member, ())
+            for source in self.world.sources
+            if isinstance(source, SensorDropouts)
+        )
