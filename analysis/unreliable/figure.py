@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain, to_png
-from teamsight.analysis.unreliable.plan import DEGREES, TARGETS, Plan, time_to_failure
+from teamsight.analysis.unreliable.plan import TEAMS, TARGETS, Plan, time_to_failure
 from teamsight.analysis.unreliable.points import CONFIDENCE, RISK
 
 if TYPE_CHECKING:
@@ -97,15 +97,17 @@ def _scale(axes: Axes, of: pd.DataFrame, sweep: str) -> None:
 
 def _draw_observed(axes: Axes, of: pd.DataFrame) -> None:
     for policy, rows in of.groupby("policy", sort=False):
-        for name, degree, dashes in zip(("aware", "unaware"), DEGREES[str(policy)], ("-", "--"), strict=True):
-            _band(axes, rows, name, _colour(policy), f"{policy}, {degree}", dashes)
+        given, missing = TEAMS[str(policy)]
+        _band(axes, rows, "aware", _colour(policy), str(given), "-")
+        if str(missing) not in axes.get_legend_handles_labels()[1]:
+            _band(axes, rows, "unaware", DEGREE[missing.awareness], str(missing), "--")
 
 
 def _draw_gain(axes: Axes, of: pd.DataFrame) -> None:
     axes.axhline(0.0, color=FAINT, linewidth=1.0)
     for policy, rows in of.groupby("policy", sort=False):
-        given, missing = DEGREES[str(policy)]
-        _band(axes, rows, "gain", _colour(policy), f"{policy}: {given} minus {missing}", "-")
+        given, missing = TEAMS[str(policy)]
+        _band(axes, rows, "gain", _colour(policy), f"{given} minus {missing}", "-")
 
 
 def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
@@ -114,12 +116,12 @@ def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
         high = rows["delta_safe"].where(rows["supported"], rows["delta"])
         reach = np.array([rows["delta"] - rows["delta_low"], high - rows["delta"]])
         style = {"color": _colour(policy), "marker": "o", "markersize": 4.5, "linewidth": 1.6, "capsize": 3}
-        axes.errorbar(rows["x"], rows["delta"], reach, label=f"δ of {policy}", **style)
+        axes.errorbar(rows["x"], rows["delta"], reach, label=f"δ of {TEAMS[str(policy)][0]}", **style)
     axes.set_ylim(bottom=0.0)
 
 
 def _colour(policy: object) -> str:
-    return DEGREE[DEGREES[str(policy)][0]]
+    return DEGREE[TEAMS[str(policy)][0].awareness]
 
 
 def _band(axes: Axes, rows: pd.DataFrame, name: str, colour: str, label: str, dashes: str) -> None:

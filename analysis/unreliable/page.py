@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.unreliable.plan import DEGREES, TARGETS, Plan
+from teamsight.analysis.unreliable.plan import TEAMS, TARGETS, Plan
 from teamsight.analysis.unreliable.points import RISK, changes
 
 _HEADINGS = {
@@ -36,8 +36,8 @@ def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
         parts += [f"## {title}", "\n".join(f"- {line}" for line in sentences(table, points, sweep))]
         of = points[points["sweep"] == sweep]
         for policy in plan.policies:
-            given, missing = DEGREES[policy]
-            parts.append(f"### {title}: {policy}, {given} minus {missing}")
+            given, missing = TEAMS[policy]
+            parts.append(f"### {title}: {given} minus {missing}")
             rows = [_row(point) for point in of[of["policy"] == policy].to_dict("records")]
             columns = ["N", "R", value, *_COLUMNS]
             parts.append(markdown.table(columns, rows, align="r" * len(columns)))

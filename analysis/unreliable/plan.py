@@ -26,9 +26,25 @@ TARGETS = 15
 AVAILABILITIES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 #: Sensing periods [ticks].
 PERIODS = (1, 2, 5, 10, 20, 50)
-#: Each policy with the degrees of awareness that are compared: with information about teammates, and without.
-DEGREES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {"a-cmommt": ("pairwise", "none"), "evolved": ("ring", "none")}
+
+
+class Team(NamedTuple):
+    """A policy and its degree of awareness."""
+
+    policy: str
+    awareness: str
+
+    def __str__(self) -> str:
+        return f"{self.policy} ({self.awareness})"
+
+
+#: For each policy the teams that are compared: with information about teammates, and without. The evolved policy needs
+#: it, so it is compared with A-CMOMMT without.
+TEAMS: Mapping[str, tuple[Team, Team]] = MappingProxyType(
+    {
+        "a-cmommt": (Team("a-cmommt", "pairwise"), Team("a-cmommt", "none")),
+        "evolved": (Team("evolved", "ring"), Team("a-cmommt", "none")),
+    }
 )
 #: The sweeps, and the column with their values.
 SWEEPS: Mapping[str, str] = MappingProxyType({"failures": "availability", "periods": "period"})
@@ -75,7 +91,7 @@ class Plan:
     repair : float
         Mean time to repair [ticks].
     policies : tuple of str
-        Names in `DEGREES`.
+        Names in `TEAMS`.
     availabilities, periods : tuple of float
         The values of the two sweeps.
     scenarios : tuple of (int, float)
@@ -86,7 +102,7 @@ class Plan:
     steps: int = 600
     seed: int = root("unreliable")
     repair: float = 50.0
-    policies: tuple[str, ...] = tuple(DEGREES)
+    policies: tuple[str, ...] = tuple(TEAMS)
     availabilities: tuple[float, ...] = AVAILABILITIES
     periods: tuple[float, ...] = PERIODS
     scenarios: tuple[tuple[int, float], ...] = SCENARIOS
@@ -99,23 +115,26 @@ class Plan:
     def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
         """Yield each run with the columns of the table that identify it.
 
-        The conditions without failures and with period 1 are the same runs, which are made once.
+        The conditions without failures and with period 1 are the same runs, which are made once; so are those of one
+        team that several are compared with.
         """
         for sweep, value, changed in self._treatments():
             for policy in self.policies:
-                for degree in DEGREES[policy]:
+                for aware, team in zip((True, False), TEAMS[policy], strict=True):
                     for robots, radius in self.scenarios:
                         world = {"robots": robots, "targets": TARGETS, "radius": radius}
-                        parameters = {**world, "policy": policy, "awareness": degree, **changed}
+                        parameters = {**world, **team._asdict(), **changed}
                         for replicate in range(self.runs):
                             seed = model_seed(self.seed, replicate, robots, TARGETS, radius)
-                            named = {"sweep": sweep, "value": value, "policy": policy, "awareness": degree}
+                            named = {"sweep": sweep, "value": value, "policy": policy, "aware": aware}
                             named |= {**world, "replicate": replicate, "seed": seed}
-                            yield named, Run(parameters, seed, self.steps, measure)
+                            failing = "events" in parameters
+                            yield named, Run(parameters, seed, self.steps, measure, failing_team if failing else None)
 
     def _treatments(self) -> Iterator[tuple[str, float, dict[str, Any]]]:
         """Yield the sweep, its value and the parameters of CMOMMT that it changes."""
-        from teamsight import Cycle, Failures
+        from teamsight import Cycle
+        from teamsight.agents.events import Failures
 
         for value in self.availabilities:
             # One object for all runs, by which they recognise that they can share a world.
@@ -124,6 +143,15 @@ class Plan:
         for period in self.periods:
             # Robots are not in step, as in a team without a common clock.
             yield "periods", float(period), {} if period == 1 else {"cycle": Cycle(period, phase="random")}
+
+
+def failing_team(*, events: Any, rng: int, **parameters: Any) -> World:
+    """Return a CMOMMT whose robots fail."""
+    from teamsight.agents.cmommt import CMOMMT
+
+    world = CMOMMT(**parameters, rng=rng)
+    world.attach(events, world.robots)
+    return world
 
 
 def time_to_failure(availability: float, repair: float) -> float:
@@ -150,8 +178,8 @@ def simulate(
     Returns
     -------
     DataFrame
-        One row a run: sweep, value (the availability, or the period [ticks]), policy, awareness, robots, targets,
-        radius, replicate, seed, observed_fraction, max_neighbours, mean_neighbours.
+        One row a run: sweep, value (the availability, or the period [ticks]), policy, aware (whether it is the first of
+        the policy's `TEAMS`), robots, targets, radius, replicate, seed, observed_fraction, max_neighbours, mean_neighbours.
     """
     planned = list(plan.planned())
     measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)

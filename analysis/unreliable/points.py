@@ -8,7 +8,6 @@ import pandas as pd
 
 from teamsight.analysis.stats import exceedance
 from teamsight.analysis.stats.paired import interval_of
-from teamsight.analysis.unreliable.plan import DEGREES
 
 #: The risk for which δ is stated, and the confidence of each of its bounds.
 RISK, CONFIDENCE = 0.05, 0.95
@@ -40,9 +39,7 @@ def points(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _point(rows: pd.DataFrame) -> dict[str, Any]:
-    given, missing = DEGREES[str(rows["policy"].iloc[0])]
-    runs = {degree: part.set_index("replicate").sort_index() for degree, part in rows.groupby("awareness")}
-    aware, unaware = runs[given], runs[missing]
+    aware, unaware = (rows[rows["aware"] == which].set_index("replicate").sort_index() for which in (True, False))
     assert aware.index.equals(unaware.index)
     aware_percent, unaware_percent = (100.0 * part["observed_fraction"].to_numpy() for part in (aware, unaware))
     point: dict[str, Any] = {"count": len(aware)}
@@ -80,9 +77,8 @@ def changes(table: pd.DataFrame, sweep: str) -> pd.DataFrame:
     of = table[table["sweep"] == sweep]
     first, found = of["value"].iloc[0], []
     for key, rows in of.groupby(["policy", "robots", "radius"], sort=False):
-        given, missing = DEGREES[str(key[0])]
-        wide = rows.pivot(index="replicate", columns=["value", "awareness"], values="observed_fraction")
-        gains = {value: 100.0 * (wide[value][given] - wide[value][missing]) for value in rows["value"].unique()}
+        wide = rows.pivot(index="replicate", columns=["value", "aware"], values="observed_fraction")
+        gains = {value: 100.0 * (wide[value][True] - wide[value][False]) for value in rows["value"].unique()}
         for value, gain in gains.items():
             if value != first:
                 change = interval_of((gain - gains[first]).to_numpy())

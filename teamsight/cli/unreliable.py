@@ -13,7 +13,7 @@ from teamsight.cli.options import Settings
 if TYPE_CHECKING:
     from teamsight.analysis.unreliable.plan import Plan
 
-_POLICIES = values.registry("teamsight.analysis.unreliable.plan", "DEGREES")
+_POLICIES = values.registry("teamsight.analysis.unreliable.plan", "TEAMS")
 
 
 class UnreliableSettings(Settings):
