@@ -120,9 +120,13 @@ class CountDegrees:
                 world.run(stretch)
             note_sizes(sizes, world, self.team)
             if self.samples:
-                members = teammates(of_team(world.groups, self.team))
+                groups = of_team(world.groups, self.team)
+                members = teammates(groups)
                 largest_team = max(largest_team, members.largest_team)
-                samples.append(sector_occupancy.bearings(team_graph(world, self.team), members.heading))
+                active = np.concatenate([np.zeros(0, bool), *(group.active for group in groups)])
+                # Robots without a heading are left out.
+                heading = np.where(active[:, np.newaxis], members.heading, np.nan)
+                samples.append(sector_occupancy.bearings(team_graph(world, self.team), heading))
         met = frozenset({before, conditions(world, self.team)})
         largest = world.recording.max_neighbours(self.team, made)
         bearings = sector_occupancy.gather(samples) if self.samples else None

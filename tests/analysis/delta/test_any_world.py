@@ -9,9 +9,10 @@ import pytest
 from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, World
+from teamsight.agents.events import Failures
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
-from teamsight.analysis.delta import choose
+from teamsight.analysis.delta import choose, team_conditions
 from teamsight.analysis.delta.degrees import CountDegrees
 from teamsight.policies import RandomWalk
 
@@ -245,3 +246,31 @@ def test_a_group_that_comes_and_goes_is_counted() -> None:
 def test_a_single_group_has_no_table_of_groups() -> None:
     report = choose.choose_delta({"robots": 3, "radius": 1.0}, runs=3, steps=5, risk=0.6)
     assert report.groups is report.group_maxima is None
+
+
+def test_failed_robots_are_nobodys_neighbours() -> None:
+    world = World(Disc(0.4), rng=1)
+    robots = world.add(Robot, 6, policy=RandomWalk())
+    for robot in (robots[1], robots[4]):
+        robot.active = False
+    found = CountDegrees(samples=5)(world, 20)
+    assert (found.max_neighbours, found.groups[0].max_neighbours, found.largest_team) == (3, 3, 6)
+    assert found.bearings is not None
+    assert found.bearings.degree.tolist() == [3] * 4 * 5
+    for reliable in (CMOMMT(robots=4, radius=1.0, rng=1), world):
+        met = team_conditions.conditions(reliable)
+        assert (team_conditions.predict({met}, met.robots, 5) is None) == (reliable is world)
+
+
+def test_the_report_on_robots_that_fail_says_so() -> None:
+    report = choose.choose_delta(failing_team, runs=6, steps=20, risk=0.6, rng=1)
+    assert report.prediction is None
+    assert any("only active robots are neighbours" in note for note in report.notes)
+    # In an arena in which all are neighbours, the mean is over those that work.
+    assert report.ring["samples"].sum() < 6 * 10 * 8
+
+
+def failing_team(seed: int) -> World:
+    model = CMOMMT(robots=8, radius=0.5, policy="random-walk", rng=seed)
+    model.attach(Failures(4.0, 8.0), model.robots)
+    return model
