@@ -130,8 +130,8 @@ class CountDegrees:
         met = frozenset({before, conditions(world, self.team)})
         largest = world.recording.max_neighbours(self.team, made)
         bearings = sector_occupancy.gather(samples) if self.samples else None
-        groups = with_maxima(sizes, world.recording.max_neighbours_by_group(made), self.team)
-        return Degrees(largest, met, world.tick - first, groups, largest_team, bearings)
+        met_by = with_maxima(sizes, world.recording.max_neighbours_by_group(made), self.team)
+        return Degrees(largest, met, world.tick - first, met_by, largest_team, bearings)
 
 
 def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progress) -> list[Degrees]:

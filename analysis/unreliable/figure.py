@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain, to_png
-from teamsight.analysis.unreliable.plan import TEAMS, TARGETS, Plan, time_to_failure
+from teamsight.analysis.unreliable.plan import TARGETS, TEAMS, Plan, time_to_failure
 from teamsight.analysis.unreliable.points import CONFIDENCE, RISK
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
         for column, (robots, radius) in enumerate(plan.scenarios):
             left, width = 0.065 + column * 0.93 / columns, 0.8 / columns
             bottom = 1 - (1.25 + row * (_PANEL + 0.5) + _PANEL) / _HEIGHT
-            shared = {"sharex": axes[0, column]} if row else {}
+            shared: dict[str, Any] = {"sharex": axes[0, column]} if row else {}
             shared |= {"sharey": axes[row, 0]} if column and row < 2 else {}
             panel = axes[row, column] = figure.add_axes((left, bottom, width, _PANEL / _HEIGHT), **shared)
             plain(panel)
@@ -115,7 +115,13 @@ def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
         rows = rows.sort_values("x")
         high = rows["delta_safe"].where(rows["supported"], rows["delta"])
         reach = np.array([rows["delta"] - rows["delta_low"], high - rows["delta"]])
-        style = {"color": _colour(policy), "marker": "o", "markersize": 4.5, "linewidth": 1.6, "capsize": 3}
+        style: dict[str, Any] = {
+            "color": _colour(policy),
+            "marker": "o",
+            "markersize": 4.5,
+            "linewidth": 1.6,
+            "capsize": 3,
+        }
         axes.errorbar(rows["x"], rows["delta"], reach, label=f"δ of {TEAMS[str(policy)][0]}", **style)
     axes.set_ylim(bottom=0.0)
 
@@ -126,7 +132,7 @@ def _colour(policy: object) -> str:
 
 def _band(axes: Axes, rows: pd.DataFrame, name: str, colour: str, label: str, dashes: str) -> None:
     rows = rows.sort_values("x")
-    style = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 1.6, "linestyle": dashes}
+    style: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 4, "linewidth": 1.6, "linestyle": dashes}
     axes.plot(rows["x"], rows[name], label=label, **style)
     known = rows[np.isfinite(rows[f"{name}_low"])]
     axes.fill_between(known["x"], known[f"{name}_low"], known[f"{name}_high"], color=colour, alpha=0.18, linewidth=0)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.unreliable.plan import TEAMS, TARGETS, Plan
+from teamsight.analysis.unreliable.plan import TARGETS, TEAMS, Plan
 from teamsight.analysis.unreliable.points import RISK, changes
 
 _HEADINGS = {
@@ -49,7 +49,8 @@ def _conditions(plan: Plan) -> str:
         f"{plan.runs} runs of {plan.steps} steps in each condition, {TARGETS} targets, ranges 1, default speeds, root "
         f"seed {plan.seed}. Failures and repairs take exponential times; the mean time to repair is {plan.repair:g} "
         f"ticks. Robots that sense rarely have random phases. δ is for a risk of {RISK:g}, from the runs with "
-        "awareness; its bounds have 95 % confidence each. Intervals are those of Student's t, 95 %; all differences are paired."
+        "awareness; its bounds have 95 % confidence each. Intervals are those of Student's t, 95 %; all differences "
+        "are paired."
     )
 
 

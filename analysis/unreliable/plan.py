@@ -179,7 +179,7 @@ def simulate(
     -------
     DataFrame
         One row a run: sweep, value (the availability, or the period [ticks]), policy, aware (whether it is the first of
-        the policy's `TEAMS`), robots, targets, radius, replicate, seed, observed_fraction, max_neighbours, mean_neighbours.
+        the policy's `TEAMS`), robots, targets, radius, replicate, seed, and the fields of `Measured`.
     """
     planned = list(plan.planned())
     measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
