@@ -11,6 +11,7 @@ from teamsight.agents.measures import Measures
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
+    from teamsight.agents.events.contact_log import ContactLog
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.group import Group
     from teamsight.agents.until import Until
@@ -21,6 +22,7 @@ else:
 
 
 @refusing(
+    contacts="log_contacts(group) fills it",
     events="it is what happened; world.log(…) adds to it, and reset() empties it",
     sources="world.attach(…) and world.detach(…) change them",
     until="its methods return the events for which a process can wait, as in world.until.observed(target)",
@@ -76,6 +78,45 @@ class EventMethods(Measures):
             data.until = Until(data, self._engine)
         until: Until = data.until
         return until
+
+    def log_contacts(self, group: Group[Any], channel: str = "teammates") -> ContactLog:
+        """Log the contacts of a group from now on: which agent begins and ceases to sense which, and when.
+
+        Parameters
+        ----------
+        group : Group
+            A group of this world.
+        channel : str
+            "teammates": those within awareness range. Other channels: those that are sensed.
+
+        Returns
+        -------
+        ContactLog
+            Its `contacts` are arrays; see also `contacts`. If these contacts are logged already, that log. It is an
+            event source: `detach` ends it, states hold it, and a reset begins it anew.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no group of this world, or the group has no such channel.
+        """
+        from teamsight.agents.events.contact_log import ContactLog
+
+        for source in self.sources:
+            if isinstance(source, ContactLog) and source.group is group and source.channel == channel:
+                return source
+        return self.attach(ContactLog(channel), group)
+
+    @property
+    def contacts(self) -> pd.DataFrame:
+        """The contacts that were logged; see `log_contacts`.
+
+        One row for each beginning and each end, in the order of `sources` and then of time. The columns are tick,
+        begun (False if the contact has ended), group, channel, and observer and observed (`unique_id`).
+        """
+        from teamsight.agents.events.contact_table import contact_table
+
+        return contact_table(self.sources)
 
     def log(self, what: str, agent: Body | None = None, /, **details: Any) -> None:
         """Add an event to `events`, at the present time: ``world.log("painted", robot, colour="red")``.

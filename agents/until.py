@@ -168,6 +168,24 @@ class Until:
         self._check_contact("contact_ended", robot, other, channel)
         return self._when(Contact(self._engine, robot, other, channel, wanted=False))
 
+    def battery_empty(self, robot: Body) -> Event:
+        """Return the event that the battery of an agent is empty; its value is the agent.
+
+        Raises
+        ------
+        ValueError
+            If no `Batteries` are attached to its group.
+        """
+        from teamsight.agents.events.batteries import Batteries
+
+        shown = f"until.battery_empty({checks.shown(robot)})"
+        self._check_agent(shown, robot)
+        for source in self._data.sources.attached:
+            if source.group is robot.group and isinstance(source, Batteries):
+                return source.empty(robot)
+        name = robot.group.name
+        raise ValueError(f"{shown}: {name} have no batteries; add them, as in world.attach(Batteries(100), {name})")
+
     def __call__(self, condition: Callable[[], Any]) -> Event:
         """Return the event that a condition in Python is true. Its value is what the condition returned.
 

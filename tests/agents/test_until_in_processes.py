@@ -11,6 +11,7 @@ import pytest
 import simpy
 
 from teamsight import CMOMMT, Box, Robot, Target, World
+from teamsight.agents.events.batteries import Batteries
 from teamsight.agents.until import AgentLeftError
 from tests.agents.test_until import divisions
 
@@ -412,3 +413,22 @@ def test_wrong_arguments_are_named() -> None:
     with pytest.raises(AttributeError, match="until=3: cannot be set; its methods return"):
         world.until = 3  # type: ignore[misc, assignment]
     assert watching(world) == 0
+
+
+@pytest.mark.short
+@divisions
+def test_a_battery_is_empty_when_it_is(advance: Callable[[World, int], Any]) -> None:
+    world = World(Box(20, 20), rng=1)
+    robots = world.add(Robot, 2, policy="stationary")
+    with pytest.raises(ValueError, match=r"robots have no batteries; add them, as in world.attach\(Batteries"):
+        world.until.battery_empty(robots[0])
+    world.attach(Batteries(10, per_tick=1.5), robots)
+    log = []
+
+    def wait() -> Process:
+        found = yield world.until.battery_empty(robots[1])
+        log.append((world.tick, found))
+
+    world.clock.process(wait())
+    advance(world, 12)
+    assert log == [(7, robots[1])]
