@@ -85,7 +85,9 @@ def test_changes_are_paired_with_the_first_condition(table: pd.DataFrame) -> Non
     change, found = changes(table, "failures"), points(table)
     assert len(change) == 4
     for row in change.to_dict("records"):
-        of = found[(found["sweep"] == "failures") & (found["policy"] == row["policy"]) & (found["robots"] == row["robots"])]
+        of = found[
+            (found["sweep"] == "failures") & (found["policy"] == row["policy"]) & (found["robots"] == row["robots"])
+        ]
         gain = of.set_index("value")["gain"]
         assert row["change"] == pytest.approx(gain[0.5] - gain[1.0])
         assert row["low"] <= row["change"] <= row["high"]
