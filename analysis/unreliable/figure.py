@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
 from teamsight.analysis.plot.style import DEGREE, FAINT, INK, canvas, head, plain, to_png
 from teamsight.analysis.unreliable.plan import TARGETS, TEAMS, Plan, time_to_failure
@@ -19,10 +20,12 @@ _TITLES = {
     "failures": "Robots that fail: what awareness adds, and how large δ must be",
     "periods": "Robots that sense rarely: what awareness adds, and how large δ must be",
 }
-_LABELS = {"failures": "failures of a robot in 1,000 ticks\n(availability)", "periods": "sensing period  [ticks]"}
+_LABELS = {"failures": "failures in 1,000 ticks of work\n(availability)", "periods": "sensing period  [ticks]"}
 _ROWS = ("observed targets  [%]", "gain from awareness  [points]", "δ")
-# Inches.
-_WIDTH, _HEIGHT, _PANEL = 13.4, 11.2, 2.55
+# Inches: the figure, a panel, the space between panels, and what is above them.
+_WIDTH, _HEIGHT, _PANEL, _BETWEEN, _HEAD = 13.4, 11.5, 2.6, 0.5, 1.25
+# By this share of the axis the points of a policy stand beside those of the one before, so that both are seen.
+_BESIDE = 0.02
 
 
 def draw(points: pd.DataFrame, sweep: str, plan: Plan) -> bytes:
@@ -47,8 +50,9 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
     head(
         figure,
         _TITLES[sweep],
-        f"{plan.runs} runs of {plan.steps} steps, {TARGETS} targets; {fixed}95 % confidence bands of paired means; "
-        f"δ for a risk of {RISK:g}, bars between its bounds ({CONFIDENCE:.0%} each); seed {plan.seed}",
+        f"{plan.runs} runs of {plan.steps} steps, {TARGETS} targets; {fixed}95 % confidence bands; "
+        f"gain over {TEAMS[plan.policies[0]][1]}; δ for a risk of {RISK:g} with its bounds, {CONFIDENCE:.0%} each; "
+        f"seed {plan.seed}",
     )
     of = points[points["sweep"] == sweep].assign(x=lambda rows: _places(rows["value"], sweep, plan))
     columns = len(plan.scenarios)
@@ -56,7 +60,7 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
     for row in range(len(_ROWS)):
         for column, (robots, radius) in enumerate(plan.scenarios):
             left, width = 0.065 + column * 0.93 / columns, 0.8 / columns
-            bottom = 1 - (1.25 + row * (_PANEL + 0.5) + _PANEL) / _HEIGHT
+            bottom = 1 - (_HEAD + row * (_PANEL + _BETWEEN) + _PANEL) / _HEIGHT
             shared: dict[str, Any] = {"sharex": axes[0, column]} if row else {}
             shared |= {"sharey": axes[row, 0]} if column and row < 2 else {}
             panel = axes[row, column] = figure.add_axes((left, bottom, width, _PANEL / _HEIGHT), **shared)
@@ -71,9 +75,8 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
                 panel.set_xlabel(_LABELS[sweep])
             if column == 0:
                 panel.set_ylabel(_ROWS[row])
-    for row, height in ((0, 0.052), (1, 0.03), (2, 0.008)):
-        handles, labels = axes[row, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, bbox_to_anchor=(0.5, height))
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, bbox_to_anchor=(0.5, 0.005))
     return figure
 
 
@@ -106,13 +109,15 @@ def _draw_observed(axes: Axes, of: pd.DataFrame) -> None:
 def _draw_gain(axes: Axes, of: pd.DataFrame) -> None:
     axes.axhline(0.0, color=FAINT, linewidth=1.0)
     for policy, rows in of.groupby("policy", sort=False):
-        given, missing = TEAMS[str(policy)]
-        _band(axes, rows, "gain", _colour(policy), f"{given} minus {missing}", "-")
+        _band(axes, rows, "gain", _colour(policy), "", "-")
 
 
 def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
-    for policy, rows in of.groupby("policy", sort=False):
+    logarithmic = bool(of["x"].min() > 0)
+    for number, (policy, rows) in enumerate(of.groupby("policy", sort=False)):
         rows = rows.sort_values("x")
+        aside = number * _BESIDE * float(np.ptp(np.log(rows["x"]) if logarithmic else rows["x"]))
+        place = rows["x"] * np.exp(aside) if logarithmic else rows["x"] + aside
         high = rows["delta_safe"].where(rows["supported"], rows["delta"])
         reach = np.array([rows["delta"] - rows["delta_low"], high - rows["delta"]])
         style: dict[str, Any] = {
@@ -122,8 +127,9 @@ def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
             "linewidth": 1.6,
             "capsize": 3,
         }
-        axes.errorbar(rows["x"], rows["delta"], reach, label=f"δ of {TEAMS[str(policy)][0]}", **style)
-    axes.set_ylim(bottom=0.0)
+        axes.errorbar(place, rows["delta"], reach, **style)
+    axes.set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _colour(policy: object) -> str:
