@@ -30,8 +30,7 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes")
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "conditions")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
