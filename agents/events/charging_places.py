@@ -108,9 +108,6 @@ class ChargingPlaces(EventSource, NeedsCharge):
 
     def begin(self) -> None:
         """Begin with free places."""
-        for member, policy in vars(self).get("_policies", {}).items():
-            # It stays at a reset, unlike the speed.
-            self.agent(member).policy = policy
         self._vicinity.place[:] = 0
         # By member: the speed with which it came, its own policy, and the number of its visits.
         self._speeds: dict[int, float] = {}
@@ -119,6 +116,11 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self._requests: dict[int, Any] = {}
         self._begun: set[int] = set()
         self._resources = [self.clock.resource(self.chargers) for _ in self.position]
+
+    def reset(self) -> None:
+        """Give agents their policies back, which stay at a reset."""
+        for member, policy in self._policies.items():
+            self.agent(member).policy = policy
 
     def end(self) -> None:
         """Let all agents go."""
@@ -188,13 +190,13 @@ class ChargingPlaces(EventSource, NeedsCharge):
         order = [
             [self._members_of(resource.users), self._members_of(resource.queue)] for resource in self._resources
         ]
-        own = (self._speeds, self._policies, self._visits, self._begun)
-        return order, self._vicinity.place.copy(), [type(part)(part) for part in own]
+        own = self._speeds.copy(), self._policies.copy(), self._visits.copy(), self._begun.copy()
+        return order, self._vicinity.place.copy(), own
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned: the queues are made again, in the same order."""
         order, place, own = data
-        self._speeds, self._policies, self._visits, self._begun = (type(part)(part) for part in own)
+        self._speeds, self._policies, self._visits, self._begun = (part.copy() for part in own)
         self._vicinity.place = place.copy()
         self._requests = {}
         self._resources = [self.clock.resource(self.chargers) for _ in self.position]

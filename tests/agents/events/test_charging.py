@@ -37,7 +37,7 @@ def test_robots_queue_are_charged_in_turn_and_go_on() -> None:
         robot.position = (0.0, 0.0)
         robot.speed = 0.0 if robot.row else 0.01
     world.run(4)
-    (batteries, places) = world.sources
+    places = world.sources[1]
     world.run(1)
     a, b, c = robots.identity.tolist()
     # The first is charged from tick 4 on, for 2 ticks; the others have 0.75 left, and 0.5 when it is done.
