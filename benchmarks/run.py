@@ -1,6 +1,7 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors events]
+                         [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from events import measure_events
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -28,7 +30,7 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "events")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -51,6 +53,7 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "events": lambda: measure_events(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []
