@@ -269,4 +269,9 @@ class When:
         self.action, self.arguments = getattr(source, method), arguments
 
     def __call__(self, event: Any) -> None:
-        self.action(*self.arguments)
+        clock = event.env
+        clock.caller = self.action.__self__
+        try:
+            self.action(*self.arguments)
+        finally:
+            clock.caller = None
