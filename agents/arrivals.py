@@ -10,9 +10,12 @@ import numpy.typing as npt
 
 from teamsight.agents.building import MOST_AGENTS, Places, abilities_of, bodies_of, founders_of
 from teamsight.agents.group import Group
+from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import state_of_more
+from teamsight.agents.timetable import Timetable
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
+from teamsight.policies.interface import Action
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.starts import Founders
@@ -30,6 +33,8 @@ class Extended(NamedTuple):
     ranges: tuple[Any, Any]
     policy_state: Any
     arrived_at: Integers
+    timetable: Timetable | None
+    others: list[OtherPolicy]
     columns: dict[str, Any]
 
 
@@ -54,6 +59,8 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
         state_of_more(group.policy, group.policy_state, size, size + count),
         np.append(group.arrived_at, np.full(count, data.timeline.tick)),
+        _timetable(data, group, count),
+        [other.extended(size, size + count) for other in group.others],
         group.columns.extended(count, columns),
     )
 
@@ -62,10 +69,38 @@ def join(group: Group, new: Extended) -> None:
     """Replace the arrays of a group."""
     group.founders, group.first_abilities = new.founders, new.first_abilities
     group.bodies, group.ranges, group.arrived_at = new.bodies, new.ranges, new.arrived_at
+    group.timetable, group.others = new.timetable, new.others
     group.columns.replace(new.columns)
     for channel in group.channels.values():
         channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
     group.begin(new.policy_state)
+
+
+def forget_members(group: Group, size: int) -> None:
+    """Forget the members from number `size` on, who have all left: the next to arrive get their numbers, and noise."""
+    founders = (one.cut(size) for one in group.founders)
+    group.founders = [one for one in founders if one.size]
+    group.first_abilities, group.arrived_at = group.first_abilities.cut(size), group.arrived_at[:size].copy()
+
+
+def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
+    """Return the timetable with new agents, whose cycles begin now."""
+    table = group.timetable
+    if table is None:
+        return None
+    cycle = table.usual()
+    if cycle is None:
+        raise ValueError(
+            f"add(): the agents of {group.name!r} have different cycles, so that of new ones is not known; set one for "
+            f"all before, as in {group.name}.cycle = 5, and those of single agents after"
+        )
+    size, tick, so_far = len(group), data.timeline.tick, group.members_so_far
+    fresh = Action(np.zeros((count, 2)), np.zeros(count))
+    new = Timetable.made(group.number, cycle, np.arange(count), count, np.full(count, -1), fresh)
+    both = table.followed_by(new)
+    members = np.append(group.bodies.member, np.arange(so_far, so_far + count))
+    both.begin(np.arange(size, size + count), data.key, members, tick)
+    return both
 
 
 def _usual(group: Group, name: str, present: Floats, first: Floats) -> float:

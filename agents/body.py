@@ -15,11 +15,10 @@ from teamsight.agents.condition_of_one import Active, channel_of
 from teamsight.agents.fixed import Kept, refusing
 from teamsight.agents.given import Points
 from teamsight.agents.places import checked_headings
-from teamsight.agents.settings import Ability, OfGroup, Team
+from teamsight.agents.settings import Ability, CycleOfOne, OfGroup, PolicyOfOne, Team
 from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
-from teamsight.policies.interface import Policy
-from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
+from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.relation import Relation
@@ -147,7 +146,8 @@ class Body(mesa_bases.Agent):
         "Whether it takes part. While it does not, it neither moves nor decides, senses nobody and is sensed by nobody."
     )
 
-    policy: OfGroup[Policy | Rule] = OfGroup("The policy of its group. To give one agent another, add a group for it.")
+    policy = PolicyOfOne()
+    cycle = CycleOfOne()
     awareness: OfGroup[Awareness] = OfGroup("The degree of awareness of its group.")
 
     @property

@@ -19,6 +19,7 @@ from teamsight.agents.body import Body
 from teamsight.agents.cycle import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.host_protocol import Host
+from teamsight.agents.new_timetable import new_timetable, put_timetable
 from teamsight.agents.places import checked_headings, checked_positions
 from teamsight.agents.resolve import check_needs
 from teamsight.agents.world_data import WorldData
@@ -86,10 +87,11 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
     group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
     check_needs(group)
-    if plan.cycle != EVERY_STEP:
-        raise NotImplementedError("cycle")
     group.founders, group.first_abilities = [founders], abilities
     group.time = data.time
+    group.arrived_at[:] = data.timeline.tick
+    if plan.cycle != EVERY_STEP:
+        put_timetable(group, new_timetable(data, group, plan.cycle))
     group.decides_alone = agent_class.decide is not Body.decide
     group.__class__ = Group  # type: ignore[assignment]
     return group

@@ -15,6 +15,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.condition_of_one import note_of_inactive
+from teamsight.agents.deciding import Deciding
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.fixed import refusing
@@ -22,12 +23,10 @@ from teamsight.agents.given import Numbers, PlacementName, Points, Rows
 from teamsight.agents.host_protocol import Host
 from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.selection import rows_of
-from teamsight.agents.settings import Settings
 from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
-from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -55,11 +54,13 @@ Floats = npt.NDArray[np.float64]
     active="set that of one agent, as in robots[0].active = False",
     identity="identities are given by the world; add_column makes numbers of your own",
 )
-class Group(Settings, Generic[A]):
+class Group(Deciding, Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
     Attributes
     ----------
+    decided_at, policies, timetable, …
+        How its agents decide; see `Deciding`.
     name : str
         The group's name in its world.
     number : int
@@ -80,10 +81,6 @@ class Group(Settings, Generic[A]):
         Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
     first_abilities : Abilities
         The abilities at the start of a run, by member.
-    arrived_at : ndarray, shape (members,), int64
-        The tick at which each agent came, by member.
-    rules : tuple
-        The policy and the degree of awareness; `World.adjust` changes them.
     channels : dict of str to Channel
         What the group senses, by name; `World.senses` declares it.
     readings : dict of str to Readings
@@ -92,12 +89,8 @@ class Group(Settings, Generic[A]):
         The user's own columns, shape (n, …) each; see `add_column`.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
-    policy_state : object
-        The state of the policy; rows as in `agents`.
     action : Action
         The last decision.
-    time : ndarray, shape (1,), float64
-        The present tick, which percepts show: an array of the world.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
@@ -123,6 +116,7 @@ class Group(Settings, Generic[A]):
         self.rules: tuple[Any, Awareness] = policy, awareness
         self.columns = Columns(name)
         self.agents: list[A] = []
+        self.others, self.timetable, self.due = [], None, None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
@@ -141,9 +135,8 @@ class Group(Settings, Generic[A]):
         """Make new buffers for the present size, and set the state of the policy; see `first_state`."""
         size = len(self.bodies)
         self.policy_state = state
-        policy = self.rules[0]
-        self.draws = policy.draws if isinstance(policy, Policy) else 0
-        self.action = Action(np.zeros((size, 2)), np.zeros(size))
+        # Robots that do not decide at every step go on with their last action.
+        self.action = self.timetable.action if self.timetable else Action(np.zeros((size, 2)), np.zeros(size))
         lanes = -(-max(size, 1) // LANES) * LANES
         self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
         self.members = np.zeros(lanes, np.int64)
@@ -194,7 +187,8 @@ class Group(Settings, Generic[A]):
 
     def __repr__(self) -> str:
         inactive = note_of_inactive(self.bodies.active)
-        return f"<Group {self.name!r}: {len(self)} agents{inactive}, {type(self.policy).__name__}, {self.awareness}>"
+        names = " and ".join(type(policy).__name__ for policy in self.policies)
+        return f"<Group {self.name!r}: {len(self)} agents{inactive}, {names}, {self.awareness}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.group_card import group_html
@@ -283,34 +277,6 @@ class Group(Settings, Generic[A]):
         """
         return new_column(self, name, fill)
 
-    @property
-    def is_compiled(self) -> bool:
-        """Whether the group decides in a kernel, without Python."""
-        policy = self.rules[0]
-        kernel_decides = isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
-        return kernel_decides and not self.decides_alone
-
-    @property
-    def inputs(self) -> int:
-        """The width of the situation vector that the policy reads; 0 for none."""
-        return self.policy.inputs if isinstance(self.policy, Policy) else 0
-
-    @property
-    def is_sound(self) -> bool:
-        """Whether the policy's actions need no check."""
-        return self.is_compiled and bool(self.rules[0].is_sound)
-
-    @property
-    def reads_teammates(self) -> bool:
-        """Whether a decision reads the lists of teammates or of relayed targets."""
-        return not self.is_compiled or bool(self.rules[0].reads_teammates)
-
-    @property
-    def decided_at(self) -> npt.NDArray[np.int64]:
-        """The tick at which each robot last decided, shape (n,); −1 before its first decision."""
-        tick = int(self.time[0])
-        return np.where(self.arrived_at[self.bodies.member] < tick, tick - 1, -1)
-
     def neighbours(self, channel: str) -> NeighbourList:
         """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
         return filled(self.room(channel))
@@ -334,7 +300,8 @@ class Group(Settings, Generic[A]):
     ) -> Percept:
         """Return a percept that shows these neighbours, and the arrays of further channels."""
         bodies = self.bodies
-        body = (bodies.heading, bodies.moved, bodies.speed, self.sensing_range, self.awareness_range)
+        moved = bodies.moved if self.timetable is None else self.timetable.travelled
+        body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
         others = channels_of(channels, map(self.room, channels))
         return Percept(*body, targets, teammates, relayed, self.perception.situation, others, self.time)
 

@@ -31,6 +31,7 @@ class ShownGroup(Protocol):
     ranges: tuple[Floats, Floats]
     channels: dict[str, Channel]
 
+    def policy_of(self, row: int) -> Any: ...
     @property
     def columns(self) -> Mapping[str, Any]: ...
     @property
@@ -76,7 +77,7 @@ def agent_html(agent: object, group: ShownGroup, row: int) -> str:
     rows: list[tuple[str, object]] = [
         ("position", _pair(bodies.position[row])), ("heading", _pair(bodies.heading[row])),
         ("speed", f"{bodies.speed[row]:.4g}"), ("sensing range", f"{group.ranges[0][row]:.4g}"),
-        ("policy", _named(group.rules[0])), ("awareness", group.rules[1]),
+        ("policy", _named(group.policy_of(row))), ("awareness", group.rules[1]),
     ]  # fmt: skip
     if not bodies.active[row]:
         rows.insert(0, ("state", "inactive"))

@@ -22,10 +22,18 @@ from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.mesa_bases import Agent, Model
+from teamsight.agents.new_timetable import new_timetable, put_timetable
 from teamsight.agents.places import checked_positions
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.timetabling import (
+    back_to_group,
+    check_not_recorded,
+    check_policies,
+    set_cycle_of_one,
+    set_policy_of_one,
+)
 from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -162,8 +170,10 @@ class WorldHost:
         turning = bodies.turn_cosine, bodies.turn_sine
         if "turn_limit" in given:
             turning = turn_columns(given["turn_limit"], size)
-        if "cycle" in given and cycle_of(given["cycle"]) != EVERY_STEP:
-            raise NotImplementedError("cycle")
+        table = group.timetable
+        if "cycle" in given and (table or cycle_of(given["cycle"]) != EVERY_STEP):
+            check_not_recorded(self._engine, group, f"cycle={checks.shown(given['cycle'])}")
+            table = new_timetable(self._data, group, cycle_of(given["cycle"]))
         policy, awareness = before = group.rules
         if "awareness" in given:
             awareness = awareness_of(given["awareness"])
@@ -175,7 +185,10 @@ class WorldHost:
             raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
         try:
             group.rules = policy, awareness
-            check_fit(group, team_of(self._data.groups, group))
+            team = team_of(self._data.groups, group)
+            check_fit(group, team)
+            if policy is before[0]:
+                check_policies(group, group.policies[1:], team)
             state = first_state(policy, size) if policy is not before[0] else None
         except BaseException:
             group.rules = before
@@ -183,7 +196,12 @@ class WorldHost:
         with deferred():
             group.ranges = ranges[0], ranges[1]
             bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
+            if table is not group.timetable and table is not None:
+                put_timetable(group, table)
+            if "policy" in given:
+                back_to_group(group)
             if policy is not before[0]:
+                group.others = []
                 group.begin(state)
             self._engine.is_bound = False
 
@@ -202,6 +220,14 @@ class WorldHost:
             with deferred():
                 group.ranges[name == "awareness_range"][row] = number
                 self._engine.is_bound = False
+
+    def set_cycle(self, agent: Body, value: Any) -> None:
+        """Give one agent a cycle of its own."""
+        set_cycle_of_one(self._data, self._engine, agent, value)
+
+    def set_policy(self, agent: Body, value: Any) -> None:
+        """Give one agent a policy of its own."""
+        set_policy_of_one(self._data, self._engine, agent, value)
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Move an agent to a position in the arena."""
@@ -227,6 +253,7 @@ class WorldHost:
         state = take_rows(group.policy_state, keep, size)
         if isinstance(group.policy, CompiledPolicy):
             check_state(group.policy, state, size - 1)
+        others = [other.rows(keep, size) for other in group.others]
         columns = {name: array[keep] for name, array in group.columns.arrays().items()}
         # Nothing after this can fail.
         leave()
@@ -235,6 +262,9 @@ class WorldHost:
             channel.works = channel.works[keep]
         group.ranges = group.ranges[0][keep], group.ranges[1][keep]
         group.columns.replace(columns)
+        group.others = others
+        if group.timetable is not None:
+            group.timetable = group.timetable.rows(keep)
         group.agents.pop(row)
         for place, other in enumerate(group.agents):
             other.row = place

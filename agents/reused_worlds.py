@@ -144,7 +144,7 @@ def _trace(world: World) -> tuple[Any, ...]:
     groups = [
         (
             id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
-            sum(map(len, map(vars, group.agents))),
+            sum(map(len, map(vars, group.agents))), id(group.timetable), len(group.others),
         )
         for group in world.groups
     ]  # fmt: skip

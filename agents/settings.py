@@ -112,7 +112,7 @@ class Settings:
         "The largest angle that each can turn in a step, shape (n,) [rad].",
     )  # fmt: skip
     cycle: GroupSetting[Cycle, CycleLike] = GroupSetting(
-        "cycle", lambda group: EVERY_STEP, "When they sense and decide."
+        "cycle", lambda group: group.timetable.cycle() if group.timetable else EVERY_STEP, "When they sense and decide."
     )
 
 
@@ -134,6 +134,40 @@ class Ability:
 
     def __set__(self, agent: Any, value: float) -> None:
         agent.group.host.adjust_one(agent, self._name, value)
+
+
+class CycleOfOne:
+    """The cycle of an agent, one row of its group's timetable."""
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> CycleOfOne: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Cycle: ...
+    def __get__(self, agent: Any, owner: type) -> CycleOfOne | Cycle:
+        if agent is None:
+            return self
+        row, table = agent.row, agent.group.timetable
+        return table.cycle([row]) if table else EVERY_STEP
+
+    def __set__(self, agent: Any, value: CycleLike) -> None:
+        agent.group.host.set_cycle(agent, value)
+
+
+class PolicyOfOne:
+    """The policy of an agent: that of its group, or its own."""
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> PolicyOfOne: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Policy | Rule: ...
+    def __get__(self, agent: Any, owner: type) -> PolicyOfOne | Policy | Rule:
+        if agent is None:
+            return self
+        policy: Policy | Rule = agent.group.policy_of(agent.row)
+        return policy
+
+    def __set__(self, agent: Any, value: PolicyLike) -> None:
+        agent.group.host.set_policy(agent, value)
 
 
 class OfGroup(Generic[Got]):

@@ -10,17 +10,21 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.arrivals import forget_members
 from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
+from teamsight.agents.group import Group
+from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.returning import bring_back, lost_members
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.timetable import Timetable
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
@@ -43,6 +47,10 @@ class GroupState(NamedTuple):
         Whether the sensor of each agent works, by channel.
     founders, first_abilities : list of Founders, Abilities
         How they begin a run; see `Group`.
+    timetable : Timetable or None
+        When each robot decides, and by which policy.
+    others : tuple of (str, object)
+        The policies of single robots, and their states.
     """
 
     name: str
@@ -60,6 +68,8 @@ class GroupState(NamedTuple):
     arrived_at: npt.NDArray[np.int64]
     founders: list[Founders]
     first_abilities: Abilities
+    timetable: Timetable | None
+    others: tuple[tuple[str, Any], ...]
 
 
 class State(NamedTuple):
@@ -104,6 +114,7 @@ class StateKeeper:
                 group.columns.arrays(), group.members_so_far,
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
                 group.founders, group.first_abilities,
+                group.timetable, tuple((_described(other.policy), other.state) for other in group.others),
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -132,11 +143,32 @@ class StateKeeper:
                 note_conditions(group)
                 group.columns.replace(old.columns)
                 group.arrived_at = old.arrived_at
+                group.timetable = old.timetable
+                known = zip(group.others, old.others, strict=False)
+                group.others = [OtherPolicy(one.policy, state) for one, (_, state) in known]
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
             restore_events(self._model, data, saved.events)
+
+    def _let_go(self, group: Group, old: GroupState) -> None:
+        """Take those agents out of a group that have arrived after a state was saved."""
+        if group.members_so_far == old.members_so_far:
+            return
+        stays = np.isin(group.bodies.member, old.bodies.member)
+        if not stays.all():
+            for agent, remains in zip(group.agents, stays, strict=True):
+                if not remains:
+                    self._model.deregister_agent(agent)
+                    agent.row = -1
+            group.agents = [agent for agent, remains in zip(group.agents, stays, strict=True) if remains]
+            for row, agent in enumerate(group.agents):
+                agent.row = row
+            group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
+            group.bodies = group.bodies.rows(stays)
+        # The next to arrive get the numbers that they would have had, and with them the same noise.
+        forget_members(group, old.members_so_far)
 
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""
@@ -154,6 +186,10 @@ class StateKeeper:
 
     def begin(self, seed: int, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
         """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""
+        key = key_of(seed)
+        for group in self._data.groups:
+            if group.timetable is not None:
+                group.timetable.restart(key, group.bodies.member)
         self._data.restart(start, run, states, is_kept=is_kept)
         self._model.random.seed(seed)
         self._model.rng = None
@@ -196,6 +232,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
         state = layout(first_state(group.rules[0], len(old.bodies)))
+        names = [name for name, _ in old.others]
+        if names != [_described(other.policy) for other in group.others][: len(names)]:
+            raise ValueError(
+                f"restore(…): the state is of a world in which single {group.name} have the policies "
+                f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
+            )
+        state = layout(take_rows(group.policy_state, stays, len(group)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
@@ -224,10 +267,13 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
 
 def _identified(group: Group) -> tuple[str, str, str, int]:
     """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
-    policy = repr(group.policy)
+    return group.name, _described(group.policy), repr(group.awareness), group.first_size
+
+
+def _described(policy: Any) -> str:
+    text = repr(policy)
     # A repr that contains a memory address differs between processes.
-    name = type(group.policy).__name__ if " at 0x" in policy else policy
-    return group.name, name, repr(group.awareness), group.first_size
+    return type(policy).__name__ if " at 0x" in text else text
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

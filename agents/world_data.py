@@ -14,7 +14,6 @@ from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timeline import Timeline
-from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 from teamsight.world.arena import Arena
 from teamsight.world.limits import Limits
@@ -111,11 +110,10 @@ class WorldData:
 
 
 def _is_shipped(group: Group) -> bool:
-    policy, awareness = group.rules
+    awareness = group.rules[1]
     return (
         group.is_compiled
-        and isinstance(policy, CompiledPolicy)
-        and type(policy).__module__.startswith("teamsight.policies.")
+        and all(type(policy).__module__.startswith("teamsight.policies.") for policy in group.policies)
         and type(awareness).__module__.startswith("teamsight.agents.awareness.")
         and all(channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values())
     )

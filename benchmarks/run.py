@@ -1,7 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors events]
-                         [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling …] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -17,11 +16,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from conditions import measure_conditions
 from events import measure_events
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
+from processes import measure_processes
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -30,7 +31,9 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "events")
+PARTS = (
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "events",
+)  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -54,6 +57,8 @@ def main() -> int:
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
         "events": lambda: measure_events(rounds),
+        "processes": lambda: measure_processes(rounds),
+        "conditions": lambda: measure_conditions(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []

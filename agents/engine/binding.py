@@ -7,12 +7,15 @@ Arrays can then be rewritten in place; after replacing one, bind again.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -34,7 +37,8 @@ from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLog
 from teamsight.agents.world_data import WorldData
 from teamsight.core.kernel import Packed
-from teamsight.policies.compiled import Decision, pack_decision
+from teamsight.policies.compiled import CompiledPolicy, Decision, pack_decision
+from teamsight.policies.interface import Action, PolicyState
 from teamsight.world.motion import advance_entry, is_watched, pack_move
 from teamsight.world.noise import Stream, stream_number
 
@@ -48,6 +52,8 @@ class Binding:
         The argument of the loop.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
+    watchers : list of Watcher
+        Those that the loop calls, in the order of their rows.
     """
 
     def __init__(
@@ -112,14 +118,19 @@ class Binding:
             len(teammates.room.identity) if teammates else -1,
             group.inputs,
         )
-        perception.record = SENSING.pack(_sensing(group, teammates, team))
+        sensing = _sensing(group, teammates, team)
+        perception.record = SENSING.pack(sensing)
         perceive = perceive_entry(group.awareness) if group.reads_teammates else None
         situate = situate_entry(group.awareness) if perception.is_situated else None
-        decision = self._decision(group)
+        due = decision = None
+        if group.needs_timetable:
+            due = None if group.has_decided else bind_due(group, self._data.key, sensing, partial(self._decide, group))
+        elif group.is_compiled and not group.has_decided:
+            decision = self._decide(group, group.rules[0], group.policy_state, group.action)
         return GroupArrays(
             group.numbers, np.full(1, -1), group.members, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
-            group.rules[0].entry() if decision else None, decision, group.is_sound,
+            group.rules[0].entry() if decision else None, decision, due, group.is_sound,
             advance_entry(self._data.arena),
             pack_move(
                 self._data.arena, group.bodies, group.action.heading, group.action.distance,
@@ -127,19 +138,15 @@ class Binding:
             ),
         )  # fmt: skip
 
-    def _decision(self, group: Group) -> Packed[Decision] | None:
-        """Bind the policy's kernel; None if the policy is Python, or the group has decided already."""
-        if not group.is_compiled or group.has_decided:
-            return None
+    def _decide(self, group: Group, policy: CompiledPolicy, state: PolicyState, action: Action) -> Packed[Decision]:
+        """Bind the kernel of a policy."""
         shown, relayed = group.perception.shown, group.perception.relayed
-        if not group.reads_teammates:
+        if not policy.reads_teammates:
             shown = relayed = group.perception.nothing
         elif group.awareness.shows_teammates:
             shown = group.room("teammates")
-        percept = group.percept_of(group.room("targets"), shown, relayed, group.rules[0].channels)
-        return pack_decision(
-            group.rules[0], percept, group.policy_state, group.numbers, self.progress["tick"], group.action
-        )  # fmt: skip
+        percept = group.percept_of(group.room("targets"), shown, relayed, policy.channels)
+        return pack_decision(policy, percept, state, group.numbers, self.progress["tick"], action)
 
     def _relation(self, relation: Relation) -> RelationArrays:
         """Bind a neighbour search and the counters that follow it."""
@@ -190,8 +197,10 @@ class Binding:
         bound = Bound(
             data.groups, self._group_records, self._relations, self._relation_records, self._first_body, data.moment
         )
-        rows = np.zeros((len(data.watchers), 4), np.int64)
-        for row, watcher in zip(rows, data.watchers, strict=True):
+        # A policy in Python may add others in the middle of a step.
+        self.watchers = list(data.watchers)
+        rows = np.zeros((len(self.watchers), 4), np.int64)
+        for row, watcher in zip(rows, self.watchers, strict=True):
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows

@@ -17,11 +17,12 @@ from teamsight.agents.engine.failures import (
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
-from teamsight.agents.engine.python_policies import Deliberation
+from teamsight.agents.engine.python_policies import Deliberation, carry, due_rows
 from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Watcher, report
 from teamsight.agents.group import Group
+from teamsight.agents.new_timetable import give_timetables, is_every_step
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
 from teamsight.agents.timeline import DECIDE
@@ -89,6 +90,7 @@ class Engine:
         if not self.is_bound:
             with deferred():
                 self.relations = connect(self._data)
+                give_timetables(self._data)
                 self.stretch = self._data.history.begin(self.relations)
                 trail = None
                 if self._every:
@@ -134,7 +136,7 @@ class Engine:
             return False
         self._is_watched = True
         self._call(LOOK)
-        return report(self._data.watchers, self._binding.world.value)
+        return report(self._binding.watchers, self._binding.world.value)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -172,16 +174,14 @@ class Engine:
         try:
             actions = self._decide(deciding)
             with deferred():
-                for group, action in zip(deciding, actions, strict=True):
-                    group.action.heading[:], group.action.distance[:] = action
-                states = [self.deliberations[group].state() for group in deciding]
+                carried = [carry(self.deliberations[group], one) for group, one in zip(deciding, actions, strict=True)]
                 tick = data.timeline.tick
                 try:
                     self._call(END_STEP)
                 finally:
-                    if data.timeline.tick > tick or self._phase:
-                        for group, state in zip(deciding, states, strict=True):
-                            group.policy_state = state
+                    is_made = data.timeline.tick > tick or bool(self._phase)
+                    for one in carried:
+                        one.end(is_made=is_made)
         finally:
             self.deliberations = {}
         self._decide_again()
@@ -189,7 +189,9 @@ class Engine:
     def _decide(self, groups: list[Group]) -> list[Action]:
         """Return the actions of the groups with Python policies."""
         tick, key = self._data.timeline.tick, self._data.key
-        self.deliberations = {group: Deliberation(group, tick, key, group.noise(tick)) for group in groups}
+        self.deliberations = {
+            group: Deliberation(group, tick, key, group.noise(tick), due_rows(group)) for group in groups
+        }
         with self._data.timeline.calling(DECIDE):
             return [deliberation.decide() for deliberation in self.deliberations.values()]
 
@@ -214,6 +216,11 @@ class Engine:
         """Record the transitions of a group, from now on."""
         if group not in self._data.groups:
             raise ValueError(f"record_transitions({checks.shown(group)}): the group must have been added to this world")
+        if not is_every_step(group):
+            raise ValueError(
+                f"record_transitions({group.name}): takes a decision of each robot at every step, and their cycle is "
+                f"{checks.shown(group.cycle)}; set {group.name}.cycle = Cycle()"
+            )
         if group not in self.transitions.groups:
             self.transitions.groups.append(group)
             self.is_bound = False
@@ -281,8 +288,8 @@ class Engine:
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
-                if self._data.watchers:
-                    report(self._data.watchers, binding.world.value)
+                if binding.watchers:
+                    report(binding.watchers, binding.world.value)
                 self._check_places()
 
     def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:

@@ -12,6 +12,7 @@ from typing import Any
 
 from teamsight.agents.engine.conditions import count_active, count_observers, hide
 from teamsight.agents.engine.detection import detect
+from teamsight.agents.engine.due import decide_due, list_due, perceive_due
 from teamsight.agents.engine.records import (
     BAD_ACTION,
     BAD_SENSING,
@@ -42,9 +43,18 @@ def _perceive(address: int) -> int:
     world.time[0] = progress.tick
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
+        if group.due != 0 and list_due(group.due, progress.tick) == 0:
+            continue
         if group.noise.shape[1] > 0 and group.block[0] != block:
             fill_block(group.noise, world.key, group.stream, progress.tick, group.members)
             group.block[0] = block
+        if group.due != 0:
+            need = perceive_due(group.due, group.perceive, group.situate, group.room)
+            if need > group.room:
+                progress.where = g
+                progress.need = need
+                return GROW_PERCEPT
+            continue
         if group.perceive != 0:
             need = call(group.perceive, group.sensing)
             if need > group.room:
@@ -72,7 +82,9 @@ def _decide(address: int) -> int:
     world = world_at(address)
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
-        if group.decide != 0:
+        if group.due != 0:
+            decide_due(group.due, world.progress[0].tick)
+        elif group.decide != 0:
             call(group.decide, group.decision)
         if group.is_sound == 0 and not _are_actions(group.move):
             world.progress[0].where = g

@@ -13,7 +13,6 @@ from teamsight.agents.sensing.binding import sense_entry
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core.kernel import Entry
-from teamsight.policies.compiled import CompiledPolicy
 from teamsight.world.motion import advance_entry
 
 
@@ -43,9 +42,9 @@ def _entries_of(data: WorldData) -> list[Entry]:
 
 def _entries_of_group(group: Group) -> list[Entry]:
     """Return the kernels of a policy and a degree of awareness."""
-    entries, policy = [], group.rules[0]
-    if group.is_compiled and isinstance(policy, CompiledPolicy):
-        entries.append(policy.entry())
+    entries = []
+    if group.is_compiled:
+        entries += [policy.entry() for policy in group.policies]
     if group.reads_teammates and (perceive := perceive_entry(group.awareness)) is not None:
         entries.append(perceive)
     if group.inputs:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
+from teamsight.agents.engine.due import DueArrays
 from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
@@ -58,6 +59,8 @@ class GroupArrays(NamedTuple):
         The number of entries that `perceive` can write.
     decide, decision
         The policy's kernel and its record.
+    due
+        The record of the robots that are due, if they are not all; then `decide` and `decision` are None.
     is_sound : bool
         Whether actions need no check.
     advance, move
@@ -74,6 +77,7 @@ class GroupArrays(NamedTuple):
     room: int
     decide: Entry | None
     decision: Packed[Decision] | None
+    due: Packed[DueArrays] | None
     is_sound: bool
     advance: Entry
     move: Packed[Move]

@@ -77,6 +77,9 @@ class EventSource:
     def disconnect(self) -> None:
         """Take away what `connect` has set up: called when it is detached, or a state without it is restored."""
 
+    def reset(self) -> None:
+        """Undo what a reset of the world does not: called at a reset, before any source begins again."""
+
     def end(self) -> None:
         """Undo what lasts of its events, such as that agents are inactive: called before it is detached."""
 

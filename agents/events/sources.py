@@ -85,6 +85,8 @@ class Sources:
 
     def begin(self) -> None:
         """Begin a run: empty the log and let all sources plan their first events."""
+        for source in list(self.attached):
+            source.reset()
         self.events = EventLog()
         for source in list(self.attached):
             source.forget_numbers()
@@ -147,6 +149,13 @@ class Sources:
                 raise TypeError(f"log({what!r}, {shown}): must be an agent of the world, or None") from None
         timeline = self._timeline
         self.events.append(float(timeline.clock._now), timeline.tick, what, group, identity, source, details)
+
+
+def sources_of(events: Any) -> list[Any]:
+    """Return the sources that are given as one, as several, or as None."""
+    if events is None:
+        return []
+    return list(events) if isinstance(events, (list, tuple)) else [events]
 
 
 def _check(world: Any, source: Any, group: Any) -> None:

@@ -30,10 +30,8 @@ class VicinityArrays(NamedTuple):
         Written: by member, the charging place at which it is, counted from 1; 0 for none.
     near : NeighbourList
         The charging places in range of each agent, by their indices.
-    first : int
-        The index of the first of these charging places.
-    count : int
-        Their number.
+    first, number : int
+        The index of the first of these charging places, and how many there are.
     radius : float
         The distance within which an agent is at a place [length].
     """
@@ -43,7 +41,7 @@ class VicinityArrays(NamedTuple):
     place: Annotated[Integers, "members"]
     near: Filled
     first: int
-    count: int
+    number: int
     radius: float
 
 
@@ -60,7 +58,7 @@ def _find(address: int) -> int:
             least = here.radius
             for k in range(here.near.start[i], here.near.start[i + 1]):
                 index = here.near.identity[k] - here.first
-                if 0 <= index < here.count and here.near.distance[k] <= least:
+                if 0 <= index < here.number and here.near.distance[k] <= least:
                     least = here.near.distance[k]
                     here.place[m] = index + 1
                     has_come = 1

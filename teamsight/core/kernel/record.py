@@ -43,12 +43,14 @@ class Packed(Generic[T]):
         The address of the record; it never changes.
     value : NamedTuple
         The arrays and numbers that were packed.
+    words : ndarray, shape (words,), int64
+        Its memory; see `teamsight.core.kernel.window`.
     """
 
     def __init__(self, record: Record[T], value: T) -> None:
         self._record = record
-        self._words = np.zeros(record.size, np.int64)
-        self.address = int(self._words.ctypes.data)
+        self.words = np.zeros(record.size, np.int64)
+        self.address = int(self.words.ctypes.data)
         self.put(value)
 
     def put(self, value: T) -> None:
@@ -59,8 +61,13 @@ class Packed(Generic[T]):
         TypeError, ValueError
             If an array has another type or shape than declared; the record is then unchanged.
         """
-        self._words[:], self._kept = self._record.words(value)
+        self.words[:], self._kept = self._record.words(value)
         self.value = value
+
+    @property
+    def leaves(self) -> list[Leaf]:
+        """The layout of its arrays and numbers."""
+        return self._record.node.leaves()
 
     def update(self, **fields: Any) -> None:
         """Replace some fields, as `put` does."""

@@ -1,0 +1,223 @@
+"""The robots of a group that are due: the record and the kernels with which only these perceive and decide.
+
+Robots whose rows follow each other and that share a policy are a *run*. The kernels of the degree of awareness and of
+the policy are called once for each run; windows of their records show them only its rows. Nothing is copied.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.awareness.binding import Sensing
+from teamsight.agents.cycle import ROUNDING
+from teamsight.core.kernel import Entry, Packed, Record, call, inlined, kernel
+from teamsight.core.kernel.window import Window, move, show_rows
+from teamsight.policies.compiled import Decision
+from teamsight.world.noise import TICKS_A_BLOCK, philox
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class ChoiceArrays(NamedTuple):
+    """The record of a policy of a group: its kernel and its record, and the window of that; None for Python."""
+
+    decide: Entry | None
+    decision: Packed[Decision] | None
+    window: Window
+
+
+class DueArrays(NamedTuple):
+    """The record of a group in which not all robots decide at every step, or not by the same policy.
+
+    Attributes
+    ----------
+    key, stream
+        Of the noise of cycles.
+    member, active, moved
+        As in `Bodies`.
+    start, period, jitter, delay, sensings, next_at, decided_at, trip, travelled, policy, arrives_at, waiting
+        As in `Timetable` and `CycleNumbers`.
+    heading, distance : ndarray
+        The actions that are carried out.
+    chosen_heading, chosen_distance : ndarray
+        What policies write: the same arrays without delays.
+    runs : ndarray, shape (n, 3), int64
+        The runs that are due: first row, row after the last, policy.
+    number : ndarray, shape (1,), int64
+        Their number.
+    sensing, sensing_window
+        The record of the degree of awareness, of its own, and its window.
+    shown_start, relayed_start : ndarray, shape (n + 1,), int64
+        Of the lists that the degree of awareness writes.
+    shown_moves, relayed_moves : ndarray, shape (moves, 3), int64
+        How these lists begin at another entry.
+    choices : list of Packed of ChoiceArrays
+        The policies.
+    """
+
+    key: Annotated[npt.NDArray[np.uint64], 2]
+    stream: int
+    member: Annotated[Integers, "n"]
+    active: Annotated[npt.NDArray[np.bool_], "n"]
+    moved: Annotated[Floats, "n", 2]
+    start: Annotated[Floats, "n"]
+    period: Annotated[Floats, "n"]
+    jitter: Annotated[Floats, "n"]
+    delay: Annotated[Integers, "n"]
+    sensings: Annotated[Integers, "n"]
+    next_at: Annotated[Integers, "n"]
+    decided_at: Annotated[Integers, "n"]
+    trip: Annotated[Floats, "n", 2]
+    travelled: Annotated[Floats, "n", 2]
+    policy: Annotated[Integers, "n"]
+    arrives_at: Annotated[Integers, "slots", "n"]
+    waiting: Annotated[Floats, "slots", "n", 3]
+    heading: Annotated[Floats, "n", 2]
+    distance: Annotated[Floats, "n"]
+    chosen_heading: Annotated[Floats, "n", 2]
+    chosen_distance: Annotated[Floats, "n"]
+    runs: Annotated[Integers, "n", 3]
+    number: Annotated[Integers, 1]
+    sensing: Packed[Sensing]
+    sensing_window: Window
+    shown_start: Annotated[Integers, "n + 1"]
+    relayed_start: Annotated[Integers, "n + 1"]
+    shown_moves: Annotated[Integers, "entry moves", 3]
+    relayed_moves: Annotated[Integers, "entry moves", 3]
+    choices: list[Packed[ChoiceArrays]]
+
+
+CHOICE = Record(ChoiceArrays)
+DUE = Record(DueArrays)
+choice_at, due_at = CHOICE.at, DUE.at
+
+
+@kernel
+def list_due(address: int, tick: int) -> int:
+    """List the runs of robots that are due, and update the odometry of all; return the number of runs."""
+    due = due_at(address)
+    count = 0
+    for i in range(due.member.shape[0]):
+        x = due.moved[i, 0]
+        y = due.moved[i, 1]
+        # Not added to 0, which would turn −0 into 0: a robot that decides at each step reads the bits of `moved`.
+        if due.decided_at[i] != tick - 1:
+            x += due.trip[i, 0]
+            y += due.trip[i, 1]
+        due.travelled[i, 0] = x
+        due.travelled[i, 1] = y
+        if due.next_at[i] > tick or not due.active[i]:
+            continue
+        policy = due.policy[i]
+        if count > 0 and due.runs[count - 1, 1] == i and due.runs[count - 1, 2] == policy:
+            due.runs[count - 1, 1] = i + 1
+            continue
+        due.runs[count, 0] = i
+        due.runs[count, 1] = i + 1
+        due.runs[count, 2] = policy
+        count += 1
+    due.number[0] = count
+    return count
+
+
+@inlined
+def _fill_starts(start: Any, first: int, last: int, entry: int) -> None:
+    for i in range(first, last + 1):
+        start[i] = entry
+
+
+@kernel
+def perceive_due(address: int, perceive: int, situate: int, room: int) -> int:
+    """Call the kernels of the degree of awareness for each run; return the room that its lists need."""
+    due = due_at(address)
+    robots = due.member.shape[0]
+    words = due.sensing_window.words
+    shown = 0
+    relayed = 0
+    row = 0
+    for r in range(due.number[0]):
+        first = due.runs[r, 0]
+        last = due.runs[r, 1]
+        show_rows(due.sensing_window, first, last)
+        if perceive != 0:
+            # The robots in between perceive nobody.
+            _fill_starts(due.shown_start, row, first, shown)
+            _fill_starts(due.relayed_start, row, first, relayed)
+            move(words, due.shown_moves, shown)
+            move(words, due.relayed_moves, relayed)
+            need = max(shown, relayed) + call(perceive, due.sensing)
+            if need > room:
+                return int(need)
+            # A kernel counts from 0; a list that it does not write stays empty.
+            due.shown_start[first] = 0
+            due.relayed_start[first] = 0
+            for i in range(first, last + 1):
+                due.shown_start[i] += shown
+                due.relayed_start[i] += relayed
+            shown = due.shown_start[last]
+            relayed = due.relayed_start[last]
+            row = last
+        if situate != 0:
+            call(situate, due.sensing)
+    if perceive != 0:
+        _fill_starts(due.shown_start, row, robots, shown)
+        _fill_starts(due.relayed_start, row, robots, relayed)
+    return 0
+
+
+@inlined
+def _sensed_late(due: Any, i: int) -> float:
+    """Return the number in (0, 1) by which a sensing is late, in units of the jitter."""
+    if due.jitter[i] == 0.0:
+        return 0.0
+    four = due.sensings[i] // TICKS_A_BLOCK
+    words = philox(
+        np.uint64(four), np.uint64(due.member[i]), np.uint64(0), np.uint64(due.stream), due.key[0], due.key[1]
+    )
+    at = due.sensings[i] % TICKS_A_BLOCK
+    word = words[0] if at == 0 else words[1] if at == 1 else words[2] if at == 2 else words[3]
+    return (np.float64(np.int64(word)) + 0.5) * 2.0**-32
+
+
+@inlined
+def _advance(due: Any, i: int, tick: int) -> None:
+    """Set when a robot decides next, after this tick."""
+    while due.next_at[i] <= tick:
+        due.sensings[i] += 1
+        time = due.start[i] + due.sensings[i] * due.period[i] + due.jitter[i] * _sensed_late(due, i)
+        due.next_at[i] = np.int64(math.ceil(time - ROUNDING))
+
+
+@kernel
+def decide_due(address: int, tick: int) -> None:
+    """Call the policies of the runs, and send their actions on their way; nothing in it can fail."""
+    due = due_at(address)
+    for r in range(due.number[0]):
+        choice = choice_at(due.choices[due.runs[r, 2]])
+        if choice.decide != 0:
+            show_rows(choice.window, due.runs[r, 0], due.runs[r, 1])
+            call(choice.decide, choice.decision)
+    slots = due.arrives_at.shape[0]
+    for r in range(due.number[0]):
+        for i in range(due.runs[r, 0], due.runs[r, 1]):
+            due.decided_at[i] = tick
+            if slots > 0:
+                slot = (tick + due.delay[i]) % slots
+                due.arrives_at[slot, i] = tick + due.delay[i]
+                due.waiting[slot, i, 0] = due.chosen_heading[i, 0]
+                due.waiting[slot, i, 1] = due.chosen_heading[i, 1]
+                due.waiting[slot, i, 2] = due.chosen_distance[i]
+    for i in range(due.member.shape[0]):
+        due.trip[i, 0] = due.travelled[i, 0] if due.decided_at[i] != tick else 0.0
+        due.trip[i, 1] = due.travelled[i, 1] if due.decided_at[i] != tick else 0.0
+        _advance(due, i, tick)
+        # The action that reaches an inactive robot is lost.
+        if slots > 0 and due.arrives_at[tick % slots, i] == tick and due.active[i]:
+            due.heading[i, 0] = due.waiting[tick % slots, i, 0]
+            due.heading[i, 1] = due.waiting[tick % slots, i, 1]
+            due.distance[i] = due.waiting[tick % slots, i, 2]

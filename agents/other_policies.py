@@ -1,0 +1,35 @@
+"""Further policies of a group: those that single robots have instead of the group's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy.typing as npt
+
+from teamsight.agents.engine.state_rows import take_rows
+from teamsight.agents.policy_state import state_of_more
+
+
+@dataclass
+class OtherPolicy:
+    """A policy that some robots of a group have, or have had.
+
+    Attributes
+    ----------
+    policy : Policy or callable
+        The policy.
+    state : object
+        Its state for all robots of the group, of which those of robots with this policy are in use.
+    """
+
+    policy: Any
+    state: Any
+
+    def rows(self, keep: npt.NDArray[Any], size: int) -> OtherPolicy:
+        """Return it for some of the `size` robots."""
+        return OtherPolicy(self.policy, take_rows(self.state, keep, size))
+
+    def extended(self, size: int, total: int) -> OtherPolicy:
+        """Return it for `total` robots, of which the first `size` go on."""
+        return OtherPolicy(self.policy, state_of_more(self.policy, self.state, size, total))
