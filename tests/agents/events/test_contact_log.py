@@ -219,6 +219,32 @@ def test_observations_are_the_times_at_which_a_target_has_an_observer() -> None:
 
 
 @pytest.mark.short
+def test_contacts_and_observations_are_rows_of_the_event_log_in_order() -> None:
+    model = team()
+    friends, sightings = model.log_contacts(model.robots), model.log_contacts(model.robots, "targets")
+    gone = model.targets[2]
+    model.clock.at(30.5, gone.remove)
+    model.clock.at(40, lambda: model.log("inspected", model.robots[0]))
+    model.run(120)
+    events = model.events
+    assert events.time.is_monotonic_increasing
+    for log, channel in ((friends, "teammates"), (sightings, "targets")):
+        mine = events[events.channel == channel]
+        begun = mine.what == "contact begun"
+        assert list(zip(mine.tick, begun, mine.agent, mine.other, strict=True)) == rows(log)
+        assert set(mine.group) == {"robots"}
+    seen = events[events.what.isin(["observed", "not observed"])]
+    expected = observations([sightings])
+    assert seen.agent.tolist() == expected.observed.tolist()
+    assert (seen.what == "observed").tolist() == expected.begun.tolist()
+    assert set(seen.group) == {"targets"}
+    assert gone.unique_id in set(seen.agent)
+    assert events[events.what == "inspected"].time.tolist() == [40.0]
+    at = events.index[events.what == "inspected"][0]
+    assert (events.time[at + 1 :] > 40).all()
+
+
+@pytest.mark.short
 def test_wrong_arguments_are_named() -> None:
     model = CMOMMT(rng=1)
     with pytest.raises(ValueError, match="channel='beacons': robots have no such channel, but 'teammates', 'targets'"):
