@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from conditions import measure_conditions
+from events import measure_events
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -31,6 +32,9 @@ from sensors import measure_sensors
 from speed import measure_speed
 
 PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions")
+PARTS = (
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "events",
+)  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -53,6 +57,7 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "events": lambda: measure_events(rounds),
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
     }
