@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from components import measure_components
 from conditions import measure_conditions
 from learning import measure_learning
 from measure import Row
@@ -30,8 +31,9 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes")
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "conditions")
+PARTS = (
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "components",
+)  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -56,6 +58,7 @@ def main() -> int:
         "sensors": lambda: measure_sensors(rounds),
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
+        "components": lambda: measure_components(min(rounds, 7)),
     }
     agrees = check(c, console)
     rows: list[Row] = []
