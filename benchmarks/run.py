@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from components import measure_components
 from conditions import measure_conditions
 from events import measure_events
 from learning import measure_learning
@@ -34,6 +35,7 @@ from speed import measure_speed
 PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions")
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "events",
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "components",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -60,6 +62,7 @@ def main() -> int:
         "events": lambda: measure_events(rounds),
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
+        "components": lambda: measure_components(min(rounds, 7)),
     }
     agrees = check(c, console)
     rows: list[Row] = []

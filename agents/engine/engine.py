@@ -129,7 +129,7 @@ class Engine:
         """Let the watchers see what has changed between steps; return whether one of them has something to report."""
         for watcher in list(self._data.watchers):
             watcher.tidy()
-        if not self._data.watchers:
+        if not any(watcher.sees_changes for watcher in self._data.watchers):
             return False
         self.prepare()
         if self._is_watched:
