@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors cycles] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from cycles import measure_cycles
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -28,7 +29,7 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -51,6 +52,7 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "cycles": lambda: measure_cycles(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []
