@@ -76,6 +76,13 @@ def join(group: Group, new: Extended) -> None:
     group.begin(new.policy_state)
 
 
+def forget_members(group: Group, size: int) -> None:
+    """Forget the members from number `size` on, who have all left: the next to arrive get their numbers, and noise."""
+    founders = (one.cut(size) for one in group.founders)
+    group.founders = [one for one in founders if one.size]
+    group.first_abilities, group.arrived_at = group.first_abilities.cut(size), group.arrived_at[:size].copy()
+
+
 def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
     """Return the timetable with new agents, whose cycles begin now."""
     table = group.timetable
@@ -90,7 +97,7 @@ def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
     size, tick, so_far = len(group), data.timeline.tick, group.members_so_far
     fresh = Action(np.zeros((count, 2)), np.zeros(count))
     new = Timetable.made(group.number, cycle, np.arange(count), count, np.full(count, -1), fresh)
-    both = table.followed_by(new)
+    both = table.followed_by(new, so_far)
     members = np.append(group.bodies.member, np.arange(so_far, so_far + count))
     both.begin(np.arange(size, size + count), data.key, members, tick)
     return both

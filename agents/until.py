@@ -184,7 +184,7 @@ class Until:
             if source.group is robot.group and isinstance(source, Batteries):
                 return source.empty(robot)
         name = robot.group.name
-        raise ValueError(f"{shown}: {name} have no batteries; give them some, as in world.attach(Batteries(100), {name})")
+        raise ValueError(f"{shown}: {name} have no batteries; add them, as in world.attach(Batteries(100), {name})")
 
     def __call__(self, condition: Callable[[], Any]) -> Event:
         """Return the event that a condition in Python is true. Its value is what the condition returned.

@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors cycles] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling …] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from conditions import measure_conditions
 from cycles import measure_cycles
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
+from processes import measure_processes
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -29,7 +31,9 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles")
+PARTS = (
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "cycles",
+)  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -53,6 +57,8 @@ def main() -> int:
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
         "cycles": lambda: measure_cycles(rounds),
+        "processes": lambda: measure_processes(rounds),
+        "conditions": lambda: measure_conditions(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []

@@ -136,7 +136,7 @@ class Engine:
             return False
         self._is_watched = True
         self._call(LOOK)
-        return report(self._data.watchers, self._binding.world.value)
+        return report(self._binding.watchers, self._binding.world.value)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -288,8 +288,8 @@ class Engine:
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
-                if self._data.watchers:
-                    report(self._data.watchers, binding.world.value)
+                if binding.watchers:
+                    report(binding.watchers, binding.world.value)
                 self._check_places()
 
     def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:

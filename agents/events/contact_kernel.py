@@ -1,4 +1,4 @@
-"""The compiled part of a contact log: compare each step's neighbour lists with those before, and append what changed."""
+"""The compiled part of a contact log: compare each step's neighbour lists with those before, and append changes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ContactArrays(NamedTuple):
         Whether contacts are with all in range, or with those that are sensed.
     observers, observed : ndarray, shape (n,) and (m,), int64
         The identities of the observers, and of those whom they may sense.
-    start, index : ndarray, shape (n + 1,) and (kept,), int64
+    start, indices : ndarray, shape (n + 1,) and (kept,), int64
         The contacts that were seen last, as in `NeighbourList`.
     gone : ndarray, shape (gone, 2), int64
         Contacts that were seen last, of which one agent has left: the identities of observer and observed.
@@ -45,7 +45,7 @@ class ContactArrays(NamedTuple):
     observers: Annotated[Integers, "n"]
     observed: Annotated[Integers, "m"]
     start: Annotated[Integers, "n + 1"]
-    index: Annotated[Integers, "kept"]
+    indices: Annotated[Integers, "kept"]
     gone: Annotated[Integers, "gone", 2]
     gone_length: Annotated[Integers, 1]
     rows: Annotated[Integers, "room", 4]
@@ -76,8 +76,8 @@ def _append_ended(contacts: Any) -> None:
 
 @kernel
 def _compare(contacts: Any, start: Any, index: Any) -> None:
-    """Log the differences between the contacts seen last and the present ones, both in ascending order, and keep these."""
-    old_start, old_index = contacts.start, contacts.index
+    """Log the differences of the contacts seen last and the present ones, both in ascending order; keep these."""
+    old_start, old_index = contacts.start, contacts.indices
     for i in range(contacts.observers.shape[0]):
         k = start[i]
         old = old_start[i]
@@ -107,7 +107,7 @@ def _log(address: int) -> int:
         else:
             _compare(contacts, relation.true_start, relation.true_index)
     # In the next step all these can end and as many begin as there is room for.
-    most = contacts.start[contacts.start.shape[0] - 1] + contacts.index.shape[0]
+    most = contacts.start[contacts.start.shape[0] - 1] + contacts.indices.shape[0]
     return 1 if contacts.length[0] + most > contacts.rows.shape[0] else 0
 
 

@@ -1,4 +1,4 @@
-"""Drain: the watcher that keeps the charge of batteries, and stops a run when one is low, empty, or neither any more."""
+"""Drain: the watcher that keeps the charge of batteries, and stops a run when one becomes low or empty."""
 
 from __future__ import annotations
 

@@ -36,6 +36,7 @@ class Stretch:
     def __init__(self, relations: list[Relation]) -> None:
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
         self._teams = [relations[r].observers.team for r in self._teammates]
+        self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
         met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
@@ -70,16 +71,14 @@ class Stretch:
         """Add the rows written since the last call to the sums."""
         new = self.buffer.written[self._summed :]
         if len(new):
-            self.totals = self.totals.plus(self._totals_of(new))
+            if self._is_conditional:
+                self.totals = self.totals.plus(totals_of(self._targets_of(new), self._observed_of(new)))
+            elif self.targets:
+                # Not by way of arrays, since single steps are summed up too.
+                observed = self.totals.counted.get(self.targets, 0) + int(new[:, self._targets, _OBSERVED].sum())
+                self.totals = Totals({self.targets: observed}, self.rows)
             self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
             self._summed = self.rows
-
-    def _totals_of(self, rows: Integers) -> Totals:
-        if self._is_conditional:
-            return totals_of(self._targets_of(rows), self._observed_of(rows))
-        # In one sum, since single steps are summed up too.
-        observed = int(rows[:, self._targets, _OBSERVED].sum())
-        return Totals({self.targets: observed}, len(rows)) if self.targets else NOTHING
 
     def _targets_of(self, rows: Integers) -> int | Integers:
         """Return the number of active targets in each of some rows; one number if it is always the same."""
@@ -102,6 +101,11 @@ class Stretch:
         """Return the largest degree in one team, or in any, in the rows from `first` on."""
         own = [r for r, name in zip(self._teammates, self._teams, strict=True) if team in (None, name)]
         return int(self.buffer.written[first:, own, _LARGEST].max(initial=0))
+
+    def largest_by_group(self, first: int) -> dict[tuple[str, str], int]:
+        """Return the largest degree in each group that is on a team, by (group, team), in the rows from `first` on."""
+        largest = self.buffer.written[first:, self._teammates, _LARGEST].max(axis=0, initial=0)
+        return dict(zip(self._groups, largest.tolist(), strict=True))
 
     @property
     def edges(self) -> Totals:
@@ -182,6 +186,15 @@ class History:
         largest = 0
         for stretch in self._stretches:
             largest = max(largest, stretch.largest_of(team, min(first, stretch.rows)))
+            first = max(first - stretch.rows, 0)
+        return largest
+
+    def largest_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
+        """Return the largest degree in each group that has been on a team, in the rows from `first` on."""
+        largest: dict[tuple[str, str], int] = {}
+        for stretch in self._stretches:
+            for group, degree in stretch.largest_by_group(min(first, stretch.rows)).items():
+                largest[group] = max(largest.get(group, 0), degree)
             first = max(first - stretch.rows, 0)
         return largest
 

@@ -56,6 +56,16 @@ class Recording:
         history = self._data.history
         return history.max_neighbours if team is None and not first else history.largest_of(team, first)
 
+    def max_neighbours_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
+        """Return the largest number of neighbours of any robot in each group, by the names of group and team.
+
+        Parameters
+        ----------
+        first : int
+            The number of steps to leave out at the start.
+        """
+        return self._data.history.largest_by_group(first)
+
     def record_positions(self, every: int = 1) -> None:
         """Record the positions of all agents from now on, at each tick that `every` divides; see `trajectory`.
 

@@ -103,18 +103,27 @@ def all_edges(search: FrameSearch, team: Ints | None = None, *, directed: bool =
     edges = Edges(frame, one, other, distance)
     if team is not None:
         edges = _chosen(edges, team[one] == team[other])
-    return edges if directed else _mutual(edges, search.reach)
-
-
-def _mutual(edges: Edges, reach: Floats) -> Edges:
-    """Return the edges whose robots sense each other."""
-    ascending = edges.one < edges.other
+    reach = search.reach
+    if directed:
+        return edges
     if len(reach) and reach.min() < reach.max():
-        size = len(reach)
-        low, high = np.minimum(edges.one, edges.other), np.maximum(edges.one, edges.other)
-        _, place, seen = np.unique((edges.frame * size + low) * size + high, return_inverse=True, return_counts=True)
-        ascending &= seen[place] == 2
-    return _chosen(edges, ascending)
+        return mutual(edges, len(reach))
+    return _chosen(edges, edges.one < edges.other)
+
+
+def mutual(edges: Edges, size: int) -> Edges:
+    """Return the edges between robots that sense each other, each once, the smaller row first.
+
+    Parameters
+    ----------
+    edges : Edges
+        Directed edges.
+    size : int
+        Number of robots.
+    """
+    low, high = np.minimum(edges.one, edges.other), np.maximum(edges.one, edges.other)
+    _, place, seen = np.unique((edges.frame * size + low) * size + high, return_inverse=True, return_counts=True)
+    return _chosen(edges, (edges.one < edges.other) & (seen[place] == 2))
 
 
 def _chosen(edges: Edges, which: NDArray[np.bool_]) -> Edges:

@@ -1,4 +1,4 @@
-"""Where temporal graphs come from: arrays of positions, trajectories, and worlds that record theirs."""
+"""Where temporal graphs come from: positions, trajectories, worlds that record theirs, and logs of contacts."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from teamsight.analysis.contacts.frames import FrameSearch, all_edges
+from teamsight.analysis.contacts.frames import Edges, FrameSearch, all_edges, mutual
 from teamsight.analysis.contacts.temporal_graph import TemporalGraph
 
 if TYPE_CHECKING:
+    from teamsight.agents.events.contact_log import Contacts
     from teamsight.agents.model import World
     from teamsight.world.arena import Arena
 
@@ -199,3 +200,55 @@ def of_world(world: World, team: str | None = None, *, directed: bool = False) -
                 )
             ranges[group.name], teams[group.name] = float(reach[0]), str(group.team)
     return of_trajectory(trajectory, ranges, world.arena, team=teams, directed=directed)
+
+
+def of_log(log: Contacts, identity: ArrayLike | None = None, *, directed: bool = False) -> TemporalGraph:
+    """Return the temporal graph of a contact log, in which every step counts but positions are unknown.
+
+    Parameters
+    ----------
+    log : Contacts
+        ``links.contacts`` of the log ``links = world.log_contacts(robots)``.
+    identity : array_like of int, shape (n,), optional
+        The `unique_id` of all robots; by default of those that have a contact.
+    directed : bool
+        See `of_positions`. Mutual contacts need the logs of both robots, so those of one group.
+
+    Raises
+    ------
+    ValueError
+        If a robot of the log is not among `identity`.
+
+    Notes
+    -----
+    All robots count as present: a log does not say why a contact ends.
+    """
+    met = np.unique(np.concatenate([log.observer, log.observed]))
+    names = met if identity is None else np.unique(np.asarray(identity))
+    if len(lost := np.setdiff1d(met, names)):
+        raise ValueError(f"identity: lacks robot {lost[0]}, which is in the log; give the unique_id of all robots")
+    ticks = np.arange(log.since, log.until + 1)
+    size = max(len(names), 1)
+    pair = np.searchsorted(names, log.observer) * size + np.searchsorted(names, log.observed)
+    # Rows of a pair in turn begin and end; one that has not ended lasts until the last tick.
+    order = np.lexsort((log.tick, pair))
+    pair, tick, begun = pair[order], log.tick[order], log.begun[order]
+    ended = np.append((pair[1:] == pair[:-1]) & ~begun[1:], False)[: len(begun)]
+    until = np.where(ended, np.append(tick[1:], 0)[: len(tick)], log.until + 1)[begun]
+    pair, first = pair[begun], tick[begun]
+    length = until - first
+    frame = (
+        np.repeat(first - log.since, length) + np.arange(length.sum()) - np.repeat(np.cumsum(length) - length, length)
+    )
+    one, other = np.divmod(np.repeat(pair, length), size)
+    order = np.lexsort((other, one, frame))
+    edges = Edges(frame[order], one[order], other[order], np.full(len(order), np.nan))
+    shape = len(ticks), len(names)
+    return TemporalGraph(
+        ticks.astype(float),
+        names,
+        np.full((*shape, 2), np.nan),
+        edges if directed else mutual(edges, size),
+        directed=directed,
+        present=np.ones(shape, bool),
+    )

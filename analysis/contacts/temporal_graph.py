@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 class TemporalGraph:
-    """The neighbour graph over time; made by `of_positions`, `of_trajectory` and `of_world`.
+    """The neighbour graph over time; made by `of_positions`, `of_trajectory`, `of_world` and `of_log`.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class TemporalGraph:
     identity : ndarray, shape (n,)
         Names of the robots.
     position : ndarray of float64, shape (frames, n, 2)
-        Positions [length]; NaN while a robot is not there.
+        Positions [length]; NaN while a robot is not there, or where they are unknown.
     present : ndarray of bool, shape (frames, n)
         Which robots are there.
     edges : Edges
@@ -40,10 +40,17 @@ class TemporalGraph:
     """
 
     def __init__(
-        self, time: Floats, identity: NDArray[np.generic], position: Floats, edges: Edges, *, directed: bool
+        self,
+        time: Floats,
+        identity: NDArray[np.generic],
+        position: Floats,
+        edges: Edges,
+        *,
+        directed: bool,
+        present: NDArray[np.bool_] | None = None,
     ) -> None:
         self.time, self.identity, self.position = time, identity, position
-        self.present = ~np.isnan(position[..., 0])
+        self.present = ~np.isnan(position[..., 0]) if present is None else present
         self.edges, self.directed = edges, directed
         self._first = np.searchsorted(edges.frame, np.arange(len(time) + 1))
 

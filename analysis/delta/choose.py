@@ -12,7 +12,7 @@ from typing import Any
 
 import pandas as pd
 
-from teamsight.analysis.delta import sector_occupancy, team_conditions
+from teamsight.analysis.delta import by_group, sector_occupancy, team_conditions
 from teamsight.analysis.delta.degrees import CountDegrees, Factory, FromSeed, degrees_of
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.runs import limits
@@ -66,6 +66,7 @@ def choose_delta(
     -------
     DeltaReport
         ``delta`` is the point estimate, ``delta_safe`` the smallest δ whose upper confidence bound is within the risk.
+        If there are several groups, ``groups`` has both for each group and each team.
 
     Raises
     ------
@@ -112,6 +113,7 @@ def choose_delta(
         independent=float(runs),
         largest=largest,
         prediction=team_conditions.predict(met, size, steps),
+        group_maxima=by_group.group_maxima((one.groups for one in found), [run.seed for run in planned]),
         source="simulation",
         subject=subject or f"{_name(model, size)}{_of_team(team)}, {runs:,} runs of {steps:,} steps",
         awareness_range=team_conditions.awareness_range(met),

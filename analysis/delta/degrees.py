@@ -15,6 +15,7 @@ import numpy as np
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team, teammates
 from teamsight.analysis.delta import sector_occupancy
+from teamsight.analysis.delta.by_group import GroupDegrees, note_sizes, with_maxima
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.delta.team_conditions import Conditions, conditions
 from teamsight.analysis.runs.run import Run
@@ -39,13 +40,14 @@ class Degrees(NamedTuple):
     """Result of a run.
 
     ``met`` holds the conditions before and after the run, ``steps`` is the number of steps made, which is smaller if
-    the model stopped, and ``largest_team`` the size of the largest team at any sample. Without samples it is 0 and
-    ``bearings`` is None.
+    the model stopped, and ``groups`` what each group has met. ``largest_team`` is the size of the largest team at any
+    sample. Without samples it is 0 and ``bearings`` is None.
     """
 
     max_neighbours: int
     met: frozenset[Conditions]
     steps: int
+    groups: tuple[GroupDegrees, ...] = ()
     largest_team: int = 0
     bearings: Bearings | None = None
 
@@ -107,6 +109,8 @@ class CountDegrees:
     def __call__(self, world: World, steps: int) -> Degrees:
         """Run the world and return its degrees."""
         before, first = conditions(world, self.team), world.tick
+        sizes = dict[str, GroupDegrees]()
+        note_sizes(sizes, world, self.team)
         made = len(world.recording.history) if first else 0
         ends = np.linspace(0, steps, min(max(self.samples, 1), steps) + 1).astype(int)
         samples, largest_team = [], 0
@@ -114,14 +118,20 @@ class CountDegrees:
             # A model that has stopped itself makes no more steps, and would warn of it.
             if world.running:
                 world.run(stretch)
+            note_sizes(sizes, world, self.team)
             if self.samples:
-                members = teammates(of_team(world.groups, self.team))
+                groups = of_team(world.groups, self.team)
+                members = teammates(groups)
                 largest_team = max(largest_team, members.largest_team)
-                samples.append(sector_occupancy.bearings(team_graph(world, self.team), members.heading))
+                active = np.concatenate([np.zeros(0, bool), *(group.active for group in groups)])
+                # Robots without a heading are left out.
+                heading = np.where(active[:, np.newaxis], members.heading, np.nan)
+                samples.append(sector_occupancy.bearings(team_graph(world, self.team), heading))
         met = frozenset({before, conditions(world, self.team)})
         largest = world.recording.max_neighbours(self.team, made)
         bearings = sector_occupancy.gather(samples) if self.samples else None
-        return Degrees(largest, met, world.tick - first, largest_team, bearings)
+        met_by = with_maxima(sizes, world.recording.max_neighbours_by_group(made), self.team)
+        return Degrees(largest, met, world.tick - first, met_by, largest_team, bearings)
 
 
 def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progress) -> list[Degrees]:
@@ -147,7 +157,7 @@ def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progre
         found += run_all(some, pool, progress=show)
     earlier = accumulate((one.samples for one in found[:-1]), initial=0)
     return [
-        one if samples < _ENOUGH_SAMPLES else Degrees(one.max_neighbours, one.met, one.steps)
+        one if samples < _ENOUGH_SAMPLES else Degrees(one.max_neighbours, one.met, one.steps, one.groups)
         for one, samples in zip(found, earlier, strict=True)
     ]
 

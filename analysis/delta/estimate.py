@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis import search_space
-from teamsight.analysis.delta import sector_occupancy
+from teamsight.analysis.delta import by_group, sector_occupancy
 from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.cost import cost_table
 from teamsight.analysis.delta.sector_occupancy import Bearings
@@ -64,6 +64,9 @@ class DeltaEstimate:
         For trajectories whose trials cannot support the risk, the longest window that could.
     frame : float or None
         For trajectories, the time between frames.
+    group_maxima : DataFrame or None
+        For a simulation with several groups, one row a run and group: run, seed, group, team, robots (N of the team),
+        max_neighbours.
     is_moving : bool
         Whether any robot moves.
     cautions : tuple of str
@@ -91,6 +94,7 @@ class DeltaEstimate:
     recorded: float | None = None
     shorter: float | None = None
     frame: float | None = None
+    group_maxima: pd.DataFrame | None = None
     is_moving: bool = True
     cautions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -114,6 +118,13 @@ class DeltaEstimate:
     def merging(self) -> pd.DataFrame:
         """Occupied sectors of the ring of `ring_size` sectors; see `sector_occupancy.merging_table`."""
         return sector_occupancy.merging_table(self.bearings, self.ring_size)
+
+    @cached_property
+    def groups(self) -> pd.DataFrame | None:
+        """δ of each group and team with its risk; see `by_group.group_table`. None if there is a single group."""
+        if self.group_maxima is None:
+            return None
+        return by_group.group_table(self.group_maxima, self.trials, self.risk, self.confidence)
 
     @cached_property
     def cost(self) -> pd.DataFrame:

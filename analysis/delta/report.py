@@ -16,7 +16,7 @@ from teamsight.analysis.runs import files
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-_TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time")
+_TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time", "groups", "group_maxima")
 # Attributes that are stored with each table.
 _STORED = (
     "source", "subject", "robots", "awareness_range", "risk", "confidence", "independent", "length", "trial",

@@ -80,7 +80,7 @@ def _about_the_ring(report: DeltaEstimate) -> list[str]:
 
 def sections(report: DeltaEstimate) -> list[Section]:
     """Return the tables, reduced to their most important rows."""
-    return [_curve(report), _ring(report), _cost(report)]
+    return [_curve(report), *_groups(report), _ring(report), _cost(report)]
 
 
 def _curve(report: DeltaEstimate) -> Section:
@@ -98,6 +98,21 @@ def _curve(report: DeltaEstimate) -> Section:
         columns.append("closed form")
         rows = [[*row, _share(value)] for row, value in zip(rows, shown["predicted"], strict=True)]
     return Section("How often δ is exceeded", columns, rows)
+
+
+def _groups(report: DeltaEstimate) -> list[Section]:
+    if report.groups is None:
+        return []
+    bounds = f"bounds, {report.confidence:.0%} each"
+    columns = ["group or team", "N", "largest", f"δ for {report.risk:g}", "P(max > δ)", bounds, "δ with confidence"]
+    rows = []
+    for row in _rows(report.groups):
+        bounds = f"{_share(row.low)} … {_share(row.high)}"
+        safe = f"{row.delta_safe}" if report.supported else f"{row.delta_safe}: too few runs"
+        name = f"team {row.name}" if row.kind == "team" else str(row.name)
+        chance = _share(row.probability)
+        rows.append([name, f"{row.robots}", f"{row.largest}", f"{row.delta}", chance, bounds, safe])
+    return [Section("δ of each group", columns, rows)]
 
 
 def _ring(report: DeltaEstimate) -> Section:

@@ -208,5 +208,6 @@ def _places(samples: list[Floats], at: Floats, grid: Grid, period: tuple[float, 
         way = values[after] - values[start]
         if period[axis] > 0:
             way -= period[axis] * np.rint(way / period[axis])
-        place[:, axis] = np.where(present, values[start] + share * way, np.nan)
+        # Between a sample and one without a position the robot is absent; at the time of the sample it is there.
+        place[:, axis] = np.where(present, values[start] + np.where(share == 0.0, 0.0, share * way), np.nan)
     return place

@@ -20,7 +20,8 @@ class Conditions(NamedTuple):
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
     if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
-    ``is_sensed`` is False if a sensor or an obstacle may hide teammates within the range.
+    ``is_sensed`` is False if a sensor or an obstacle may hide teammates within the range, ``is_reliable`` if a robot
+    has been inactive or one of its sensors out of order.
     """
 
     robots: int
@@ -29,6 +30,7 @@ class Conditions(NamedTuple):
     radius: float | None
     speed: float
     is_sensed: bool = True
+    is_reliable: bool = True
 
 
 def conditions(world: World, team: str | None = None) -> Conditions:
@@ -51,6 +53,7 @@ def conditions(world: World, team: str | None = None) -> Conditions:
         radius=world.arena.radius if isinstance(world.arena, Disc) else None,
         speed=float(np.sqrt(np.mean(np.square(members.speed)))) if len(members.speed) else 0.0,
         is_sensed=are_all_sensed(groups, world.arena),
+        is_reliable=not any(group.has_conditions for group in groups),
     )
 
 
@@ -74,12 +77,14 @@ def predict(met: set[Conditions], size: int, steps: int) -> Prediction | None:
 
     Notes
     -----
-    The closed form is for one constant team in a disc, so all conditions must be equal.
+    The closed form is for one constant team in a disc, without failures, so all conditions must be equal.
     """
     if len(met) > 1:
         return None
     (same,) = met
-    if same.radius is None or same.awareness_range is None or (same.robots, same.teams) != (size, 1):
+    if not same.is_reliable or (same.robots, same.teams) != (size, 1):
+        return None
+    if same.radius is None or same.awareness_range is None:
         return None
     return closed_form.predict(size, same.radius, steps=steps, awareness_range=same.awareness_range, speed=same.speed)
 
@@ -102,6 +107,11 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
         )
     if len({one.robots for one in met} | {size}) > 1:
         said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
+    if not all(one.is_reliable for one in met):
+        said.append(
+            "Robots fail, or their sensors do: a robot has neighbours while it is active and can sense, and "
+            "only active robots are neighbours. N counts all."
+        )
     if not all(one.is_sensed for one in met):
         said.append(
             "Neighbours are teammates within the awareness range, also those that a robot does not sense because of "

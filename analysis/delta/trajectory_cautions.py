@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -65,7 +65,12 @@ def scale_of(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None)
         way = arena.displacement(np.zeros(2), way)
     move = np.hypot(*way.T) * np.maximum(1.0, grid.step / wait[own])
     move = move[move > 0]
-    return Scale(float(np.median(move)) if len(move) else 0.0, float(np.ptp(x)), float(np.ptp(y)))
+    return Scale(float(np.median(move)) if len(move) else 0.0, *map(_span, (x, y)))
+
+
+def _span(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    """Return the length that coordinates span; NaN stands for robots that are not there."""
+    return float(np.nanmax(values) - np.nanmin(values))
 
 
 def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int | None) -> None:

@@ -34,8 +34,9 @@ def read_trajectories(
     path : path
         A CSV file (.csv, .csv.gz; separated by commas, with a header) or a Parquet file (.parquet, .pq) with the
         columns time, robot, x, y. Time and positions are numbers; robots are named by whole numbers or text. Missing
-        samples have no row. An optional column run, of whole numbers or text, names the recording (the episode) of a
-        row; times and names of robots may repeat in other runs.
+        samples have no row. In a row without x and y the robot is not there, because it has failed or left; from the
+        sample before to the sample after it is absent. An optional column run, of whole numbers or text, names the
+        recording (the episode) of a row; times and names of robots may repeat in other runs.
     sort : bool
         Sort the rows of each robot of a run by time instead of raising an error if times decrease.
     progress : callable
@@ -155,7 +156,10 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
         raise ValueError(f"{name}: no rows; a record needs positions of at least 2 robots")
     robot = _names(trajectories["robot"], name)
     run = _names(trajectories[RUN] if RUN in trajectories else pd.Series(0, trajectories.index, name=RUN), name)
-    columns = {column: _numbers(trajectories[column], name) for column in _NUMBERS}
+    away = (trajectories["x"].isna() & trajectories["y"].isna()).to_numpy()
+    if away.all():
+        raise ValueError(f"{name}: no row has a position; a record needs positions of at least 2 robots")
+    columns = {column: _numbers(trajectories[column], name, away & (column != "time")) for column in _NUMBERS}
     order = _order(run.codes, robot.codes, columns["time"], sort)
     if order is not None:
         run, robot = run[order], robot[order]
@@ -198,8 +202,10 @@ def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
     return pd.Categorical.from_codes(codes, categories=names)
 
 
-def _numbers(column: pd.Series[Any], name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return a column as float64, after checking that all values are finite."""
+def _numbers(
+    column: pd.Series[Any], name: str, away: np.ndarray[Any, np.dtype[np.bool_]]
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return a column as float64, after checking that all values are finite, but those of robots that are away."""
     if (
         isinstance(column.dtype, pd.CategoricalDtype)
         or column.dtype == object
@@ -213,7 +219,7 @@ def _numbers(column: pd.Series[Any], name: str) -> np.ndarray[Any, np.dtype[np.f
     elif pd.api.types.is_bool_dtype(column.dtype) or not pd.api.types.is_numeric_dtype(column.dtype):
         _wrong_type(name, column, 0)
     values = column.to_numpy(dtype=np.float64, na_value=np.nan)
-    wrong = ~np.isfinite(values)
+    wrong = ~np.isfinite(values) & ~away
     if wrong.any():
         row = int(np.argmax(wrong))
         value = "missing" if np.isnan(values[row]) else f"{values[row]}"

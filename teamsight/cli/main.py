@@ -18,6 +18,7 @@ from teamsight.cli import (
     learn_figure,
     reproduce,
     run,
+    unreliable,
 )
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
@@ -72,6 +73,7 @@ add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)

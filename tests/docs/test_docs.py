@@ -15,15 +15,15 @@ SET_UP = "python3 -m venv .venv && .venv/bin/pip install -e"
 COMMANDS = [f"{SET_UP} . && .venv/bin/teamsight reproduce", f"{SET_UP} '.[test]' && .venv/bin/pytest"]
 
 
-def code(page: Path) -> str:
-    """Return the Python of a page, its blocks one after the other."""
-    return "\n".join(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+def blocks(page: Path, language: str = "python") -> list[str]:
+    """Return the blocks of a page in a language."""
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
 
 
-def run(page: Path, folder: Path) -> None:
+def run(code: str, folder: Path) -> None:
     # A file, because kernels are looked up by their source.
     script = folder / "page.py"
-    script.write_text(code(page), encoding="utf-8")
+    script.write_text(code, encoding="utf-8")
     runpy.run_path(str(script))
 
 
@@ -32,22 +32,30 @@ def test_the_readme_has_the_two_commands_literally() -> None:
     assert [line for line in lines if line.startswith("python3")] == COMMANDS
 
 
+def test_the_first_example_of_the_readme_prints_what_it_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run(blocks(ROOT / "README.md")[0], tmp_path)
+    assert capsys.readouterr().out == blocks(ROOT / "README.md", "text")[0]
+
+
 @pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
 def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert sum(bool(line.strip()) for line in code(ROOT / "README.md").splitlines()) == 10
-    run(ROOT / "README.md", tmp_path)
+    code = blocks(ROOT / "README.md")[1]
+    assert sum(bool(line.strip()) for line in code.splitlines()) == 10
+    run(code, tmp_path)
     assert re.match(r"\d+% of the targets observed", capsys.readouterr().out)
 
 
 WITH_CODE = [
-    "agents", "arenas", "awareness", "extending", "learning", "model", "notebooks", "policies", "sensors",
+    "agents", "arenas", "awareness", "extending", "learning", "model", "notebooks", "policies", "sensors", "time",
 ]  # fmt: skip
 
 
 @pytest.mark.short
 @pytest.mark.parametrize("name", WITH_CODE)
 def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
-    run(ROOT / "docs" / f"{name}.md", tmp_path)
+    run("\n".join(blocks(ROOT / "docs" / f"{name}.md")), tmp_path)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

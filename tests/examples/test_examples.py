@@ -17,7 +17,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 # Each of these shows one thing that a user can build without reading the source, in a script of under 40 lines.
 SHORT = (
-    "arrivals", "charging", "hidden_targets", "leader", "nearest_teammates", "noisy_sensor", "predators",
+    "arrivals", "charging", "hidden_targets", "leader", "nearest_teammates", "noisy_sensor",
     "teammate_headings",
 )  # fmt: skip
 
@@ -73,9 +73,11 @@ def test_walls_and_obstacles_hide_targets(run: Run) -> None:
 
 
 def test_robots_that_flee_are_caught_less(run: Run) -> None:
-    found = re.findall(r"(\w+): (\d+) of 30 robots caught; path: compiled", run("predators"))
-    assert [name for name, _ in found] == ["Stationary", "Flee"]
+    found = re.findall(r"(\w+): (\d+) of 30 caught, (\d+) by lions; path: compiled", run("predators"))
+    assert [name for name, *_ in found] == ["Stationary", "Flee"]
     assert 0 < int(found[1][1]) < int(found[0][1])
+    # Wolves are hardly faster than what flees.
+    assert int(found[1][2]) > int(found[1][1]) / 2
 
 
 def test_followers_stay_with_their_leader(run: Run) -> None:

@@ -172,3 +172,24 @@ def test_wrong_values_are_refused() -> None:
         world.attach(Batteries(5), world.groups[0])
     assert len(world.sources) == 1
     world.run(1)
+
+
+def test_states_from_before_and_after_it_was_attached() -> None:
+    world = make()
+    robots = world.groups[0]
+    world.run(3)
+    without = world.state()
+    batteries = world.attach(Batteries(2.0, 0.0, per_tick=0.125), robots)
+    world.run(3)
+    attached = world.state()
+    world.restore(without)
+    assert "battery" not in robots.columns
+    world.run(10)
+    world.restore(attached)
+    assert world.sources == (batteries,)
+    assert robots.battery.tolist() == [1.625] * 6  # type: ignore[attr-defined]
+    robots.add(1)
+    world.run(1)
+    assert robots.battery.tolist() == [1.5] * 6 + [1.875]  # type: ignore[attr-defined]
+    world.run(20)
+    assert not robots.active.any()

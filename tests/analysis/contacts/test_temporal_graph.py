@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
 from teamsight.analysis import contacts
-from teamsight.analysis.contacts import TemporalGraph, of_positions, of_trajectory, of_world
+from teamsight.analysis.contacts import TemporalGraph, of_log, of_positions, of_trajectory, of_world
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -175,6 +175,29 @@ def test_a_world_is_its_recording() -> None:
     assert of_world(world, "theirs").robots == 3
     only = of_trajectory(world.recording.trajectory, {"rivals": 1.0})
     assert only.contacts.equals(of_world(world, "theirs").contacts)
+
+
+@pytest.mark.parametrize("directed", [False, True])
+def test_a_log_of_contacts_is_the_graph_of_the_positions(directed: bool) -> None:
+    world = World(Disc(1.5), rng=4)
+    robots = world.add(Robot, 8, policy="random-walk", name="robots", awareness_range=np.linspace(0.4, 1.2, 8))
+    log = world.log_contacts(robots)
+    world.recording.record_positions()
+    world.run(30)
+    found = of_log(log.contacts, robots.identity, directed=directed)
+    order = np.argsort(robots.identity)
+    frames = world.recording.trajectory.pivot(index="time", columns="identity", values=["x", "y"])
+    position = np.stack([frames["x"].to_numpy(), frames["y"].to_numpy()], axis=-1)
+    reach = np.asarray(robots.awareness_range)[order]
+    wanted = of_positions(range(1, 31), position, reach, identity=np.sort(robots.identity), directed=directed)
+    assert found.time.tolist() == list(range(31))
+    assert found.identity.tolist() == wanted.identity.tolist()
+    for frame in range(30):
+        assert np.array_equal(found.pairs_at(frame + 1)[:2], wanted.pairs_at(frame)[:2])
+    assert found.components["largest"].tolist()[1:] == wanted.components["largest"].tolist()
+    assert contacts.draw(found).startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match="lacks robot"):
+        of_log(log.contacts, [1])
 
 
 def test_the_picture_is_drawn_whatever_there_is() -> None:

@@ -9,9 +9,11 @@ import pytest
 from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, World
+from teamsight.agents.events import Failures
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
-from teamsight.analysis.delta import choose
+from teamsight.analysis.delta import choose, team_conditions
+from teamsight.analysis.delta.degrees import CountDegrees
 from teamsight.policies import RandomWalk
 
 
@@ -190,3 +192,85 @@ def test_cmommt_is_a_world_like_any_other() -> None:
     model = CMOMMT(robots=9, radius=2.0, rng=3)
     assert model.neighbours.identity.tolist() == model.robots.relations["teammates"].graph.identity.tolist()
     assert model.teammates.identity.tolist() == model.robots.identity.tolist()
+
+
+def mixed_team(seed: int) -> World:
+    """A scout that sees far, among robots that see less; and a pair of another team."""
+    world = World(Disc(1.5), rng=seed)
+    world.add(Robot, 1, policy=RandomWalk(), name="scout", awareness_range=2.5)
+    world.add(Robot, 6, policy=RandomWalk(), name="workers", awareness_range=0.6)
+    world.add(Rival, 2, policy=RandomWalk(), name="rivals")
+    return world
+
+
+def test_each_group_has_its_delta() -> None:
+    report = choose.choose_delta(mixed_team, runs=40, steps=30, risk=0.2, rng=3)
+    maxima, groups = report.group_maxima, report.groups
+    assert maxima is not None
+    assert groups is not None
+    for row in maxima[maxima["run"] < 4].itertuples():
+        world = mixed_team(row.seed)
+        rows = {group.name: group for group in world.groups}
+        largest = 0
+        for _ in range(30):
+            world.run(1)
+            graph, before = world.neighbours, 0
+            for group in world.groups:
+                if group.name == row.group:
+                    largest = max(largest, int(graph.degree[before : before + len(group)].max()))
+                before += len(group)
+        assert (row.max_neighbours, row.team) == (largest, rows[row.group].team)
+    by_run = maxima.groupby("run")["max_neighbours"].max()
+    assert by_run.tolist() == report.maxima["max_neighbours"].tolist()
+    chosen = groups.set_index(["kind", "name"])
+    assert chosen.loc[("group", "scout"), "delta"] == report.delta > chosen.loc[("group", "workers"), "delta"]
+    assert chosen["robots"].tolist() == [7, 7, 2, 7, 2]
+    for kind, name in chosen.index:
+        largest = maxima[maxima[kind] == name].groupby("run")["max_neighbours"].max()
+        row = chosen.loc[(kind, name)]
+        assert (largest > row["delta"]).mean() == row["probability"] <= 0.2
+        assert row["delta"] == 0 or (largest > row["delta"] - 1).mean() > 0.2
+        assert row["low"] <= row["probability"] <= row["high"]
+    assert "δ of each group" in report.to_markdown()
+    assert "team rivals" in str(report)
+
+
+def test_a_group_that_comes_and_goes_is_counted() -> None:
+    report = choose.choose_delta(coming_and_going, runs=2, steps=40, risk=0.6, rng=1)
+    assert report.groups is not None
+    assert dict(zip(report.groups["name"], report.groups["largest"], strict=True)) == {"robots": 5, "guests": 5}
+    unsampled = CountDegrees(samples=0)(coming_and_going(1), 40)
+    assert {one.group: one.max_neighbours for one in unsampled.groups} == {"robots": 5, "guests": 5}
+
+
+def test_a_single_group_has_no_table_of_groups() -> None:
+    report = choose.choose_delta({"robots": 3, "radius": 1.0}, runs=3, steps=5, risk=0.6)
+    assert report.groups is report.group_maxima is None
+
+
+def test_failed_robots_are_nobodys_neighbours() -> None:
+    world = World(Disc(0.4), rng=1)
+    robots = world.add(Robot, 6, policy=RandomWalk())
+    for robot in (robots[1], robots[4]):
+        robot.active = False
+    found = CountDegrees(samples=5)(world, 20)
+    assert (found.max_neighbours, found.groups[0].max_neighbours, found.largest_team) == (3, 3, 6)
+    assert found.bearings is not None
+    assert found.bearings.degree.tolist() == [3] * 4 * 5
+    for reliable in (CMOMMT(robots=4, radius=1.0, rng=1), world):
+        met = team_conditions.conditions(reliable)
+        assert (team_conditions.predict({met}, met.robots, 5) is None) == (reliable is world)
+
+
+def test_the_report_on_robots_that_fail_says_so() -> None:
+    report = choose.choose_delta(failing_team, runs=6, steps=20, risk=0.6, rng=1)
+    assert report.prediction is None
+    assert any("only active robots are neighbours" in note for note in report.notes)
+    # In an arena in which all are neighbours, the mean is over those that work.
+    assert report.ring["samples"].sum() < 6 * 10 * 8
+
+
+def failing_team(seed: int) -> World:
+    model = CMOMMT(robots=8, radius=0.5, policy="random-walk", rng=seed)
+    model.attach(Failures(4.0, 8.0), model.robots)
+    return model

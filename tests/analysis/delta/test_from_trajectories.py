@@ -231,6 +231,26 @@ def test_degrees_are_those_of_each_frame() -> None:
         assert row.mean_degree == pytest.approx(degree.mean())
 
 
+def test_robots_without_a_position_are_not_there() -> None:
+    record = _walk(8, 30, generator())
+    gone = record.copy()
+    away = gone["robot"].isin([1, 5]) & gone["time"].between(10, 14) | gone["time"].eq(20)
+    gone.loc[away, ["x", "y"]] = np.nan
+    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0)
+    for row, (time, frame) in zip(found.over_time.itertuples(), gone.groupby("time"), strict=True):
+        there = frame[["x", "y"]].dropna().to_numpy()
+        degree = cKDTree(there).query_ball_point(there, 1.0, return_length=True) - 1 if len(there) else np.zeros(1)
+        assert row.time == time
+        assert (row.robots, row.max_degree) == (len(there), degree.max())
+    # At half steps a robot is absent on both sides of a sample without a position.
+    finer = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0, step=0.5)
+    robots = finer.over_time.set_index("time")["robots"]
+    assert robots[[9.0, 9.5, 10.0, 14.5, 15.0, 19.5, 20.0, 20.5]].tolist() == [8, 6, 6, 6, 8, 0, 0, 0]
+    assert from_trajectories.delta_from_trajectories(gone, 1.0, window=5.0, risk=0.4).delta >= 0
+    with pytest.raises(ValueError, match="no row has a position"):
+        trajectory_files.check_trajectories(record.assign(x=np.nan, y=np.nan))
+
+
 def test_report_from_trajectories(tmp_path: Path) -> None:
     record = _walk(12, 4000, generator())
     seen: list[tuple[int, int]] = []
