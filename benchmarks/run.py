@@ -19,6 +19,7 @@ from typing import Any
 from components import measure_components
 from conditions import measure_conditions
 from events import measure_events
+from cycles import measure_cycles
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -36,6 +37,7 @@ PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensor
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "events",
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "components",
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "cycles",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -60,6 +62,7 @@ def main() -> int:
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
         "events": lambda: measure_events(rounds),
+        "cycles": lambda: measure_cycles(rounds),
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
