@@ -76,6 +76,13 @@ def join(group: Group, new: Extended) -> None:
     group.begin(new.policy_state)
 
 
+def forget_members(group: Group, size: int) -> None:
+    """Forget the members from number `size` on, who have all left: the next to arrive get their numbers, and noise."""
+    founders = (one.cut(size) for one in group.founders)
+    group.founders = [one for one in founders if one.size]
+    group.first_abilities, group.arrived_at = group.first_abilities.cut(size), group.arrived_at[:size].copy()
+
+
 def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
     """Return the timetable with new agents, whose cycles begin now."""
     table = group.timetable

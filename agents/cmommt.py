@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.cmommt_numbers import checked_numbers
 from teamsight.agents.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName
 from teamsight.agents.group import Group
@@ -29,6 +30,9 @@ from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.starts import Starts
+
+if TYPE_CHECKING:
+    from teamsight.agents.events.source import EventSource
 
 Floats = npt.NDArray[np.float64]
 
@@ -49,6 +53,7 @@ DEFAULTS: dict[str, Any] = {
     "target_policy": "random-walk",
     "policy_options": {},
     "target_policy_options": {},
+    "events": None,
 }
 
 
@@ -104,6 +109,8 @@ class CMOMMT(World):
         "evasive", or another. Targets sense the robots if their policy declares that it needs ``"targets"``.
     policy_options, target_policy_options : mapping of str to object, optional
         The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
+    events : EventSource or list of EventSource, optional
+        Event sources, such as ``Failures(500, 50)``, of which copies are attached to the robots, in this order.
     preset : str, optional
         "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
         a policy given by name, if it has them.
@@ -144,6 +151,7 @@ class CMOMMT(World):
         target_policy: PolicyLike = _DEFAULT["target_policy"],
         policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
         target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
+        events: EventSource | Sequence[EventSource] | None = _DEFAULT["events"],
         preset: PresetName | None = None,
         rng: int | None = None,
         seed: int | None = None,
@@ -155,7 +163,7 @@ class CMOMMT(World):
             "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
             "cycle": cycle,
             "target_policy": target_policy, "policy_options": policy_options,
-            "target_policy_options": target_policy_options,
+            "target_policy_options": target_policy_options, "events": events,
         }  # fmt: skip
         given = {name: value for name, value in values.items() if not isinstance(value, _Default)}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
@@ -185,6 +193,8 @@ class CMOMMT(World):
         )  # fmt: skip
         self.senses(self.robots, self.targets, sensor=plan["sensor"])
         self._let_targets_sense()
+        for source in sources_of(plan["events"]):
+            self.attach(source, self.robots)
         self._stepper.begin_to_collect()
 
     @property

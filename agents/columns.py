@@ -158,6 +158,17 @@ class Columns(MutableMapping[str, Column]):
             arrays[name] = np.concatenate([array, new])
         return arrays
 
+    def rearranged(self, rows: list[int]) -> dict[str, Array]:
+        """Return the arrays with these rows; where one is -1 with the column's fill, or zero without one."""
+        index, arrays = np.array(rows, np.int64), {}
+        for name, array in self._arrays.items():
+            new = np.zeros((len(rows), *array.shape[1:]), array.dtype)
+            if name in self._fills:
+                new[index < 0] = self._fills[name]
+            new[index >= 0] = array[index[index >= 0]]
+            arrays[name] = new
+        return arrays
+
     def arrays(self) -> dict[str, Array]:
         """Return the present arrays by name."""
         return dict(self._arrays)

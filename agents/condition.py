@@ -31,6 +31,7 @@ def set_active(data: WorldData, engine: Engine, agent: Body, active: bool) -> No
         with deferred():
             group.bodies.active[row] = active
             _see_again(group, engine)
+            data.sources.note_change("active" if active else "inactive", agent)
 
 
 def set_works(data: WorldData, engine: Engine, agent: Body, channel: str, works: bool) -> None:

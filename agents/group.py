@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Generic, overload
+from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -76,6 +77,8 @@ class Group(Deciding, Generic[A]):
         The arrays behind `sensing_range` and `awareness_range`; not checked either.
     founders : list of Founders
         The rules by which its agents, those that have left included, are placed at the start of a run.
+    departed : mapping of int to Body
+        Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
     first_abilities : Abilities
         The abilities at the start of a run, by member.
     channels : dict of str to Channel
@@ -116,6 +119,7 @@ class Group(Deciding, Generic[A]):
         self.others, self.timetable, self.due = [], None, None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
+        self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
         self.first_abilities: Abilities
         self.channels: dict[str, Channel] = {}
         if team is not None:

@@ -269,6 +269,7 @@ class WorldHost:
         for place, other in enumerate(group.agents):
             other.row = place
         agent.row = -1
+        group.departed[member] = agent
         group.begin(state)
         self._engine.is_bound = False
         self._data.sources.left(agent, member)

@@ -34,3 +34,8 @@ def give_timetables(data: WorldData) -> None:
     for group in data.groups:
         if group.needs_timetable and group.timetable is None:
             put_timetable(group, new_timetable(data, group))
+
+
+def is_every_step(group: Group) -> bool:
+    """Whether all active robots of a group decide at every step."""
+    return group.timetable is None or group.timetable.cycle() == EVERY_STEP

@@ -10,25 +10,28 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.arrivals import forget_members
 from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
-from teamsight.agents.engine.state_rows import layout, take_rows
+from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
+from teamsight.agents.group import Group, first_state
 from teamsight.agents.group import Group
 from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
+from teamsight.agents.returning import bring_back, lost_members
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timetable import Timetable
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.world.arena import Arena
-from teamsight.world.bodies import Bodies
+from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import key_of
-from teamsight.world.starts import Starts
+from teamsight.world.starts import Founders, Starts
 
 
 class GroupState(NamedTuple):
@@ -42,6 +45,8 @@ class GroupState(NamedTuple):
         The number of agents that had ever been in the group.
     works : dict of str to ndarray
         Whether the sensor of each agent works, by channel.
+    founders, first_abilities : list of Founders, Abilities
+        How they begin a run; see `Group`.
     timetable : Timetable or None
         When each robot decides, and by which policy.
     others : tuple of (str, object)
@@ -61,6 +66,8 @@ class GroupState(NamedTuple):
     members_so_far: int
     works: dict[str, npt.NDArray[np.bool_]]
     arrived_at: npt.NDArray[np.int64]
+    founders: list[Founders]
+    first_abilities: Abilities
     timetable: Timetable | None
     others: tuple[tuple[str, Any], ...]
 
@@ -106,6 +113,7 @@ class StateKeeper:
                 *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
                 group.columns.arrays(), group.members_so_far,
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
+                group.founders, group.first_abilities,
                 group.timetable, tuple((_described(other.policy), other.state) for other in group.others),
             )
             for group in self._data.groups
@@ -124,8 +132,9 @@ class StateKeeper:
         saved = copy.deepcopy(saved)
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
-                self._let_go(group, old)
-                old.bodies.identity[:] = group.bodies.identity
+                bring_back(self._model, group, old.bodies.member, old.bodies.identity)
+                old.bodies.identity[:] = [agent.unique_id for agent in group.agents]
+                _begin_as(group, old)
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 for name, sensor in old.sensors.items():
                     group.channels[name].sensor = sensor
@@ -159,9 +168,7 @@ class StateKeeper:
             group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
             group.bodies = group.bodies.rows(stays)
         # The next to arrive get the numbers that they would have had, and with them the same noise.
-        founders = (one.cut(old.members_so_far) for one in group.founders)
-        group.founders = [one for one in founders if one.size]
-        group.first_abilities = group.first_abilities.cut(old.members_so_far)
+        forget_members(group, old.members_so_far)
 
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""
@@ -219,14 +226,12 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world in which {group.name} have the channels {there}, and here "
                 f"{here}; restore it in a world built in the same way"
             )
-        stays = np.isin(group.bodies.member, old.bodies.member)
-        present = group.bodies.member[stays]
-        if not np.array_equal(present, old.bodies.member) or group.members_so_far < old.members_so_far:
+        if lost := lost_members(group, old.bodies.member):
             raise ValueError(
-                f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(present)} are "
-                f"among the {len(group)} here; agents that have left since cannot come back: restore it in a world "
-                "built in the same way"
+                f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(lost)} are "
+                "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
+        state = layout(first_state(group.rules[0], len(old.bodies)))
         names = [name for name, _ in old.others]
         if names != [_described(other.policy) for other in group.others][: len(names)]:
             raise ValueError(
@@ -240,6 +245,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"{state}; restore it in a world whose policies have the same options"
             )
     check_events(saved.events, data)
+
+
+def _begin_as(group: Group, old: GroupState) -> None:
+    """Let a group begin its runs with the members that it had: the next to arrive get the same numbers and noise."""
+    # Without arrivals these are as the world was built.
+    if max(group.members_so_far, old.members_so_far) > group.first_size:
+        group.founders, group.first_abilities = old.founders, old.first_abilities
 
 
 def _sensors(group: Group) -> dict[str, Sensor | None]:

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.cycle import cycle_of
+from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.new_timetable import new_timetable, put_timetable
-from teamsight.agents.other_policies import OtherPolicy, index_of, start_again
+from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import first_state
 from teamsight.agents.resolve import check_channels, check_fit, policy_of
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.policies.interface import PolicyState
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
@@ -97,3 +99,29 @@ def back_to_group(group: Group) -> None:
         for row in np.flatnonzero(table.policy):
             start_again(group, 0, int(row))
         table.policy[:] = 0
+
+
+def index_of(group: Group, policy: Any) -> int:
+    """Return the index of a policy among those of a group; −1 if it is not known to the group."""
+    for index, known in enumerate(group.policies):
+        if known is policy or (type(known) is type(policy) and _is_equal(known, policy)):
+            return index
+    return -1
+
+
+def _is_equal(one: Any, other: Any) -> bool:
+    # Only dataclasses, such as those of the package, compare by their options.
+    return bool(hasattr(type(one), "__dataclass_fields__") and one == other)
+
+
+def start_again(group: Group, index: int, row: int) -> None:
+    """Set the state of one robot to that before the first decision of a policy."""
+    size, rows = len(group), np.array([row])
+    policy, state = group.policies[index], group.states[index]
+    fresh = take_rows(first_state(policy, size), rows, size)
+    if isinstance(state, PolicyState):
+        # In place, because kernels read it.
+        for array, part in zip(state, fresh, strict=True):
+            array[rows] = part
+    else:
+        group.set_state(index, put_rows(state, rows, fresh, size))

@@ -168,13 +168,15 @@ class Waits(Watcher):
     def _write(self, bound: Bound) -> None:
         for row, wait in zip(self._rows, self.waits, strict=False):
             row[:6] = wait.aim.place(bound)
-        self._length[0] = len(self.waits)
+        self._length[0] = min(len(self.waits), len(self._rows))
 
     def happened(self) -> None:
         """Let those events happen whose aim has come, in the order in which they were asked for."""
         come = self._rows[: self._length[0], 6].tolist()
-        ended = [wait for wait, is_so in zip(self.waits, come, strict=True) if is_so]
-        self._keep([wait for wait, is_so in zip(self.waits, come, strict=True) if not is_so])
+        # Those after them have no row yet.
+        placed, rest = self.waits[: len(come)], self.waits[len(come) :]
+        ended = [wait for wait, is_so in zip(placed, come, strict=True) if is_so]
+        self._keep([wait for wait, is_so in zip(placed, come, strict=True) if not is_so] + rest)
         for wait in ended:
             wait.end()
 

@@ -1,6 +1,6 @@
 """Compare teamsight with plain mesa and plain C, on one model and machine and in one run.
 
-python benchmarks/run.py [--quick] [--only speed scaling memory help learning regression sensors] [--out FILE.json]
+python benchmarks/run.py [--quick] [--only speed scaling …] [--out FILE.json]
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from conditions import measure_conditions
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
+from processes import measure_processes
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -28,7 +30,8 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes")
+PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "conditions")
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -51,6 +54,8 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "processes": lambda: measure_processes(rounds),
+        "conditions": lambda: measure_conditions(rounds),
     }
     agrees = check(c, console)
     rows: list[Row] = []

@@ -64,7 +64,12 @@ class Planned(simpy.Event):  # type: ignore[misc]
 
 
 def _call(planned: Planned) -> None:
-    planned.action(*planned.arguments)
+    clock, action = planned.env, planned.action
+    clock.caller = getattr(action, "__self__", None)
+    try:
+        action(*planned.arguments)
+    finally:
+        clock.caller = None
 
 
 class Clock(simpy.Environment):  # type: ignore[misc]
@@ -76,6 +81,8 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     """
 
     _eid: itertools.count[int]
+    # The object whose method is being called as an event.
+    caller: Any = None
 
     def __init__(self) -> None:
         super().__init__()
@@ -154,6 +161,10 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             The value of the event, which the waiting process receives.
         """
         return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
+
+    def resource(self, capacity: int) -> Any:
+        """Return a ``simpy.Resource`` of this clock, of which so many users can have one unit at the same time."""
+        return simpy.Resource(self, checks.count("capacity", capacity))
 
     def schedule(self, event: Any, priority: Any = NORMAL, delay: float = 0) -> None:
         """Put an event into the queue; SimPy's own classes call this.
@@ -237,7 +248,11 @@ class Clock(simpy.Environment):  # type: ignore[misc]
 
     def _refuse_yield(self, process: Any, error: BaseException) -> None:
         """Raise a TypeError in a process, at its yield."""
-        value = str(error).partition('Invalid yield value "')[2].rstrip('"')
+        trace: Any = error.__traceback__
+        while trace.tb_next is not None:
+            trace = trace.tb_next
+        # SimPy's message has its text only.
+        value = trace.tb_frame.f_locals.get("event")
         refused = simpy.Event(self)
         refused._ok, refused._defused = False, True
         refused._value = TypeError(
@@ -273,7 +288,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     @property
     def pending(self) -> list[tuple[float, float, int, Any]]:
         """The events to come that do something, in order: (time, priority, order, event)."""
-        return sorted((entry for entry in self._queue if entry[3].callbacks), key=lambda entry: entry[:3])
+        return sorted((entry for entry in self._queue if callbacks_of(entry[3])), key=lambda entry: entry[:3])
 
     @property
     def order(self) -> int:
@@ -285,6 +300,12 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     @order.setter
     def order(self, order: int) -> None:
         self._eid = itertools.count(order)
+
+
+def callbacks_of(event: Any) -> list[Any]:
+    """Return what an event calls, except SimPy's resources, which have done their part when it is in the queue."""
+    resource = simpy.resources.base.BaseResource
+    return [one for one in event.callbacks or () if not isinstance(getattr(one, "__self__", None), resource)]
 
 
 def _process_of(callback: Any) -> Any:

@@ -52,6 +52,8 @@ class Binding:
         The argument of the loop.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
+    watchers : list of Watcher
+        Those that the loop calls, in the order of their rows.
     """
 
     def __init__(
@@ -195,8 +197,10 @@ class Binding:
         bound = Bound(
             data.groups, self._group_records, self._relations, self._relation_records, self._first_body, data.moment
         )
-        rows = np.zeros((len(data.watchers), 4), np.int64)
-        for row, watcher in zip(rows, data.watchers, strict=True):
+        # A policy in Python may add others in the middle of a step.
+        self.watchers = list(data.watchers)
+        rows = np.zeros((len(self.watchers), 4), np.int64)
+        for row, watcher in zip(rows, self.watchers, strict=True):
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows

@@ -22,7 +22,7 @@ from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Watcher, report
 from teamsight.agents.group import Group
-from teamsight.agents.new_timetable import give_timetables
+from teamsight.agents.new_timetable import give_timetables, is_every_step
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
 from teamsight.agents.timeline import DECIDE
@@ -136,7 +136,7 @@ class Engine:
             return False
         self._is_watched = True
         self._call(LOOK)
-        return report(self._data.watchers, self._binding.world.value)
+        return report(self._binding.watchers, self._binding.world.value)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -216,6 +216,11 @@ class Engine:
         """Record the transitions of a group, from now on."""
         if group not in self._data.groups:
             raise ValueError(f"record_transitions({checks.shown(group)}): the group must have been added to this world")
+        if not is_every_step(group):
+            raise ValueError(
+                f"record_transitions({group.name}): takes a decision of each robot at every step, and their cycle is "
+                f"{checks.shown(group.cycle)}; set {group.name}.cycle = Cycle()"
+            )
         if group not in self.transitions.groups:
             self.transitions.groups.append(group)
             self.is_bound = False
@@ -283,8 +288,8 @@ class Engine:
             finally:
                 self._read_back()
             if entry is RUN or entry is END_STEP:
-                if self._data.watchers:
-                    report(self._data.watchers, binding.world.value)
+                if binding.watchers:
+                    report(binding.watchers, binding.world.value)
                 self._check_places()
 
     def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:

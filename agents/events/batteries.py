@@ -70,27 +70,36 @@ class Batteries(Disabling):
         if self.low_level >= self.capacity:
             raise ValueError(f"low_level={self.low_level:g}: must be less than the capacity, {self.capacity:g}")
 
-    def begin(self) -> None:
-        """Fill all batteries."""
-        super().begin()
+    def connect(self) -> None:
+        """Add the column, and watch."""
         group = self._its_group()
         if "_drain" not in vars(self):
             group.add_column(BATTERY, self.capacity)
             rates = (self.capacity, self.low_level, self.per_distance, self.per_tick, self.per_decision)
             self._drain = Drain(group, BATTERY, rates, self._report)
-            self.world._engine.watch(self._drain)
-        group.columns.assign(BATTERY, ..., self.capacity)
+        elif BATTERY in group.columns:
+            # A state has brought it back, but not the charge of agents that come later.
+            group.columns.create(BATTERY, group.columns.array(BATTERY), self.capacity)
+        else:
+            group.add_column(BATTERY, self.capacity)
+        self.world._engine.watch(self._drain)
+
+    def disconnect(self) -> None:
+        """Remove the column, and watch no longer."""
+        # If the column could not be added, there is one of the user's.
+        if "_drain" in vars(self):
+            self.world._engine.unwatch(self._drain)
+            self._its_group().columns.pop(BATTERY, None)
+
+    def begin(self) -> None:
+        """Fill all batteries."""
+        super().begin()
+        self._its_group().columns.assign(BATTERY, ..., self.capacity)
         self._drain.begin()
         # The levels of which events have been planned, by member.
         self._reported = self._drain.level.copy()
         # The SimPy events for which users wait, by member and level.
         self._awaited: dict[tuple[int, int], Any] = {}
-
-    def end(self) -> None:
-        """Let all agents take part again, and remove the column."""
-        super().end()
-        self.world._engine.unwatch(self._drain)
-        del self._its_group().columns[BATTERY]
 
     @property
     def charge(self) -> Column:

@@ -88,7 +88,7 @@ class Weibull(Duration):
     @property
     def mean(self) -> float:
         """The mean duration [ticks]."""
-        return self.scale * math.gamma(1.0 + 1.0 / self.shape)
+        return self.scale * math.exp(math.lgamma(1.0 + 1.0 / self.shape))
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,15 @@ class Times:
         """Return the time number `index` of a member as a duration; infinity after the last."""
         times = self.of(member)
         return times[index] if index < len(times) else math.inf
+
+    def check_to_come(self, name: str, now: float) -> None:
+        """Refuse times of events that have passed."""
+        passed = min((time for times in self.every() for time in times), default=math.inf)
+        if passed < now:
+            raise ValueError(
+                f"{name}: the time {passed:g} has passed; the present tick is {now:g}, so give later times, or attach "
+                "it at the start of the run"
+            )
 
     def every(self) -> list[tuple[float, ...]]:
         """Return all lists of times."""

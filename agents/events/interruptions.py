@@ -32,12 +32,7 @@ class Interruptions(EventSource):
         """Plan the first interruption of each agent."""
         time_to: Duration | Times = getattr(self, self._time_to)
         if isinstance(time_to, Times):
-            passed = min((time for times in time_to.every() for time in times), default=math.inf)
-            if passed < self.now:
-                raise ValueError(
-                    f"{self._time_to}: the time {passed:g} has passed; the present tick is {self.now:g}, so give later "
-                    "times, or attach it at the start of the run"
-                )
+            time_to.check_to_come(self._time_to, self.now)
         for member in self.members:
             self._plan_next(member, 0)
 

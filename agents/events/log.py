@@ -61,10 +61,10 @@ class EventLog:
         columns: dict[str, Any] = {
             "time": np.array([row.time for row in rows], np.float64),
             "tick": np.array([row.tick for row in rows], np.int64),
-            "what": pd.array([row.what for row in rows], dtype="str"),
-            "group": pd.array([row.group for row in rows], dtype="str"),
+            "what": pd.array([row.what for row in rows], dtype="string"),
+            "group": pd.array([row.group for row in rows], dtype="string"),
             "agent": pd.array([row.agent for row in rows], dtype="Int64"),
-            "source": pd.array([row.source for row in rows], dtype="str"),
+            "source": pd.array([row.source for row in rows], dtype="string"),
         }
         names = dict.fromkeys(name for row in rows if row.details for name in row.details)
         for name in names:
@@ -106,4 +106,4 @@ def _column(values: list[Any]) -> Any:
     if all(isinstance(value, (int, float, np.number)) and not isinstance(value, bool) for value in present):
         return np.array([np.nan if value is None else value for value in values], np.float64)
     texts = [value if value is None or isinstance(value, str) else str(value) for value in values]
-    return pd.array(texts, dtype="str")
+    return pd.array(texts, dtype="string")

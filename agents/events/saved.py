@@ -10,7 +10,7 @@ from teamsight.agents.events.log import EventLog, LoggedEvent
 from teamsight.agents.mesa_bases import Model
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.world.clock import Planned
+from teamsight.world.clock import Planned, callbacks_of
 
 # Whose method a planned call is: ("world", 0, 0), ("source", number, 0) or ("agent", number of its group, member).
 Owner = tuple[str, int, int]
@@ -87,7 +87,7 @@ def save_events(model: Model, data: WorldData, pending: str) -> SavedEvents:
     calls = []
     for time, priority, order, event in clock.pending:
         # The callbacks of a planned call are itself, and processes that wait for it.
-        for one in [event] if isinstance(event, Planned) else event.callbacks:
+        for one in [event] if isinstance(event, Planned) else callbacks_of(event):
             owner = _owner(model, data, one)
             if owner is not None:
                 calls.append(SavedCall(time, priority, order, owner, one.action.__name__, one.arguments))
@@ -125,7 +125,7 @@ def restore_events(model: Model, data: WorldData, saved: SavedEvents) -> None:
     if all(agent.unique_id < saved.identity for agent in model.agents):
         # The next to arrive get the numbers that they would have had.
         mesa_compat.set_next_identity(model, saved.identity)
-    sources.attached = [sources.known[one.number] for one in saved.sources]
+    sources.replace([sources.known[one.number] for one in saved.sources])
     sources.following = saved.following
     # What sources plan when they load their data comes after all that was planned.
     clock.order = saved.order

@@ -46,7 +46,7 @@ class SensorDropouts(Interruptions):
         self.time_to_dropout = time_to("time_to_dropout", time_to_dropout)
         self.time_to_recovery = None if time_to_recovery is None else lasting("time_to_recovery", time_to_recovery)
         if channel is not None and not isinstance(channel, str):
-            raise TypeError(f"channel={checks.shown(channel)}: must be the name of a channel, such as 'targets', or None")
+            raise TypeError(f"channel={checks.shown(channel)}: must be the name of a channel, such as 'targets'")
         self.channel = channel
 
     def begin(self) -> None:
@@ -55,10 +55,10 @@ class SensorDropouts(Interruptions):
         self._broken: dict[int, tuple[str, ...]] = {}
         channels = self._its_group().channels
         if self.channel is not None and self.channel not in channels:
-            have = ", ".join(map(repr, channels)) or "none"
+            name, have = self._its_group().name, ", ".join(map(repr, channels)) or "none"
             raise ValueError(
-                f"channel={self.channel!r}: the group {self._its_group().name!r} has no such channel, but {have}; declare "
-                "it by world.senses(…, as_=…)"
+                f"channel={self.channel!r}: the group {name!r} has no such channel, but {have}; declare it by "
+                "world.senses(…, as_=…)"
             )
         super().begin()
 

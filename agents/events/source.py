@@ -71,8 +71,17 @@ class EventSource:
     def begin(self) -> None:
         """Plan the first events; called when it is attached, and at each reset of the world, at tick 0."""
 
+    def connect(self) -> None:
+        """Set up what it needs in the world, such as a watcher: called before `begin` when it is attached."""
+
+    def disconnect(self) -> None:
+        """Take away what `connect` has set up: called when it is detached, or a state without it is restored."""
+
+    def reset(self) -> None:
+        """Undo what a reset of the world does not: called at a reset, before any source begins again."""
+
     def end(self) -> None:
-        """Undo what lasts; called before it is detached, and not at a reset."""
+        """Undo what lasts of its events, such as that agents are inactive: called before it is detached."""
 
     def joined(self, agent: Body, member: int) -> None:
         """Called after an agent has come to the group in the middle of a run; by default nothing is done."""
@@ -260,4 +269,9 @@ class When:
         self.action, self.arguments = getattr(source, method), arguments
 
     def __call__(self, event: Any) -> None:
-        self.action(*self.arguments)
+        clock = event.env
+        clock.caller = self.action.__self__
+        try:
+            self.action(*self.arguments)
+        finally:
+            clock.caller = None

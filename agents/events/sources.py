@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.agents.events.log import EventLog, check_event
@@ -47,7 +49,9 @@ class Sources:
         self.known[mine.number] = mine
         self.following += 1
         try:
-            mine.begin()
+            with self._acting(mine):
+                mine.connect()
+                mine.begin()
         except BaseException:
             self._take_out(mine)
             self.following -= 1
@@ -60,40 +64,78 @@ class Sources:
             raise ValueError(
                 f"detach({checks.shown(source)}): is not attached to this world; detach what attach() returned, once"
             )
-        source.end()
+        with self._acting(source):
+            source.end()
         self._take_out(source)
 
     def _take_out(self, source: EventSource) -> None:
         for planned in source.pending():
             planned.cancel()
-        self.attached = [one for one in self.attached if one is not source]
+        self.replace([one for one in self.attached if one is not source])
+
+    def replace(self, sources: list[EventSource]) -> None:
+        """Let these sources be attached, some of which may have been before, and no others."""
+        before, self.attached = self.attached, sources
+        for source in before:
+            if not any(one is source for one in sources):
+                source.disconnect()
+        for source in sources:
+            if not any(one is source for one in before):
+                source.connect()
 
     def begin(self) -> None:
         """Begin a run: empty the log and let all sources plan their first events."""
+        for source in list(self.attached):
+            source.reset()
         self.events = EventLog()
         for source in list(self.attached):
             source.forget_numbers()
-            source.begin()
+            with self._acting(source):
+                source.begin()
 
     def joined(self, agents: list[Any]) -> None:
         """Log that agents have come to a group, and call its sources."""
-        if not self._is_set_up:
-            for agent in agents:
-                self.log("joined", agent, None, {})
+        for agent in agents:
+            self.note("joined", agent)
         for source in list(self.attached):
             for agent in agents:
                 # An earlier source may have removed it.
                 group: Any = source.group
                 if group is agent.group and agent._row >= 0:
-                    source.joined(agent, int(group.bodies.member[agent._row]))
+                    with self._acting(source):
+                        source.joined(agent, int(group.bodies.member[agent._row]))
 
     def left(self, agent: Any, member: int) -> None:
         """Log that an agent has left its group, and call its sources."""
-        if not self._is_set_up:
-            self.log("left", agent, None, {})
+        self.note("left", agent)
         for source in list(self.attached):
             if source.group is agent.group:
-                source.left(agent, member)
+                with self._acting(source):
+                    source.left(agent, member)
+
+    def note(self, what: str, agent: Any) -> None:
+        """Log that an agent has joined or left, once the run has begun: before, it belongs to the set-up."""
+        timeline, caller = self._timeline, self._timeline.clock.caller
+        if timeline.tick or timeline.inside:
+            self.log(what, agent, type(caller).__name__ if self._is_attached(caller) else None, {})
+
+    def note_change(self, what: str, agent: Any) -> None:
+        """Log that an agent has changed, unless a source has changed it, which logs why."""
+        if not self._is_attached(self._timeline.clock.caller):
+            self.note(what, agent)
+
+    def _is_attached(self, source: Any) -> bool:
+        return any(one is source for one in self.attached)
+
+    @contextlib.contextmanager
+    def _acting(self, source: EventSource) -> Iterator[None]:
+        """Mark the time during which a source is called that is not an event."""
+        clock = self._timeline.clock
+        before, clock.caller = clock.caller, source
+        try:
+            yield
+        finally:
+            clock.caller = before
 
     def log(self, what: str, agent: Any, source: str | None, details: dict[str, Any]) -> None:
         """Add an event of the present moment to the log; see `World.log`."""
@@ -108,10 +150,12 @@ class Sources:
         timeline = self._timeline
         self.events.append(float(timeline.clock._now), timeline.tick, what, group, identity, source, details)
 
-    @property
-    def _is_set_up(self) -> bool:
-        """Whether the run has not begun: what comes and goes then is how the world is made, not what happens in it."""
-        return self._timeline.tick == 0 and not self._timeline.inside
+
+def sources_of(events: Any) -> list[Any]:
+    """Return the sources that are given as one, as several, or as None."""
+    if events is None:
+        return []
+    return list(events) if isinstance(events, (list, tuple)) else [events]
 
 
 def _check(world: Any, source: Any, group: Any) -> None:

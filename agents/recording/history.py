@@ -71,16 +71,14 @@ class Stretch:
         """Add the rows written since the last call to the sums."""
         new = self.buffer.written[self._summed :]
         if len(new):
-            self.totals = self.totals.plus(self._totals_of(new))
+            if self._is_conditional:
+                self.totals = self.totals.plus(totals_of(self._targets_of(new), self._observed_of(new)))
+            elif self.targets:
+                # Not by way of arrays, since single steps are summed up too.
+                observed = self.totals.counted.get(self.targets, 0) + int(new[:, self._targets, _OBSERVED].sum())
+                self.totals = Totals({self.targets: observed}, self.rows)
             self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
             self._summed = self.rows
-
-    def _totals_of(self, rows: Integers) -> Totals:
-        if self._is_conditional:
-            return totals_of(self._targets_of(rows), self._observed_of(rows))
-        # In one sum, since single steps are summed up too.
-        observed = int(rows[:, self._targets, _OBSERVED].sum())
-        return Totals({self.targets: observed}, len(rows)) if self.targets else NOTHING
 
     def _targets_of(self, rows: Integers) -> int | Integers:
         """Return the number of active targets in each of some rows; one number if it is always the same."""

@@ -239,9 +239,15 @@ def test_a_state_from_before_lets_those_go_who_came_since() -> None:
         assert len(model.robots.columns[f"c{len(ends) - 1}"]) == robots
     assert ends[0] == ends[1]
     model.robots.add(speed=0.7)
-    model.robots[0].remove()
-    with pytest.raises(ValueError, match=rf"with {robots} robots, of which {robots - 1} are among the {robots} here"):
-        model.restore(saved)
+    first = model.robots[0]
+    first.remove()
+    later = model.state()
+    model.restore(saved)
+    model.robots.add(2, battery=0.1, speed=0.3)
+    model.run(9)
+    assert (model.robots[0], bits(model)) == (first, ends[0])
+    model.restore(later)
+    assert first not in model.robots.agents
     model.run(2)
     model.reset()
     assert model.robots[-1].speed == 0.7

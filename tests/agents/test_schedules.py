@@ -8,5 +8,5 @@ from schedules import Schedule
 
 TestSchedule = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")(Schedule.TestCase)
 TestSchedule.settings = settings(
-    max_examples=25, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=16, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
 )

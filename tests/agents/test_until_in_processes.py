@@ -432,3 +432,52 @@ def test_a_battery_is_empty_when_it_is(advance: Callable[[World, int], Any]) -> 
     world.clock.process(wait())
     advance(world, 12)
     assert log == [(7, robots[1])]
+
+
+@pytest.mark.short
+@pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+def test_a_policy_in_python_can_ask_for_events() -> None:
+    """It asks in the middle of a step, after the loop was entered."""
+    world = World(Box(20, 20), rng=1)
+    asked: list[Any] = []
+
+    def ask(percept: Any, rng: Any) -> tuple[float, float]:
+        robots = world.groups[0]
+        asked.extend(world.until.contact(robots[k % 3], robots[(k + 1) % 3]) for k in range(5))
+        return 0.0, 0.1
+
+    # The first two meet, and the third walks away.
+    world.add(Robot, 3, policy=ask, position=[(-2, 0), (2, 0), (0, 5)], heading=[(1, 0), (-1, 0), (0, 1)])
+    for steps in (1, 5, 1, 20):
+        world.run(steps)
+    assert {event.value for event in asked if event.triggered} == {world.groups[0][1]}
+    assert len(world._data.watchers) == 1
+
+
+@pytest.mark.short
+@divisions
+def test_what_is_inactive_is_neither_observed_nor_met(advance: Callable[[World, int], Any]) -> None:
+    world = world_of([(0, 0), (0.5, 0)], [(0, 0.5)])
+    robots, targets = world.groups
+    log: list[Any] = []
+
+    def wait(name: str, event: Any) -> Process:
+        yield event
+        log.append((world.tick, name))
+
+    def act() -> Process:
+        for agent in (*robots, targets[0]):
+            yield world.clock.timeout(2)
+            agent.active = False
+        world.clock.process(wait("observed", world.until.observed(targets[0])))
+        world.clock.process(wait("met", world.until.contact(robots[0], robots[1])))
+        for agent in (targets[0], *robots):
+            yield world.clock.timeout(2)
+            agent.active = True
+
+    world.clock.process(wait("apart", world.until.contact_ended(robots[0], robots[1])))
+    world.clock.process(wait("lost", world.until.lost(targets[0])))
+    world.clock.process(act())
+    advance(world, 20)
+    # The second robot senses the target until it is inactive, too.
+    assert log == [(2, "apart"), (4, "lost"), (10, "observed"), (12, "met")]

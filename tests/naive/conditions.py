@@ -12,17 +12,17 @@ NEAR = 1e-9
 
 def lists_by_hand(world: Any, group: Any, channel: str) -> list[tuple[set[int], set[int]]]:
     """Return for each agent of a group the identities that are in range for certain, and those that may be."""
-    relation = group.relations[channel]
-    observed = [agent for other in relation.observed for agent in other.agents if other.bodies.active[agent.row]]
+    observed = [agent for other in group.relations[channel].observed for agent in other.agents if agent.active]
+    places = np.array([agent.position for agent in observed]).reshape(-1, 2)
     sensor = group.channels[channel].sensor
     reach = group.awareness_range if channel == "teammates" else group.sensing_range
     found = []
     for row, agent in enumerate(group.agents):
         far = reach[row] if sensor is None or sensor.range is None else sensor.range
         certain, possible = set(), set()
-        if group.bodies.active[row] and group.channels[channel].works[row]:
-            for other in observed:
-                distance = np.hypot(*world.arena.displacement(agent.position, other.position))
+        if group.active[row] and group.channels[channel].works[row] and observed:
+            distances = np.hypot(*world.arena.displacement(agent.position, places).T)
+            for other, distance in zip(observed, distances.tolist(), strict=True):
                 if other is not agent and distance <= far + NEAR:
                     possible.add(other.unique_id)
                     if distance <= far - NEAR:

@@ -55,6 +55,22 @@ def test_the_charge_is_the_capacity_less_the_drains(
         assert world.events.equals(twin.events)
 
 
+def test_only_decisions_drain_per_decision() -> None:
+    world = make()
+    robots = world.groups[0]
+    robots.cycle = 4
+    world.attach(Batteries(10.0, 0.0, per_tick=0.125, per_decision=0.5), robots)
+    charge, seen = 10.0, []
+    for tick in range(12):
+        charge -= 0.125 + (0.5 if tick % 4 == 0 else 0.0)
+        world.step()
+        seen.append(robots.battery.tolist() == [charge] * 6)  # type: ignore[attr-defined]
+    assert all(seen)
+    world.reset()
+    world.run(12)
+    assert robots.battery.tolist() == [charge] * 6  # type: ignore[attr-defined]
+
+
 def test_an_empty_battery_stops_a_robot_until_it_is_charged() -> None:
     world = make(Batteries(1.0, 0.0, per_tick=0.1, low_level=0.35))
     robots = world.groups[0]
@@ -172,3 +188,24 @@ def test_wrong_values_are_refused() -> None:
         world.attach(Batteries(5), world.groups[0])
     assert len(world.sources) == 1
     world.run(1)
+
+
+def test_states_from_before_and_after_it_was_attached() -> None:
+    world = make()
+    robots = world.groups[0]
+    world.run(3)
+    without = world.state()
+    batteries = world.attach(Batteries(2.0, 0.0, per_tick=0.125), robots)
+    world.run(3)
+    attached = world.state()
+    world.restore(without)
+    assert "battery" not in robots.columns
+    world.run(10)
+    world.restore(attached)
+    assert world.sources == (batteries,)
+    assert robots.battery.tolist() == [1.625] * 6  # type: ignore[attr-defined]
+    robots.add(1)
+    world.run(1)
+    assert robots.battery.tolist() == [1.5] * 6 + [1.875]  # type: ignore[attr-defined]
+    world.run(20)
+    assert not robots.active.any()

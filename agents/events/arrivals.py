@@ -1,0 +1,186 @@
+"""Agents that arrive in a group, and agents that leave it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teamsight.agents.arrivals import forget_members
+from teamsight.agents.events.durations import Duration, Times, lasting, time_to
+from teamsight.agents.events.source import EventSource
+from teamsight.agents.mesa_compat import next_identity, set_next_identity
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.body import Body
+    from teamsight.agents.given import Points
+
+
+class Arrivals(EventSource):
+    """Agents arrive in a group, one at a time, and may leave after a stay.
+
+    The log says "joined" and "left", and "turned away" of an arrival that found the group full.
+
+    Parameters
+    ----------
+    interval : float, Duration or Times
+        The time from one arrival to the next [ticks]: the mean of an exponential time, a duration, or the times of
+        arrivals since the start of the run.
+    stay : float, Duration or Times, optional
+        How long each stays [ticks]; by default to the end. `Times` are those of the first to arrive, the second, ….
+    position : array_like, shape (2,), optional
+        Where they arrive [length]; by default anywhere in the arena.
+    most : int, optional
+        The number of agents with which the group is full.
+    **abilities
+        What else `Group.add` takes: speed, ranges, values of columns, arguments of the class.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits; when attached, if a listed time has passed.
+
+    Notes
+    -----
+    A reset removes those who have arrived. Each arrival costs about a millisecond: all arrays are made anew.
+    """
+
+    def __init__(
+        self,
+        interval: float | Duration | Times,
+        stay: float | Duration | Times | None = None,
+        *,
+        position: Points | None = None,
+        most: int | None = None,
+        **abilities: Any,
+    ) -> None:
+        self.interval = time_to("interval", interval)
+        self.stay = None if stay is None else lasting("stay", stay)
+        if position is not None:
+            place = np.asarray(position, float)
+            if place.shape != (2,) or not np.isfinite(place).all():
+                raise ValueError(f"position={checks.shown(position)}: must be (x, y) [length], or None for anywhere")
+            position = tuple(place.tolist())
+        self.position = position
+        self.most = None if most is None else checks.count("most", most)
+        self.abilities = abilities
+
+    def connect(self) -> None:
+        """Note who is there before anybody arrives."""
+        if "_first" not in vars(self):
+            self._first = self._its_group().members_so_far, next_identity(self.world)
+
+    def reset(self) -> None:
+        """Remove those who have arrived, so that the next to arrive have their numbers."""
+        for member in list(self._arrived):
+            self.leave(member)
+        members, identity = self._first
+        group, world = self._its_group(), self.world
+        forget_members(group, max(members, int(group.bodies.member.max(initial=-1)) + 1))
+        set_next_identity(world, max([identity, *(agent.unique_id + 1 for agent in world.agents)]))
+
+    def begin(self) -> None:
+        """Plan the first arrival."""
+        self._arrived: list[int] = []
+        if isinstance(self.interval, Times):
+            self.interval.check_to_come("interval", self.now)
+        self._plan_next(0)
+
+    def arrive(self, number: int) -> None:
+        """Let an agent arrive, unless the group is full, and plan the next arrival."""
+        group = self._its_group()
+        if self.most is not None and len(group) >= self.most:
+            self.log("turned away", present=len(group))
+        else:
+            given = {} if self.position is None else {"position": self.position}
+            (agent,) = group.add(1, **given, **self.abilities)
+            member = self.member(agent)
+            self._arrived.append(member)
+            stay = self._drawn(self.stay, number, 2 * number + 1)
+            if stay < math.inf:
+                self.plan(self.now + stay, "leave", member)
+        self._plan_next(number + 1)
+
+    def leave(self, member: int) -> None:
+        """Let an agent leave."""
+        agent = self.agent(member)
+        if agent is not None:
+            agent.remove()
+
+    def left(self, agent: Body, member: int) -> None:
+        """Forget an agent that has left."""
+        if member in self._arrived:
+            self._arrived.remove(member)
+
+    def save(self) -> Any:
+        """Return who has arrived and is still there."""
+        return list(self._arrived)
+
+    def load(self, data: Any) -> None:
+        """Go back to what `save` returned."""
+        self._arrived = list(data)
+
+    def _plan_next(self, number: int) -> None:
+        if isinstance(self.interval, Times):
+            time = self.interval.after(math.nextafter(self.now, -1) if number == 0 else self.now, 0)
+        else:
+            time = self.now + self._drawn(self.interval, number, 2 * number)
+        if time < math.inf:
+            self.plan(time, "arrive", number)
+
+    def _drawn(self, duration: Duration | Times | None, number: int, index: int) -> float:
+        if duration is None:
+            return math.inf
+        if isinstance(duration, Times):
+            return duration.lasting(number, 0)
+        return duration.draw(self.random(0, index))
+
+
+class Departures(EventSource):
+    """The agents of a group leave it, each independently of the others; the log says "left".
+
+    Parameters
+    ----------
+    time_to_departure : float, Duration or Times
+        The time from the start of the run, or from its arrival, to the departure of each agent [ticks]; of `Times`, the
+        first counts.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither a number nor a duration, or is not positive; when attached, if a listed time has passed.
+
+    Notes
+    -----
+    Those who have left do not come back, also not at a reset.
+    """
+
+    def __init__(self, time_to_departure: float | Duration | Times) -> None:
+        self.time_to_departure = time_to("time_to_departure", time_to_departure)
+
+    def begin(self) -> None:
+        """Plan the departure of each agent."""
+        if isinstance(self.time_to_departure, Times):
+            self.time_to_departure.check_to_come("time_to_departure", self.now)
+        for member in self.members:
+            self._plan(member)
+
+    def joined(self, agent: Body, member: int) -> None:
+        """Plan the departure of an agent that has come."""
+        self._plan(member)
+
+    def leave(self, member: int) -> None:
+        """Let an agent leave."""
+        agent = self.agent(member)
+        if agent is not None:
+            agent.remove()
+
+    def _plan(self, member: int) -> None:
+        if isinstance(self.time_to_departure, Times):
+            time = self.time_to_departure.after(math.nextafter(self.now, -1), member)
+        else:
+            time = self.now + self.time_to_departure.draw(self.random(member, 0))
+        if time < math.inf:
+            self.plan(time, "leave", member)

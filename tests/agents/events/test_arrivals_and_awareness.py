@@ -1,0 +1,192 @@
+"""Arrivals and departures, unreliable awareness, and sources as a parameter of CMOMMT."""
+
+from __future__ import annotations
+
+import pickle
+
+import mesa
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Disc, Robot, Sensor, Target, World, run_many
+from teamsight.agents.events import (
+    Arrivals,
+    Batteries,
+    Constant,
+    Departures,
+    EventSource,
+    Failures,
+    Times,
+    UnreliableAwareness,
+)
+from tests.sensed_worlds import percept_of, shown
+
+
+def make(*sources: EventSource, robots: int = 6, seed: int = 1, awareness: str = "pairwise") -> World:
+    world = World(Disc(3.0), rng=seed)
+    team = world.add(Robot, robots, policy="a-cmommt", awareness=awareness)
+    world.senses(team, world.add(Target, 6, policy="random-walk", speed=0.075))
+    for source in sources:
+        world.attach(source, team)
+    return world
+
+
+def times(world: World, what: str) -> list[float]:
+    log = world.events
+    return log[log["what"] == what]["time"].tolist()
+
+
+def test_agents_arrive_stay_and_leave() -> None:
+    world = make(Arrivals(Times([3, 5, 10.5]), Times([4, 100, 2]), position=(1, 0), speed=0.05))
+    robots = world.groups[0]
+    world.run(3)
+    assert len(robots) == 6
+    world.run(1)
+    assert len(robots) == 7
+    assert np.linalg.norm(robots[6].position - (1, 0)) <= 0.05 + 1e-12
+    world.run(16)
+    assert (times(world, "joined"), times(world, "left")) == ([3, 5, 10.5], [7, 12.5])
+    assert robots.bodies.member.tolist() == [0, 1, 2, 3, 4, 5, 7]
+
+
+def test_a_full_group_turns_away() -> None:
+    world = make(Arrivals(Constant(2), most=8))
+    world.run(12)
+    assert len(world.groups[0]) == 8
+    assert times(world, "turned away") == [6, 8, 10]
+
+
+def test_arrivals_are_as_many_as_their_rate_says() -> None:
+    world = World(Box(50, 50), rng=3)
+    team = world.add(Robot, 1, policy="stationary")
+    world.attach(Arrivals(2.0, 6.0), team)
+    world.run(3_000)
+    joined = len(times(world, "joined"))
+    # A Poisson number of mean 1,500, and Little's law: three are there on average.
+    assert abs(joined - 1_500) < 5.5 * 1_500**0.5
+    stays = sum(times(world, "left")) - sum(times(world, "joined")) + 3_000 * (len(team) - 1)
+    assert abs(stays / 3_000 - 3) < 5.5 * (2 * 3 * 6 / 3_000) ** 0.5
+
+
+def test_agents_depart() -> None:
+    world = make(Departures(Times({0: [4], 2: [0, 7]})), Departures(30.0))
+    world.run(1)
+    assert world.groups[0].bodies.member.tolist()[:3] == [0, 1, 3]
+    world.run(400)
+    assert len(world.groups[0]) == 0
+    assert len(times(world, "left")) == 6
+
+
+def test_paths_and_resets_give_one_result() -> None:
+    def made() -> World:
+        return make(Arrivals(7.0, 40.0), Failures(30, 5), Batteries(4.0, 0.5, per_tick=0.02), UnreliableAwareness(2, 0.1))
+
+    one, stepped = made(), made()
+    one.run(100)
+    for _ in range(100):
+        stepped.step()
+    assert one.events.equals(stepped.events)
+    assert one.groups[0].position.tobytes() == stepped.groups[0].position.tobytes()
+    stepped.reset()
+    assert len(stepped.groups[0]) == 6
+    stepped.run(100)
+    assert one.events.equals(stepped.events)
+    assert one.groups[0].position.tobytes() == stepped.groups[0].position.tobytes()
+
+
+def test_a_world_with_arrivals_is_restored() -> None:
+    world = make(Arrivals(5.0))
+    world.run(30)
+    saved = pickle.loads(pickle.dumps(world.state()))
+    world.run(40)
+    log, position = world.events, world.groups[0].position.tobytes()
+    world.restore(saved)
+    world.run(40)
+    assert log.equals(world.events)
+    assert position == world.groups[0].position.tobytes()
+
+
+def test_awareness_is_unreliable_for_a_time() -> None:
+    exact, late = make(awareness="shared"), make(UnreliableAwareness(2, begins=4, ends=9.5), awareness="shared")
+    robots = late.groups[0]
+    # The same motion, so that percepts can be compared.
+    for world in (exact, late):
+        world.groups[0].policy = "random-walk"
+    seen = []
+    for tick in range(15):
+        for world in (exact, late):
+            world.step()
+        percept = percept_of(exact.groups[0])
+        seen.append((shown(percept.teammates), shown(percept.relayed)))
+        percept = percept_of(robots)
+        found = shown(percept.teammates), shown(percept.relayed)
+        # Until the first arrives, nothing is known. seen[k] is that of tick k + 1.
+        now = tick + 1
+        if 5 <= now <= 9 and now - 2 >= 5:
+            assert found == seen[tick - 2]
+        elif not 5 <= now <= 10:
+            assert found == seen[tick]
+    log = late.events
+    assert log[["time", "what"]].to_numpy().tolist() == [[4.0, "awareness unreliable"], [9.5, "awareness reliable"]]
+    assert robots.sensors["teammates"] == Sensor()
+
+
+def test_unreliable_awareness_adds_to_the_sensor_and_is_undone() -> None:
+    world = make()
+    robots = world.groups[0]
+    before = robots.sensors["teammates"] = Sensor(delay=1, missed=0.5)
+    source = world.attach(UnreliableAwareness(3, 0.5), robots)
+    assert robots.sensors["teammates"] == Sensor(delay=4, missed=0.75)
+    saved = world.state()
+    world.run(5)
+    world.reset()
+    assert robots.sensors["teammates"] == Sensor(delay=4, missed=0.75)
+    world.restore(saved)
+    world.detach(source)
+    assert robots.sensors["teammates"] == before
+
+
+def test_sources_are_a_parameter_of_the_model() -> None:
+    failures, batteries = Failures(20, 10), Batteries(30)
+    for events in (failures, [failures, batteries]):
+        model, other = CMOMMT(events=events, rng=1), CMOMMT(rng=1)
+        for source in events if isinstance(events, list) else [events]:
+            other.attach(source, other.robots)
+        for each in (model, other):
+            each.run(60)
+        assert model.events.equals(other.events)
+        assert len(model.events)
+    with pytest.raises(TypeError, match=r"attach\(3\): must be an event source, such as Failures\(500, 50\)"):
+        CMOMMT(events=3)  # type: ignore[arg-type]
+
+
+def test_sources_are_swept() -> None:
+    sources = [None, Failures(40, 40), [Failures(10), Batteries(2)]]
+    table = run_many({"events": sources, "robots": 5}, steps=40, replicates=2, rng=1)
+    assert len(table) == 6
+    fraction = table["observed_fraction"].to_numpy()
+    for k, (_, row) in enumerate(table.iterrows()):
+        model = CMOMMT(robots=5, events=sources[k // 2], rng=int(row["seed"]))
+        model.run(40)
+        assert fraction[k] == model.observed_fraction
+    rows = mesa.batch_run(CMOMMT, {"events": sources, "robots": 5}, rng=[1], max_steps=20, display_progress=False) \
+        if "rng" in mesa.batch_run.__code__.co_varnames else \
+        mesa.batch_run(CMOMMT, {"events": sources, "robots": 5, "rng": 1}, max_steps=20, display_progress=False)
+    assert len(rows) == 3
+
+
+def test_wrong_values_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"interval=0\.0: .*at least"):
+        Arrivals(0)
+    with pytest.raises(ValueError, match=r"position=3: must be \(x, y\)"):
+        Arrivals(3, position=3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"delay=-1: must be at least 0; it is a number of ticks"):
+        UnreliableAwareness(-1)
+    with pytest.raises(ValueError, match=r"missing=1\.5: .*at most 1"):
+        UnreliableAwareness(missing=1.5)
+    with pytest.raises(ValueError, match=r"ends=3\.0: .*above 5"):
+        UnreliableAwareness(1, begins=5, ends=3)
+    world = make()
+    with pytest.raises(ValueError, match=r"'targets' is on no team .*world\.add\(…, team='robots'\)"):
+        world.attach(UnreliableAwareness(1), world.groups[1])
+    assert world.sources == ()
