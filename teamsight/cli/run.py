@@ -31,6 +31,7 @@ class RunSettings(Settings):
     awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
     delta: int = values.sectors(16)
     awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
+    cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
     steps: int = values.steps(600, "Number of steps.")
     seed: int = values.seed(0, "Seed of the world.")
     preset: str | None = values.preset()
@@ -42,12 +43,16 @@ class RunSettings(Settings):
     force: bool = values.force()
 
     def check(self) -> None:
-        """Refuse a number of sectors without a ring, repairs without failures, and worlds that are too large."""
+        """Refuse settings that do not go together, and worlds that are too large."""
+        from teamsight.agents.cycle import check_run
+
         limits.check_sectors(self)
         if self.repair is not None and self.failures is None:
             raise ValueError(f"repair={self.repair:g}: no robot fails; give --failures too, or leave --repair out")
         if self.save is not None and self.save == self.save_events:
             raise ValueError(f"save={self.save}: is the file of save_events too; give another place for one of them")
+        if self.cycle > 1.0:
+            check_run(self.cycle, self.steps)
         limits.check_worlds(
             self.robots, self.targets, self.radius, self.steps,
             awareness_range=self.awareness_range, degrees=(self.awareness,),

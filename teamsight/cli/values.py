@@ -85,6 +85,11 @@ def runs(default: int | None, help: str, shown: str = "") -> Any:
     return count(default, help, most=MOST_RUNS, shown=shown)
 
 
+def period(default: float, help: str) -> Any:
+    """Declare a period of robots [steps]."""
+    return number(default, help, least=1, most=MOST_STEPS)
+
+
 def steps(default: int, help: str = "Number of steps of each run.") -> Any:
     """Declare a number of steps."""
     return count(default, help, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")

@@ -115,7 +115,7 @@ def test_the_log_survives_all_that_changes_groups(plan: list[tuple[int, str, int
         if what == "remove" and len(group) > 1:
             group[pick % len(group)].remove()
         elif what in ("add", "crowd"):
-            group.add(20 if what == "crowd" else 1)
+            group.add(20 if what == "crowd" else 1, awareness_range=1.0)
         elif what == "move":
             group[pick % len(group)].position = (pick % 4 - 1.5, 1)
         elif what == "switch":
