@@ -17,7 +17,6 @@ from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
-from teamsight.agents.group import Group
 from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
@@ -238,7 +237,6 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world in which single {group.name} have the policies "
                 f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
             )
-        state = layout(take_rows(group.policy_state, stays, len(group)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
