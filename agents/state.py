@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.arrivals import forget_members
 from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
@@ -150,24 +149,6 @@ class StateKeeper:
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
             restore_events(self._model, data, saved.events)
-
-    def _let_go(self, group: Group, old: GroupState) -> None:
-        """Take those agents out of a group that have arrived after a state was saved."""
-        if group.members_so_far == old.members_so_far:
-            return
-        stays = np.isin(group.bodies.member, old.bodies.member)
-        if not stays.all():
-            for agent, remains in zip(group.agents, stays, strict=True):
-                if not remains:
-                    self._model.deregister_agent(agent)
-                    agent.row = -1
-            group.agents = [agent for agent, remains in zip(group.agents, stays, strict=True) if remains]
-            for row, agent in enumerate(group.agents):
-                agent.row = row
-            group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
-            group.bodies = group.bodies.rows(stays)
-        # The next to arrive get the numbers that they would have had, and with them the same noise.
-        forget_members(group, old.members_so_far)
 
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""
