@@ -18,8 +18,8 @@ from typing import Any
 
 from components import measure_components
 from conditions import measure_conditions
-from events import measure_events
 from cycles import measure_cycles
+from events import measure_events
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
