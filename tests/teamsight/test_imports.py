@@ -21,6 +21,7 @@ FOLDERS = ("agents", "policies", "world", "analysis")
 
 # The paper's model imports 141 modules of the package, 16 of them policies and their interface.
 MOST_MODULES, MOST_POLICIES = 165, 20
+# The paper's model imports 164 modules of the package, 16 of them policies and their interface.
 MOST_MODULES, MOST_POLICIES = 170, 20
 
 
