@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.centroid import Centroid
     from teamsight.policies.handmade.evasive import Evasive
     from teamsight.policies.handmade.random_walk import RandomWalk
+    from teamsight.policies.handmade.seek_charger import SeekCharger
     from teamsight.policies.handmade.stationary import Stationary
     from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
@@ -51,6 +52,7 @@ _HOMES = {
     "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
     "Policy": "teamsight.policies.interface",
     "RandomWalk": "teamsight.policies.handmade.random_walk",
+    "SeekCharger": "teamsight.policies.handmade.seek_charger",
     "SheppardLazyQ": "teamsight.policies.lazy.sheppard_lazy_q",
     "NeighbourList": "teamsight.core.neighbour_list",
     "Stationary": "teamsight.policies.handmade.stationary",
@@ -64,8 +66,8 @@ _HOMES = {
 __all__ = [
     "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
     "LazyRegression", "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
-    "PolicyArrays", "PolicyState", "RandomWalk", "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "go",
-    "turn_to", "turned",
+    "PolicyArrays", "PolicyState", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "TabularQ",
+    "check_policy", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -98,6 +98,10 @@ class ChargingPlaces(EventSource, NeedsCharge):
             )
             self.world.senses(group, self.places, as_=CHARGERS, sensor=sensor, counts=False)
             self._batteries = found[0]
+            if self.policy is not None and len(group):
+                # So that the group knows it before a run, and a state fits every world that is built alike.
+                before, group[0].policy = group[0].policy, self.policy
+                group[0].policy = before
             self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0]._drain, self._report)
         self.world._engine.watch(self._vicinity)
 
@@ -109,9 +113,9 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def begin(self) -> None:
         """Begin with free places."""
         self._vicinity.place[:] = 0
-        # By member: the speed with which it came, its own policy, and the number of its visits.
+        # By member: the speed with which it came, its own policy by its index in the group, and the number of its visits.
         self._speeds: dict[int, float] = {}
-        self._policies: dict[int, Any] = {}
+        self._policies: dict[int, int] = {}
         self._visits: dict[int, int] = {}
         self._requests: dict[int, Any] = {}
         self._begun: set[int] = set()
@@ -119,8 +123,8 @@ class ChargingPlaces(EventSource, NeedsCharge):
 
     def reset(self) -> None:
         """Give agents their policies back, which stay at a reset."""
-        for member, policy in self._policies.items():
-            self.agent(member).policy = policy
+        for member in list(self._policies):
+            self._give_policy_back(member)
 
     def end(self) -> None:
         """Let all agents go."""
@@ -139,7 +143,9 @@ class ChargingPlaces(EventSource, NeedsCharge):
         """Give an agent whose battery is low the policy for that."""
         if self.policy is not None and member not in self._policies:
             agent = self.agent(member)
-            self._policies[member] = agent.policy
+            before = agent.policy
+            known = self._its_group().policies
+            self._policies[member] = next(index for index, policy in enumerate(known) if policy is before)
             agent.policy = self.policy
 
     def come(self, member: int, place: int) -> None:
@@ -182,7 +188,6 @@ class ChargingPlaces(EventSource, NeedsCharge):
 
     def left(self, agent: Body, member: int) -> None:
         """Free the place of an agent that has left."""
-        self._policies.pop(member, None)
         self._let_go(member)
 
     def save(self) -> Any:
@@ -213,9 +218,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
         request, agent = self._requests.pop(member, None), self.agent(member)
         if agent is not None and member in self._speeds and agent.speed == 0.0:
             agent.speed = self._speeds[member]
-        if agent is not None and member in self._policies:
-            agent.policy = self._policies[member]
-        self._policies.pop(member, None)
+        self._give_policy_back(member)
         if request is None:
             return
         self._speeds.pop(member, None)
@@ -227,6 +230,11 @@ class ChargingPlaces(EventSource, NeedsCharge):
             resource.release(request)
         else:
             request.cancel()
+
+    def _give_policy_back(self, member: int) -> None:
+        agent, index = self.agent(member), self._policies.pop(member, None)
+        if agent is not None and index is not None:
+            agent.policy = self._its_group().policies[index]
 
     def _members_of(self, requests: list[Any]) -> list[int]:
         member_of = {id(request): member for member, request in self._requests.items()}

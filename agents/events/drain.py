@@ -33,6 +33,10 @@ class DrainArrays(NamedTuple):
         Who takes part; others drain nothing.
     moved : ndarray, shape (n, 2), float64
         The displacement of the last step [length].
+    decided_at : ndarray, shape (n,) or (0,), int64
+        The tick at which each last decided; empty if all active agents decide at every step.
+    moment : ndarray, shape (1,), int64
+        The tick of the present positions.
     charge : ndarray, shape (n,), float64
         Written: the charge.
     supply : ndarray, shape (members,), float64
@@ -46,6 +50,8 @@ class DrainArrays(NamedTuple):
     member: Annotated[Integers, "n"]
     active: Annotated[npt.NDArray[np.bool_], "n"]
     moved: Annotated[Floats, "n", 2]
+    decided_at: Annotated[Integers, "deciding"]
+    moment: Annotated[Integers, 1]
     charge: Annotated[Floats, "n"]
     supply: Annotated[Floats, "members"]
     level: Annotated[Integers, "members"]
@@ -72,7 +78,9 @@ def _drain(address: int) -> int:
         elif here.active[i]:
             x = here.moved[i, 0]
             y = here.moved[i, 1]
-            charge -= here.per_tick + here.per_decision + here.per_distance * math.sqrt(x * x + y * y)
+            has_decided = here.decided_at.shape[0] == 0 or here.decided_at[i] == here.moment[0] - 1
+            decision = here.per_decision if has_decided else 0.0
+            charge -= here.per_tick + decision + here.per_distance * math.sqrt(x * x + y * y)
         # Ten drains of 0.1 must empty a battery of 1.
         charge = charge if charge > rounding else 0.0
         here.charge[i] = charge
@@ -125,9 +133,10 @@ class Drain(Watcher):
     def bind(self, bound: Bound) -> None:
         """Pack the record from the present arrays."""
         self.make_room()
-        bodies, charge = self._group.bodies, self._group.columns.array(self._column)
+        bodies, charge, table = self._group.bodies, self._group.columns.array(self._column), self._group.timetable
         self.record = DRAIN.pack(DrainArrays(
-            bodies.member, bodies.active, bodies.moved, charge, self.supply, self.level, *self._rates
+            bodies.member, bodies.active, bodies.moved, np.zeros(0, np.int64) if table is None else table.decided_at,
+            bound.moment, charge, self.supply, self.level, *self._rates,
         ))  # fmt: skip
 
     def happened(self) -> None:

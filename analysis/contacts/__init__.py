@@ -8,6 +8,7 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.analysis.contacts.figure import draw
+    from teamsight.analysis.contacts.networks import snapshot, to_networkx
     from teamsight.analysis.contacts.percolation import Percolation, percolation
     from teamsight.analysis.contacts.sources import of_log, of_positions, of_trajectory, of_world
     from teamsight.analysis.contacts.temporal_graph import TemporalGraph
@@ -21,8 +22,13 @@ _HOMES = {
     "of_trajectory": "teamsight.analysis.contacts.sources",
     "of_world": "teamsight.analysis.contacts.sources",
     "percolation": "teamsight.analysis.contacts.percolation",
+    "snapshot": "teamsight.analysis.contacts.networks",
+    "to_networkx": "teamsight.analysis.contacts.networks",
 }
 
-__all__ = ["Percolation", "TemporalGraph", "draw", "of_log", "of_positions", "of_trajectory", "of_world", "percolation"]
+__all__ = [
+    "Percolation", "TemporalGraph", "draw", "of_log", "of_positions", "of_trajectory", "of_world", "percolation",
+    "snapshot", "to_networkx",
+]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import networkx as nx
 import numpy as np
 
+from teamsight.analysis.contacts.temporal_graph import TemporalGraph
 from teamsight.core import checks
-
-if TYPE_CHECKING:
-    from teamsight.analysis.contacts.temporal_graph import TemporalGraph
 
 
 def snapshot(graph: TemporalGraph, time: float) -> nx.Graph | nx.DiGraph:
@@ -47,8 +43,13 @@ def snapshot(graph: TemporalGraph, time: float) -> nx.Graph | nx.DiGraph:
     return network
 
 
-def temporal(graph: TemporalGraph) -> nx.Graph | nx.DiGraph:
+def to_networkx(graph: TemporalGraph) -> nx.Graph | nx.DiGraph:
     """Return one graph of all contacts.
+
+    Parameters
+    ----------
+    graph : TemporalGraph
+        The graph.
 
     Returns
     -------

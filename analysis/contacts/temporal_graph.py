@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -12,9 +11,6 @@ from numpy.typing import NDArray
 from teamsight.analysis.contacts import connectivity, intervals
 from teamsight.analysis.contacts.frames import Edges
 from teamsight.core import checks
-
-if TYPE_CHECKING:
-    import networkx as nx
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -144,18 +140,6 @@ class TemporalGraph:
             known = ", ".join(map(str, self.identity[:8].tolist())) + ", …" * (self.robots > 8)
             raise ValueError(f"robot={checks.shown(robot)}: not in the record; known are {known}")
         return int(found[0])
-
-    def snapshot(self, time: float) -> nx.Graph | nx.DiGraph:
-        """Return the graph at a time, that of the last frame at or before it; see `networks.snapshot`."""
-        from teamsight.analysis.contacts import networks
-
-        return networks.snapshot(self, time)
-
-    def to_networkx(self) -> nx.Graph | nx.DiGraph:
-        """Return one graph of all contacts, with their intervals as attributes; see `networks.temporal`."""
-        from teamsight.analysis.contacts import networks
-
-        return networks.temporal(self)
 
     @cached_property
     def _spans(self) -> intervals.Spans:

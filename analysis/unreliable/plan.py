@@ -128,8 +128,7 @@ class Plan:
                             seed = model_seed(self.seed, replicate, robots, TARGETS, radius)
                             named = {"sweep": sweep, "value": value, "policy": policy, "aware": aware}
                             named |= {**world, "replicate": replicate, "seed": seed}
-                            failing = "events" in parameters
-                            yield named, Run(parameters, seed, self.steps, measure, failing_team if failing else None)
+                            yield named, Run(parameters, seed, self.steps, measure)
 
     def _treatments(self) -> Iterator[tuple[str, float, dict[str, Any]]]:
         """Yield the sweep, its value and the parameters of CMOMMT that it changes."""
@@ -143,15 +142,6 @@ class Plan:
         for period in self.periods:
             # Robots are not in step, as in a team without a common clock.
             yield "periods", float(period), {} if period == 1 else {"cycle": Cycle(period, phase="random")}
-
-
-def failing_team(*, events: Any, rng: int, **parameters: Any) -> World:
-    """Return a CMOMMT whose robots fail."""
-    from teamsight.agents.cmommt import CMOMMT
-
-    world = CMOMMT(**parameters, rng=rng)
-    world.attach(events, world.robots)
-    return world
 
 
 def time_to_failure(availability: float, repair: float) -> float:

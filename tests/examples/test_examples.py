@@ -17,7 +17,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 # Each of these shows one thing that a user can build without reading the source, in a script of under 40 lines.
 SHORT = (
-    "arrivals", "charging", "hidden_targets", "leader", "nearest_teammates", "noisy_sensor",
+    "arrivals", "hidden_targets", "leader", "nearest_teammates", "noisy_sensor",
     "teammate_headings",
 )  # fmt: skip
 
@@ -88,10 +88,25 @@ def test_followers_stay_with_their_leader(run: Run) -> None:
     assert float(last[1]) < 2
 
 
-@pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
-def test_rovers_charge_or_stop(run: Run) -> None:
-    output = run("charging")
-    assert 0 < int(re.findall(r"(\d+) of 16 rovers are empty; path: step by step", output)[0]) < 16
+def test_more_chargers_make_shorter_queues(run: Run) -> None:
+    found = re.findall(r"chargers: (\d); (\d+)% .* charged, after (\d+) ticks in the queue; path: comp", run("patrol"))
+    assert [int(chargers) for chargers, _, _ in found] == [1, 2, 4]
+    observed, waited = ([int(row[k]) for row in found] for k in (1, 2))
+    assert waited[0] > 2 * waited[1] > 4 * waited[2]
+    assert observed == sorted(observed)
+
+
+def test_a_convoy_closes_the_gaps_of_those_that_fail(run: Run) -> None:
+    output = run("convoy")
+    rows = re.findall(r"(\d+) have failed, (\d+) are catching up, and (\d+) follow the leader at ([\d.]+) to ([\d.]+)", output)
+    assert len(rows) == 10
+    assert any(int(failed) for failed, *_ in rows)
+    for failed, late, rest, least, largest in rows:
+        assert int(failed) + int(late) + int(rest) == 12
+        assert 0.2 <= float(least) <= float(largest) < 1
+    # In the end all that drive are in line again.
+    assert rows[-1][1] == "0"
+    assert "path: compiled" in output
 
 
 def test_robots_arrive_and_leave_on_the_compiled_path(run: Run) -> None:

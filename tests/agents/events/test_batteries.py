@@ -55,6 +55,22 @@ def test_the_charge_is_the_capacity_less_the_drains(
         assert world.events.equals(twin.events)
 
 
+def test_only_decisions_drain_per_decision() -> None:
+    world = make()
+    robots = world.groups[0]
+    robots.cycle = 4
+    world.attach(Batteries(10.0, 0.0, per_tick=0.125, per_decision=0.5), robots)
+    charge, seen = 10.0, []
+    for tick in range(12):
+        charge -= 0.125 + (0.5 if tick % 4 == 0 else 0.0)
+        world.step()
+        seen.append(robots.battery.tolist() == [charge] * 6)  # type: ignore[attr-defined]
+    assert all(seen)
+    world.reset()
+    world.run(12)
+    assert robots.battery.tolist() == [charge] * 6  # type: ignore[attr-defined]
+
+
 def test_an_empty_battery_stops_a_robot_until_it_is_charged() -> None:
     world = make(Batteries(1.0, 0.0, per_tick=0.1, low_level=0.35))
     robots = world.groups[0]

@@ -12,6 +12,7 @@ import pytest
 
 from teamsight import Body, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.events import Batteries, ChargingPlaces, EventSource, Exponential, Failures
+from teamsight.policies import SeekCharger
 
 
 def make(*sources: EventSource, robots: int = 6, seed: int = 1, arena: Any = None) -> World:
@@ -153,6 +154,37 @@ def test_queues_agree_with_the_formula_of_m_m_c() -> None:
     for values, formula in ((waited, expected), (waited > 1e-9, waits), (served, mean)):
         batches = np.asarray(values, float).reshape(30, -1).mean(axis=1)
         assert abs(batches.mean() - formula) < 6.5 * batches.std(ddof=1) / math.sqrt(30)
+
+
+def patrol() -> World:
+    places = ChargingPlaces([(0, 0), (1, 1)], rate=0.4, policy=SeekCharger())
+    return make(Batteries(2.5, 0.5, per_tick=0.01, low_level=1.5), places, robots=12, seed=3)
+
+
+def test_robots_that_are_low_go_to_a_place_and_return_to_their_policy() -> None:
+    one, stepped, other = patrol(), patrol(), patrol()
+    robots = one.groups[0]
+    one.run(250)
+    assert (one.events["what"] == "charged").sum() > 10
+    assert one.path == "compiled"
+    low = set(one.events[one.events["what"] == "low"]["agent"])
+    assert {type(robot.policy).__name__ for robot in robots} <= {"ACmommt", "SeekCharger"}
+    assert len(low) > 6
+    for _ in range(250):
+        stepped.step()
+    other.run(120)
+    saved = pickle.loads(pickle.dumps(other.state()))
+    other.run(10)
+    other.reset()
+    assert {type(robot.policy).__name__ for robot in other.groups[0]} == {"ACmommt"}
+    other.run(250)
+    third = patrol()
+    third.restore(saved)
+    third.run(130)
+    for world in (stepped, other, third):
+        assert_same(one, world)
+    one.detach(one.sources[1])
+    assert {type(robot.policy).__name__ for robot in robots} == {"ACmommt"}
 
 
 @pytest.mark.parametrize("arena", [Torus(4, 6), Box(4, 6)])

@@ -12,7 +12,15 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
 from teamsight.analysis import contacts
-from teamsight.analysis.contacts import TemporalGraph, of_log, of_positions, of_trajectory, of_world
+from teamsight.analysis.contacts import (
+    TemporalGraph,
+    of_log,
+    of_positions,
+    of_trajectory,
+    of_world,
+    snapshot,
+    to_networkx,
+)
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -50,7 +58,7 @@ def test_every_frame_is_what_networkx_finds(seed: int, directed: bool, torus: bo
     graph = of_positions(range(len(position)), position, reach, Torus(4.0, 4.0) if torus else None, directed=directed)
     for frame, network in enumerate(_networks(position, reach, 4.0 if torus else 0.0)):
         wanted = network if directed else network.to_undirected(reciprocal=True)
-        found = graph.snapshot(frame)
+        found = snapshot(graph, frame)
         assert set(found) == set(wanted)
         assert set(found.edges) == {edge if directed else tuple(sorted(edge)) for edge in wanted.edges}
         parts = list((nx.weakly_connected_components if directed else nx.connected_components)(wanted))
@@ -151,7 +159,7 @@ def test_a_robot_that_fails_ends_its_contacts() -> None:
         ["b", "c", 4.0, 5.0, "presence", "record"],
     ]
     assert graph.gaps["absence"].tolist() == [True, True]
-    network = graph.to_networkx()
+    network = to_networkx(graph)
     assert network.nodes["c"]["present"] == [(0.0, 2.0), (4.0, 5.0)]
     assert network.edges["a", "c"] == {"contacts": [(0.0, 2.0), (4.0, 5.0)], "total": 3.0}
     assert np.isnan(graph.time_since_contact()[2:4, 2]).all()
@@ -217,7 +225,7 @@ def test_nobody_and_nothing(shape: tuple[int, int, int]) -> None:
     assert isinstance(graph, TemporalGraph)
     assert (len(graph.contacts), len(graph.gaps), len(graph.components)) == (0, 0, shape[0])
     assert graph.time_since_contact().shape == shape[:2]
-    assert len(graph.to_networkx()) == shape[1]
+    assert len(to_networkx(graph)) == shape[1]
 
 
 def test_wrong_input_is_named() -> None:
@@ -231,7 +239,7 @@ def test_wrong_input_is_named() -> None:
         (lambda: of_positions([0, 1], place, -1.0), "at least 0"),
         (lambda: of_positions([0, 1], half, 1.0), "NaN in both coordinates"),
         (lambda: of_positions([0, 1], place, 3.0, Torus(4.0, 4.0)), "3"),
-        (lambda: of_positions([0, 1], place, 1.0).snapshot(-1), "before the first frame, 0; give a later"),
+        (lambda: snapshot(of_positions([0, 1], place, 1.0), -1), "before the first frame, 0; give a later"),
         (lambda: of_positions([0, 1], place, 1.0).time_since_contact("x"), "not in the record; known are 0, 1, 2"),
         (lambda: of_world(CMOMMT(robots=2, rng=1)), "record_positions"),
     ):
