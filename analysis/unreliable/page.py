@@ -16,7 +16,7 @@ _HEADINGS = {
     "failures": ("Failures", "availability"),
     "periods": ("Sensing periods", "period"),
 }
-_COLUMNS = ("observed with [%]", "without [%]", "gain [points]", "δ", "bounds of δ", "neighbours")
+_COLUMNS = ("observed with [%]", "without [%]", "gain [points]", "δ", "bounds of δ", "neighbours with", "without")
 
 
 def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
@@ -80,7 +80,8 @@ def _row(point: dict[Any, Any]) -> list[str]:
     gain = _interval(point, "gain")
     high = f"{point['delta_safe']}" if point["supported"] else "too few runs"
     bounds = f"{point['delta_low']} to {high}"
-    return [*named, *observed, gain, f"{point['delta']}", bounds, f"{point['neighbours']:.2f}"]
+    neighbours = [f"{point[name]:.2f}" for name in ("neighbours", "unaware_neighbours")]
+    return [*named, *observed, gain, f"{point['delta']}", bounds, *neighbours]
 
 
 def _range(point: Any) -> str:

@@ -48,7 +48,7 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
 
 
 WITH_CODE = [
-    "agents", "arenas", "awareness", "extending", "learning", "model", "notebooks", "policies", "sensors", "time",
+    "agents", "arenas", "awareness", "contacts", "extending", "learning", "model", "notebooks", "policies", "sensors", "time",
 ]  # fmt: skip
 
 
