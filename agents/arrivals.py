@@ -97,7 +97,7 @@ def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
     size, tick, so_far = len(group), data.timeline.tick, group.members_so_far
     fresh = Action(np.zeros((count, 2)), np.zeros(count))
     new = Timetable.made(group.number, cycle, np.arange(count), count, np.full(count, -1), fresh)
-    both = table.followed_by(new)
+    both = table.followed_by(new, so_far)
     members = np.append(group.bodies.member, np.arange(so_far, so_far + count))
     both.begin(np.arange(size, size + count), data.key, members, tick)
     return both

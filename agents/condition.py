@@ -30,7 +30,7 @@ def set_active(data: WorldData, engine: Engine, agent: Body, active: bool) -> No
     if group.bodies.active[row] != active:
         with deferred():
             group.bodies.active[row] = active
-            _see_again(group, engine)
+            engine.change(group, row)
             data.sources.note_change("active" if active else "inactive", agent)
 
 
@@ -43,16 +43,10 @@ def set_works(data: WorldData, engine: Engine, agent: Body, channel: str, works:
     if array[row] != works:
         with deferred():
             array[row] = works
-            _see_again(group, engine)
+            engine.change(group, row)
 
 
 def note_conditions(group: Group) -> None:
     """Note whether an agent of a group is inactive, or a sensor out of order, after its arrays were replaced."""
     works = all(channel.works.all() for channel in group.channels.values())
     group.has_conditions = group.has_conditions or not (works and group.bodies.active.all())
-
-
-def _see_again(group: Group, engine: Engine) -> None:
-    engine.is_seen = False
-    if not group.has_conditions:
-        group.has_conditions, engine.is_bound = True, False

@@ -163,7 +163,8 @@ class Cycle:
     def __repr__(self) -> str:
         parts = {"period": self.period, "phase": self.phase, "jitter": self.jitter, "delay": self.delay}
         usual = {"phase": 0.0, "jitter": 0.0, "delay": 0}
-        shown = [f"{name}={checks.shown(one)}" for name, one in parts.items() if one != usual.get(name)]
+        # In full: runs with equal texts count as one.
+        shown = [f"{name}={one!r}" for name, one in parts.items() if one != usual.get(name)]
         return f"Cycle({', '.join(shown)})"
 
 
@@ -184,6 +185,29 @@ def cycle_of(value: Any) -> Cycle:
             f"cycle={checks.shown(value)}: must be a period [ticks] or a Cycle, such as Cycle(5, phase='random')"
         )
     return Cycle(period=checks.number("cycle", value, least=1))
+
+
+def check_run(value: CycleLike, steps: int) -> None:
+    """Refuse a cycle in which a robot senses once at most in a run of so many steps.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming a cycle that fits; and as for `cycle_of`.
+    """
+    cycle = cycle_of(value)
+    longest = float(np.max(np.asarray(cycle.period)))
+    if longest > max(steps, 1):
+        raise ValueError(
+            f"cycle={longest:g}: is a period longer than the run of {steps:,} steps, in which a robot would decide at "
+            f"most once; give at most {steps:,} ticks, or more steps"
+        )
+    latest = 0.0 if isinstance(cycle.phase, str) else float(np.max(np.asarray(cycle.phase)))
+    if latest > max(steps - 1, 0):
+        raise ValueError(
+            f"phase={latest:g}: is after the last step of the run of {steps:,} steps, so that a robot would never "
+            "decide; give an earlier one, or more steps"
+        )
 
 
 def drawn_phases(numbers: CycleNumbers, key: npt.NDArray[np.uint64], stream: int, member: Integers) -> Floats:

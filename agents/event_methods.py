@@ -142,6 +142,13 @@ class EventMethods(Measures):
         """The event log: one row for each event, in the order in which they happened.
 
         The columns are time (exact) and tick (completed steps) [ticks], what, group, agent (`unique_id`), source, and
-        one for each detail. ``world.events.to_parquet("events.parquet")`` writes it to a file.
+        one for each detail. ``world.events.to_parquet("events.parquet")`` writes it to a file. Contacts that
+        `log_contacts` logs are rows too, with the columns other (`unique_id`) and channel; if the channel counts in the
+        observed fraction, also when each agent is observed and no longer observed.
         """
-        return self._data.sources.events.frame()
+        log = self._data.sources.events
+        if self.sources:
+            from teamsight.agents.events.contact_rows import with_contacts
+
+            log = with_contacts(log, self.sources, self.agents)
+        return log.frame()

@@ -16,23 +16,23 @@ from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, check_names, column, turn_columns
 from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.condition import set_active, set_works
-from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.mesa_bases import Agent, Model
-from teamsight.agents.new_timetable import new_timetable, put_timetable
+from teamsight.agents.new_timetable import put_timetable
 from teamsight.agents.places import checked_positions
-from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
+from teamsight.agents.resolve import awareness_of, check_channels, policy_of
 from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timetabling import (
     back_to_group,
-    check_not_recorded,
+    begin_policy,
     check_policies,
     set_cycle_of_one,
     set_policy_of_one,
+    timetable_with,
 )
 from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
@@ -170,10 +170,7 @@ class WorldHost:
         turning = bodies.turn_cosine, bodies.turn_sine
         if "turn_limit" in given:
             turning = turn_columns(given["turn_limit"], size)
-        table = group.timetable
-        if "cycle" in given and (table or cycle_of(given["cycle"]) != EVERY_STEP):
-            check_not_recorded(self._engine, group, f"cycle={checks.shown(given['cycle'])}")
-            table = new_timetable(self._data, group, cycle_of(given["cycle"]))
+        table = timetable_with(self._data, self._engine, group, given["cycle"]) if "cycle" in given else None
         policy, awareness = before = group.rules
         if "awareness" in given:
             awareness = awareness_of(given["awareness"])
@@ -185,24 +182,21 @@ class WorldHost:
             raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
         try:
             group.rules = policy, awareness
-            team = team_of(self._data.groups, group)
-            check_fit(group, team)
-            if policy is before[0]:
-                check_policies(group, group.policies[1:], team)
+            stay = group.policies if policy is before[0] else [policy]
+            check_policies(group, stay, team_of(self._data.groups, group))
             state = first_state(policy, size) if policy is not before[0] else None
         except BaseException:
             group.rules = before
             raise
         with deferred():
+            if "policy" in given and policy is before[0]:
+                back_to_group(group)
             group.ranges = ranges[0], ranges[1]
             bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
-            if table is not group.timetable and table is not None:
+            if table is not None:
                 put_timetable(group, table)
-            if "policy" in given:
-                back_to_group(group)
             if policy is not before[0]:
-                group.others = []
-                group.begin(state)
+                begin_policy(group, state)
             self._engine.is_bound = False
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:

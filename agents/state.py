@@ -10,14 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.arrivals import forget_members
 from teamsight.agents.condition import note_conditions
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
-from teamsight.agents.group import Group
 from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
@@ -152,24 +150,6 @@ class StateKeeper:
             self._continue(saved.seed, saved.tick, saved.history)
             restore_events(self._model, data, saved.events)
 
-    def _let_go(self, group: Group, old: GroupState) -> None:
-        """Take those agents out of a group that have arrived after a state was saved."""
-        if group.members_so_far == old.members_so_far:
-            return
-        stays = np.isin(group.bodies.member, old.bodies.member)
-        if not stays.all():
-            for agent, remains in zip(group.agents, stays, strict=True):
-                if not remains:
-                    self._model.deregister_agent(agent)
-                    agent.row = -1
-            group.agents = [agent for agent, remains in zip(group.agents, stays, strict=True) if remains]
-            for row, agent in enumerate(group.agents):
-                agent.row = row
-            group.columns.replace({name: array[stays] for name, array in group.columns.arrays().items()})
-            group.bodies = group.bodies.rows(stays)
-        # The next to arrive get the numbers that they would have had, and with them the same noise.
-        forget_members(group, old.members_so_far)
-
     def reset(self, rng: int | None = None) -> None:
         """Start again; see `World.reset`."""
         data = self._data
@@ -238,7 +218,6 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world in which single {group.name} have the policies "
                 f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
             )
-        state = layout(take_rows(group.policy_state, stays, len(group)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "

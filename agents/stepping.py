@@ -25,6 +25,10 @@ from teamsight.policies.registry import label
 WAITING = "a process waits for a condition in Python, world.until(…)"
 
 
+#: Of the warning for a group that does not decide.
+IDLE = "idle"
+
+
 class Stepper:
     """Advances a world.
 
@@ -39,7 +43,7 @@ class Stepper:
         self._timeline = data.timeline
         self._overrides_step = overrides_step
         # Why steps were made one by one; the user was warned of each reason.
-        self.warned: set[str] = set()
+        self.warned: set[str | tuple[str, str]] = set()
         self.is_closed = False
 
     def step(self) -> None:
@@ -69,6 +73,7 @@ class Stepper:
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
+        self._warn_of_idle(end + timeline.jumps)
         try:
             self.finish_tick()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
@@ -194,6 +199,20 @@ class Stepper:
                 self._warn(
                     f"the policy of {group.name}, {label(policy)}, reads targets, and the group senses none; "
                     f"declare what it senses: world.senses({group.name}, others)"
+                )
+
+    def _warn_of_idle(self, end: int) -> None:
+        """Warn of a group none of whose robots has decided yet, or will before a tick."""
+        for group in self._data.groups:
+            table = group.timetable
+            if table is not None and len(group) and (table.decided_at < 0).all() and (table.next_at >= end).all():
+                if (group.name, IDLE) in self.warned:
+                    continue
+                self.warned.add((group.name, IDLE))
+                self._warn(
+                    f"none of {group.name} decides before tick {end:,}, so all stay; the first does at tick "
+                    f"{int(table.next_at.min()):,}: give them an earlier phase, as in {group.name}.cycle = Cycle(5), "
+                    "or make more steps"
                 )
 
     def _warn_of_stop(self) -> None:

@@ -119,12 +119,13 @@ class Timetable:
                 changed[field.name] = np.ascontiguousarray(getattr(self, field.name)[which])
         return Timetable(**changed)
 
-    def followed_by(self, other: Timetable) -> Timetable:
-        """Return a copy of these robots' timetable, then of others', who join them."""
+    def followed_by(self, other: Timetable, members_so_far: int) -> Timetable:
+        """Return a copy of these robots' timetable, then of others', who join the members that there were so far."""
         changed: dict[str, Any] = {"group": self.group}
-        for name in ("numbers", "first"):
-            pairs = zip(getattr(self, name), getattr(other, name), strict=True)
-            changed[name] = CycleNumbers._make(np.concatenate(pair) for pair in pairs)
+        pairs = zip(self.numbers, other.numbers, strict=True)
+        changed["numbers"] = CycleNumbers._make(np.append(mine, theirs) for mine, theirs in pairs)
+        pairs = zip(self.first, other.first, strict=True)
+        changed["first"] = CycleNumbers._make(np.append(mine[:members_so_far], theirs) for mine, theirs in pairs)
         slots, more = len(self.arrives_at), len(other.start)
         for field in fields(self):
             if field.name in changed:

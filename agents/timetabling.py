@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from teamsight.agents.cycle import cycle_of
+from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.new_timetable import new_timetable, put_timetable
 from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import first_state
 from teamsight.agents.resolve import check_channels, check_fit, policy_of
+from teamsight.agents.timetable import Timetable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import PolicyState
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.engine.engine import Engine
     from teamsight.agents.world_data import WorldData
+
+Integers = npt.NDArray[np.int64]
 
 _WHEN = "plan it with world.clock.at(world.clock.now, …)"
 
@@ -34,13 +38,22 @@ def check_not_recorded(engine: Engine, group: Group, what: str) -> None:
         )
 
 
+def timetable_with(data: WorldData, engine: Engine, group: Group, value: Any) -> Timetable | None:
+    """Return the timetable of a group with another cycle, which begins now; None if it goes on without one."""
+    cycle = cycle_of(value)
+    if cycle != EVERY_STEP:
+        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
+    return new_timetable(data, group, cycle) if group.timetable or cycle != EVERY_STEP else None
+
+
 def set_cycle_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) -> None:
     """Give one robot a cycle that begins now; a reset goes back to that of the group."""
     data.timeline.check_undecided("cycle", _WHEN)
     group, row = agent.group, agent.row
     cycle = cycle_of(value)
     given = cycle.numbers(1)
-    check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
+    if cycle != EVERY_STEP:
+        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
     table = group.timetable or new_timetable(data, group)
     with deferred():
         slots = len(table.arrives_at)
@@ -66,7 +79,7 @@ def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) 
     table = group.timetable or new_timetable(data, group)
     with deferred():
         if index >= 0:
-            start_again(group, index, row)
+            start_again(group, index, np.array([row]))
         else:
             index = len(others)
         table.policy[row] = index
@@ -92,12 +105,19 @@ def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None
         group.rules = before
 
 
+def begin_policy(group: Group, state: Any) -> None:
+    """Let all robots decide by a new policy of the group, which has been set, with its first state."""
+    group.others = []
+    if group.timetable is not None:
+        group.timetable.policy[:] = 0
+    group.begin(state)
+
+
 def back_to_group(group: Group) -> None:
     """Let all robots decide by the policy of the group; those that had another begin anew."""
     table = group.timetable
-    if table is not None:
-        for row in np.flatnonzero(table.policy):
-            start_again(group, 0, int(row))
+    if table is not None and table.policy.any():
+        start_again(group, 0, np.flatnonzero(table.policy))
         table.policy[:] = 0
 
 
@@ -114,9 +134,9 @@ def _is_equal(one: Any, other: Any) -> bool:
     return bool(hasattr(type(one), "__dataclass_fields__") and one == other)
 
 
-def start_again(group: Group, index: int, row: int) -> None:
-    """Set the state of one robot to that before the first decision of a policy."""
-    size, rows = len(group), np.array([row])
+def start_again(group: Group, index: int, rows: Integers) -> None:
+    """Set the state of some robots to that before the first decision of a policy."""
+    size = len(group)
     policy, state = group.policies[index], group.states[index]
     fresh = take_rows(first_state(policy, size), rows, size)
     if isinstance(state, PolicyState):

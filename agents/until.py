@@ -217,17 +217,17 @@ class Until:
         self._waits.add(aim, event)
         return event
 
-    def _check_agent(self, shown: str, agent: Any) -> None:
+    def _check_agent(self, shown: str, agent: Any, *, may_have_left: bool = False) -> None:
         if not isinstance(agent, Body):
             raise TypeError(f"{shown}: must be an agent of this world, such as robots[0]")
-        if agent._row < 0:
+        if agent._row < 0 and not may_have_left:
             raise AgentLeftError(f"{shown}: {agent!r} has left the world")
         if not any(group is agent.group for group in self._data.groups):
             raise ValueError(f"{shown}: {agent!r} is in another world; give an agent of this one")
 
     def _observable(self, name: str, target: Body) -> Body:
         shown = f"until.{name}({checks.shown(target)})"
-        self._check_agent(shown, target)
+        self._check_agent(shown, target, may_have_left=name == "lost")
         counting = [one for group in self._data.groups for one in group.channels.values() if one.counts]
         if not any(group is target.group for channel in counting for group in channel.observed):
             raise ValueError(
@@ -240,7 +240,7 @@ class Until:
         given = [robot] if other is None else [robot, other]
         shown = f"until.{name}({', '.join(map(checks.shown, given))}, channel={checks.shown(channel)})"
         for agent in given:
-            self._check_agent(shown, agent)
+            self._check_agent(shown, agent, may_have_left=name == "contact_ended")
         self._engine.prepare()
         channels = robot.group.channels
         if channel not in channels:

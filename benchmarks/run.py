@@ -16,7 +16,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from components import measure_components
 from conditions import measure_conditions
+from cycles import measure_cycles
+from events import measure_events
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -30,8 +33,10 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes")
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "conditions")
+PARTS = (
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
+    "components", "processes",
+)  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
 
@@ -54,8 +59,11 @@ def main() -> int:
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),
+        "events": lambda: measure_events(rounds),
+        "cycles": lambda: measure_cycles(rounds),
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
+        "components": lambda: measure_components(min(rounds, 7)),
     }
     agrees = check(c, console)
     rows: list[Row] = []

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from teamsight import Disc, Robot, Target, World
 from teamsight.agents.events import Batteries, ChargingPlaces, Failures
 from teamsight.core.kernel import kernel
@@ -40,9 +38,10 @@ def patrol(chargers: int) -> World:
 for chargers in (1, 2, 4):
     world = patrol(chargers)
     log = world.events
-    times = {what: log[log["what"] == what].groupby("agent")["time"].apply(list) for what in ("queued", "charging")}
-    waits = [b - a for robot in times["charging"].index for a, b in zip(*(times[what][robot] for what in times))]
+    visits = log.assign(visit=log.groupby(["what", "agent"]).cumcount())
+    times = visits.pivot_table(index=["agent", "visit"], columns="what", values="time")
+    waits = (times["charging"] - times["queued"]).dropna()
     print(
         f"chargers: {chargers}; {world.observed_fraction:.0%} of the intruders observed; {len(waits)} times charged, "
-        f"after {math.fsum(waits) / len(waits):.0f} ticks in the queue; path: {world.path}"
+        f"after {waits.mean():.0f} ticks in the queue; path: {world.path}"
     )

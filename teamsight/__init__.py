@@ -18,7 +18,14 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.cycle import Cycle
+    from teamsight.agents.events.arrivals import Arrivals, Departures
+    from teamsight.agents.events.batteries import Batteries
+    from teamsight.agents.events.charging_places import ChargingPlaces
+    from teamsight.agents.events.durations import Constant, Exponential, Times, Weibull
+    from teamsight.agents.events.failures import Failures
+    from teamsight.agents.events.sensor_dropouts import SensorDropouts
     from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.unreliable_awareness import UnreliableAwareness
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.sensing.check import check_sensor
@@ -37,7 +44,18 @@ __version__ = "0.1.0"
 _HOMES = {
     "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
+    "Arrivals": "teamsight.agents.events.arrivals",
+    "Batteries": "teamsight.agents.events.batteries",
+    "ChargingPlaces": "teamsight.agents.events.charging_places",
+    "Constant": "teamsight.agents.events.durations",
+    "Departures": "teamsight.agents.events.arrivals",
     "EventSource": "teamsight.agents.events.source",
+    "Exponential": "teamsight.agents.events.durations",
+    "Failures": "teamsight.agents.events.failures",
+    "SensorDropouts": "teamsight.agents.events.sensor_dropouts",
+    "Times": "teamsight.agents.events.durations",
+    "UnreliableAwareness": "teamsight.agents.events.unreliable_awareness",
+    "Weibull": "teamsight.agents.events.durations",
     "Cycle": "teamsight.agents.cycle",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
@@ -57,9 +75,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "Body", "Box", "Circle", "Cycle", "Disc", "EventSource", "Obstructed", "Polygon", "Robot", "Sensor",
-    "Target", "Torus", "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor",
-    "run_many",
+    "CMOMMT", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle", "Departures",
+    "Disc", "EventSource", "Exponential", "Failures", "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts",
+    "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
+    "check_awareness", "check_policy", "check_sensor", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

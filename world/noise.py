@@ -156,10 +156,17 @@ def uniforms(
     -------
     ndarray, shape (channels, n), float64
     """
+    return np.asarray(uniforms_of_block(key, stream, tick, identity, channels)[tick % TICKS_A_BLOCK])
+
+
+def uniforms_of_block(
+    key: npt.NDArray[np.uint64], stream: int, tick: int, identity: npt.NDArray[np.int64], channels: int
+) -> npt.NDArray[np.float64]:
+    """Return the numbers of `uniforms` of the four ticks around `tick`, shape (4, channels, n), at the cost of one."""
     identity = np.ascontiguousarray(identity, np.int64)
     block = np.empty((TICKS_A_BLOCK, channels, len(identity)))
     _FILL(BLOCK.pack(Block(block, key, stream, tick, identity)))
-    return np.asarray(block[tick % TICKS_A_BLOCK])
+    return block
 
 
 def generator(key: npt.NDArray[np.uint64], stream: int, tick: int, identity: int) -> np.random.Generator:

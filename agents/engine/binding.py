@@ -154,6 +154,7 @@ class Binding:
         search = relation.search
         return RelationArrays(
             search.record,
+            self._group_records[relation.observers.number],
             [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
             relation.everyone, np.concatenate(rows), self._met[_side(relation)],

@@ -7,10 +7,7 @@ there are. Kernels here take the address of the world's record; see `teamsight.a
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-from teamsight.agents.engine.conditions import count_active, count_observers, hide
+from teamsight.agents.engine.conditions import hide
 from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.due import decide_due, list_due, perceive_due
 from teamsight.agents.engine.records import (
@@ -20,13 +17,13 @@ from teamsight.agents.engine.records import (
     GROW_DETECTION,
     GROW_PERCEPT,
     GROW_RELATION,
-    HISTORY_COLUMNS,
     OUTSIDE,
     group_at,
     relation_at,
     world_at,
 )
 from teamsight.agents.engine.relays import relay
+from teamsight.agents.engine.step_records import leave_trail, record_present, record_relation
 from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel, plain
 from teamsight.world.motion import is_action, move_at
@@ -167,50 +164,6 @@ def _find_neighbours(address: int, tick: int) -> int:
 
 
 @kernel
-def _record_relation(address: int, row: Any, stamp: int) -> None:
-    """Write the number of neighbours, the most of one observer, and the number of bodies detected first here."""
-    here = relation_at(address)
-    start = here.neighbours.start
-    observers = start.shape[0] - 1
-    largest = 0
-    for i in range(observers):
-        largest = max(largest, start[i + 1] - start[i])
-    observed = 0
-    for k in range(here.true_start[observers]):
-        body = here.rows[here.true_index[k]]
-        observed += here.met[body] != stamp
-        here.met[body] = stamp
-    row[0] = start[observers]
-    row[1] = largest
-    row[2] = observed
-    if row.shape[0] > HISTORY_COLUMNS:
-        row[3] = count_observers(address)
-        row[4] = 0
-        for g in range(here.counted.shape[0]):
-            row[4] += count_active(here.counted[g])
-
-
-@kernel
-def _leave_trail(address: int) -> None:
-    """Write the positions of all groups; NaN for bodies that are inactive."""
-    world = world_at(address)
-    trail = world.trail[world.progress[0].trail_row]
-    at = 0
-    for g in range(world.groups.shape[0]):
-        move = move_at(group_at(world.groups[g]).move)
-        position = move.position
-        for i in range(position.shape[0]):
-            trail[at + i, 0] = position[i, 0]
-            trail[at + i, 1] = position[i, 1]
-        for i in range(move.active.shape[0]):
-            if not move.active[i]:
-                trail[at + i, 0] = math.nan
-                trail[at + i, 1] = math.nan
-        at += position.shape[0]
-    world.progress[0].trail_row += 1
-
-
-@kernel
 def _watch(address: int, is_step: bool) -> None:
     """Call the watchers, those that see changes between steps or all after a step; note which of them stop the loop."""
     world = world_at(address)
@@ -238,12 +191,12 @@ def _finish(address: int) -> int:
     for number in range(world.logs.shape[0]):
         record_after(world.logs[number])
     for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
+        record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
     progress.row += 1
     progress.tick += 1
     progress.phase = 0
     if world.every > 0 and progress.tick % world.every == 0:
-        _leave_trail(address)
+        leave_trail(address)
     if world.watchers.shape[0] > 0:
         _watch(address, True)
     return DONE
@@ -283,14 +236,7 @@ def _see(address: int) -> int:
     status = _find_neighbours(address, world_at(address).progress[0].tick)
     if status != DONE:
         return status
-    world = world_at(address)
-    # No step has a stamp below 0, but an earlier call of this function may have had this one.
-    for r in range(world.relations.shape[0]):
-        met = relation_at(world.relations[r]).met
-        for body in range(met.shape[0]):
-            met[body] = 0
-    for r in range(world.relations.shape[0]):
-        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
+    record_present(address)
     return DONE
 
 

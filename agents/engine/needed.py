@@ -6,6 +6,7 @@ import weakref
 from collections.abc import Callable
 
 from teamsight.agents.awareness.binding import perceive_entry, situate_entry
+from teamsight.agents.engine.condition_changes import CHANGE
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.relation import needs_detection
 from teamsight.agents.group import Group
@@ -35,6 +36,8 @@ def _entries_of(data: WorldData) -> list[Entry]:
         found += _entries_of_group(group)
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         found += [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
+    if any(group.has_conditions for group in groups):
+        found.append(CHANGE)
     if data.watchers:
         found += [LOOK, *(watcher.entry for watcher in data.watchers)]
     return list(dict.fromkeys(found))

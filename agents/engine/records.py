@@ -109,6 +109,8 @@ class RelationArrays(NamedTuple):
     ----------
     search : Packed of Searching
         The search for neighbours.
+    observers : Packed of GroupArrays
+        The observing group.
     groups : list of Packed of GroupArrays
         The observed groups; their positions are copied to `x` and `y` before a search.
     everyone : ndarray, shape (observed,), int64
@@ -133,6 +135,7 @@ class RelationArrays(NamedTuple):
     """
 
     search: Packed[Searching]
+    observers: Packed[GroupArrays]
     groups: list[Packed[GroupArrays]]
     x: Annotated[Floats, "observed"]
     y: Annotated[Floats, "observed"]

@@ -89,6 +89,16 @@ class ContactLog(EventSource):
         self._watcher.load(data)
 
     @property
+    def observers(self) -> str:
+        """The name of the group whose contacts are logged."""
+        return self._its_group().name
+
+    @property
+    def counts(self) -> bool:
+        """Whether what is sensed in the channel counts in the observed fraction."""
+        return self._its_group().channels[self.channel].counts
+
+    @property
     def contacts(self) -> Contacts:
         """What was logged so far."""
         watcher = self._watcher

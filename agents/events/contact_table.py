@@ -24,7 +24,7 @@ def contact_table(sources: Iterable[Any]) -> pd.DataFrame:
     return pd.DataFrame({
         "tick": joined("tick", np.int64),
         "begun": joined("begun", np.bool_),
-        "group": np.repeat(np.array([log._its_group().name for log in logs], object), rows),
+        "group": np.repeat(np.array([log.observers for log in logs], object), rows),
         "channel": np.repeat(np.array([log.channel for log in logs], object), rows),
         "observer": joined("observer", np.int64),
         "observed": joined("observed", np.int64),

@@ -43,7 +43,7 @@ class Failures(Disabling, Interruptions):
     """
 
     words = "failed", "repaired"
-    _time_to, _lasting = "time_to_failure", "time_to_repair"
+    parameters = "time_to_failure", "time_to_repair"
 
     def __init__(
         self, time_to_failure: float | Duration | Times, time_to_repair: float | Duration | Times | None = None
@@ -69,8 +69,10 @@ class Failures(Disabling, Interruptions):
         """Go back to what `save` returned."""
         self._disabled = dict(data)
 
-    def _begin_for(self, agent: Body, member: int) -> None:
+    def begin_one(self, agent: Body, member: int) -> None:
+        """Let an agent fail."""
         self.disable(member)
 
-    def _end_for(self, agent: Body, member: int) -> None:
+    def end_one(self, agent: Body, member: int) -> None:
+        """Repair an agent."""
         self.enable(member)

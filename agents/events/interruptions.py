@@ -22,17 +22,18 @@ class Interruptions(EventSource):
     ----------
     words : tuple of two str
         What the log says when an interruption begins, and when it ends.
+    parameters : tuple of two str
+        The names of the attributes with the time to an interruption, and with how long it lasts: None for ever.
     """
 
     words: ClassVar[tuple[str, str]]
-    # The time to an interruption, and how long it lasts; None for ever.
-    _time_to, _lasting = "", ""
+    parameters: ClassVar[tuple[str, str]]
 
     def begin(self) -> None:
         """Plan the first interruption of each agent."""
-        time_to: Duration | Times = getattr(self, self._time_to)
+        time_to: Duration | Times = getattr(self, self.parameters[0])
         if isinstance(time_to, Times):
-            time_to.check_to_come(self._time_to, self.now)
+            time_to.check_to_come(self.parameters[0], self.now)
         for member in self.members:
             self._plan_next(member, 0)
 
@@ -45,9 +46,9 @@ class Interruptions(EventSource):
         agent = self.agent(member)
         if agent is None:
             return
-        self._begin_for(agent, member)
+        self.begin_one(agent, member)
         self.log(self.words[0], agent)
-        lasting: Duration | Times | None = getattr(self, self._lasting)
+        lasting: Duration | Times | None = getattr(self, self.parameters[1])
         if isinstance(lasting, Times):
             self._plan_in(lasting.lasting(number, member), "resume", member, number)
         elif lasting is not None:
@@ -58,12 +59,12 @@ class Interruptions(EventSource):
         agent = self.agent(member)
         if agent is None:
             return
-        self._end_for(agent, member)
+        self.end_one(agent, member)
         self.log(self.words[1], agent)
         self._plan_next(member, number + 1)
 
     def _plan_next(self, member: int, number: int) -> None:
-        time_to: Duration | Times = getattr(self, self._time_to)
+        time_to: Duration | Times = getattr(self, self.parameters[0])
         if isinstance(time_to, Times):
             # At the start, the present moment is not over.
             time = time_to.after(math.nextafter(self.now, -1) if number == 0 else self.now, member)
@@ -75,8 +76,10 @@ class Interruptions(EventSource):
         if delay < math.inf:
             self.plan(self.now + delay, method, member, number)
 
-    def _begin_for(self, agent: Body, member: int) -> None:
+    def begin_one(self, agent: Body, member: int) -> None:
+        """Do to an agent what an interruption does."""
         raise NotImplementedError
 
-    def _end_for(self, agent: Body, member: int) -> None:
+    def end_one(self, agent: Body, member: int) -> None:
+        """Undo it."""
         raise NotImplementedError

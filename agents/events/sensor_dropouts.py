@@ -35,7 +35,7 @@ class SensorDropouts(Interruptions):
     """
 
     words = "sensor dropped out", "sensor came back"
-    _time_to, _lasting = "time_to_dropout", "time_to_recovery"
+    parameters = "time_to_dropout", "time_to_recovery"
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class SensorDropouts(Interruptions):
     def end(self) -> None:
         """Repair all sensors."""
         for member in list(self._broken):
-            self._end_for(self.agent(member), member)
+            self.end_one(self.agent(member), member)
 
     def save(self) -> Any:
         """Return whose sensors have dropped out."""
@@ -79,13 +79,15 @@ class SensorDropouts(Interruptions):
         """Go back to what `save` returned."""
         self._broken = dict(data)
 
-    def _begin_for(self, agent: Body, member: int) -> None:
+    def begin_one(self, agent: Body, member: int) -> None:
+        """Break the sensors of an agent."""
         names = tuple(self._its_group().channels) if self.channel is None else (self.channel,)
         self._broken[member] = names
         for name in names:
             agent.break_sensor(name)
 
-    def _end_for(self, agent: Body, member: int) -> None:
+    def end_one(self, agent: Body, member: int) -> None:
+        """Repair those that no other source has broken."""
         for name in self._broken.pop(member, ()):
             if not self._others_break(member, name):
                 agent.repair_sensor(name)

@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from teamsight.agents.group import Group
 from teamsight.core import checks
-from teamsight.world.noise import TICKS_A_BLOCK, Stream, stream_number, uniforms
+from teamsight.world.noise import TICKS_A_BLOCK, Stream, stream_number, uniforms, uniforms_of_block
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.world.clock import Clock, Planned
 
 # The numbers of so many members are drawn at once: more cost hardly more time than one.
-_MEMBERS = 256
+_MEMBERS = 16
 _MOST_BLOCKS = 1024
 # What a planned call can be given: what a saved state can hold, and agents cannot be.
 _PLAIN = frozenset({int, float, str, bool, type(None), np.int64, np.float64, tuple})
@@ -202,17 +202,15 @@ class EventSource:
         if block is None:
             if len(blocks) >= _MOST_BLOCKS:
                 blocks.clear()
-            first = place[0] * TICKS_A_BLOCK
             members = np.arange(place[1] * _MEMBERS, (place[1] + 1) * _MEMBERS)
-            block = [self.randoms(members, first + tick).tolist() for tick in range(TICKS_A_BLOCK)]
-            blocks[place] = block
+            numbers = uniforms_of_block(self.world._data.key, self._stream, index, members, 1)
+            block = blocks[place] = numbers[:, 0].tolist()
         number: float = block[index % TICKS_A_BLOCK][member % _MEMBERS]
         return number
 
     def randoms(self, members: npt.ArrayLike, index: int) -> npt.NDArray[np.float64]:
         """Return the numbers of `random` of many members, shape (n,)."""
-        stream = stream_number(Stream.EVENTS, self.number)
-        numbers = uniforms(self.world._data.key, stream, index, np.asarray(members, np.int64), 1)
+        numbers = uniforms(self.world._data.key, self._stream, index, np.asarray(members, np.int64), 1)
         row: npt.NDArray[np.float64] = numbers[0]
         return row
 
@@ -249,6 +247,10 @@ class EventSource:
                 "World.state for what has happened to this one"
             )
         return vars(self)
+
+    @property
+    def _stream(self) -> int:
+        return stream_number(Stream.EVENTS, self.number)
 
     def _its_group(self) -> Group[Any]:
         if self.group is None:

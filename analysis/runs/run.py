@@ -111,6 +111,13 @@ class Run:
         effort = policy.effort if isinstance(policy, Policy) else 0
         return world + self.steps * robots * effort * _COMPARISON
 
+    def check(self) -> None:
+        """Refuse a cycle with which robots of a `CMOMMT` would not decide in so few steps; see `check_run`."""
+        if self.model is None and "cycle" in self.parameters:
+            from teamsight.agents.cycle import check_run
+
+            check_run(self.parameters["cycle"], self.steps)
+
     def make(self, worlds: ReusedWorlds) -> Any:
         """Run the world and return what is measured."""
         return self.measure(self.begin(worlds), self.steps)

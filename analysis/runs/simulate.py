@@ -75,6 +75,9 @@ def run_all(
         If a job fails; the message contains its settings.
     """
     asked = [(job.key, job) for job in jobs]
+    for _, job in asked:
+        if isinstance(job, Run):
+            job.check()
     distinct = dict(asked)
     results = {} if checkpoint is None else checkpoint.results(distinct)
     # The sort is stable: jobs that are alike keep their order.

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits, values
 from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.agents.events.failures import Failures
 
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
+# Events that are printed; --save-events writes all.
+_MOST_EVENTS = 20
+# Options that are no parameters of the model.
+_FAILING = ("failures", "repair")
 
 
 class RunSettings(Settings):
@@ -26,15 +31,28 @@ class RunSettings(Settings):
     awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
     delta: int = values.sectors(16)
     awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
+    cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
     steps: int = values.steps(600, "Number of steps.")
     seed: int = values.seed(0, "Seed of the world.")
     preset: str | None = values.preset()
+    failures: float | None = values.duration("Mean number of ticks until a robot fails; by default none does.")
+    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired; by default none is.")
+    events: bool = values.flag("Print the event log: who did what when.")
+    save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
     save: Path | None = values.file("Write the history, one row per step, to this Parquet file.")
     force: bool = values.force()
 
     def check(self) -> None:
-        """Refuse a number of sectors without a ring, and worlds that are too large."""
+        """Refuse settings that do not go together, and worlds that are too large."""
+        from teamsight.agents.cycle import check_run
+
         limits.check_sectors(self)
+        if self.repair is not None and self.failures is None:
+            raise ValueError(f"repair={self.repair:g}: no robot fails; give --failures too, or leave --repair out")
+        if self.save is not None and self.save == self.save_events:
+            raise ValueError(f"save={self.save}: is the file of save_events too; give another place for one of them")
+        if self.cycle > 1.0:
+            check_run(self.cycle, self.steps)
         limits.check_worlds(
             self.robots, self.targets, self.radius, self.steps,
             awareness_range=self.awareness_range, degrees=(self.awareness,),
@@ -49,21 +67,18 @@ def run(settings: RunSettings) -> None:
       teamsight run --policy a-cmommt --robots 10 --radius 5
       teamsight run --policy centroid --awareness none --robots 30 --radius 3 --seed 7
       teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
+      teamsight run --failures 500 --repair 50 --events
     """
-    from teamsight import __version__
     from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.analysis.runs import files
     from teamsight.cli.show import Watch
 
-    parameters = settings.values(without=("steps", "seed", "save", "force"))
+    parameters = settings.values(without=("steps", "seed", "save", "save_events", "events", "force", *_FAILING))
     if settings.awareness not in with_option("delta"):
         del parameters["delta"]
-    about = parameters | {"steps": settings.steps, "seed": settings.seed}
-    world = CMOMMT(**parameters, rng=settings.seed)
-    if settings.save:
-        files.check_replaceable(settings.save, about, force=settings.force)
-        files.prepare_folder(settings.save.parent)
+    about = parameters | settings.values(("steps", "seed", *_FAILING))
+    world = CMOMMT(**parameters, events=_failures(settings), rng=settings.seed)
+    _prepare(settings, about)
     began = time.perf_counter()
     with Watch() as watch:
         part = -(-settings.steps // _PARTS)
@@ -71,10 +86,38 @@ def run(settings: RunSettings) -> None:
             world.run(min(part, settings.steps - start))
             watch("running", world.tick, settings.steps)
     taken = time.perf_counter() - began
-    if settings.save:  # before anything is printed, since printing may fail
-        table = world.recording.history.reset_index()
-        files.write_table(settings.save, table, about | {"version": __version__}, force=settings.force)
+    # Before anything is printed, since printing may fail.
+    _write(world, settings, about)
     _print(world, settings, taken)
+
+
+def _failures(settings: RunSettings) -> Failures | None:
+    """Return the source of failures, if there are any."""
+    if settings.failures is None:
+        return None
+    from teamsight.agents.events.failures import Failures
+
+    return Failures(settings.failures, settings.repair)
+
+
+def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
+    """Refuse files that must not be replaced, before the work."""
+    from teamsight.analysis.runs import files
+
+    for place in filter(None, (settings.save, settings.save_events)):
+        files.check_replaceable(place, about, force=settings.force)
+        files.prepare_folder(place.parent)
+
+
+def _write(world: CMOMMT, settings: RunSettings, about: dict[str, Any]) -> None:
+    from teamsight import __version__
+    from teamsight.analysis.runs import files
+
+    about = about | {"version": __version__}
+    if settings.save:
+        files.write_table(settings.save, world.recording.history.reset_index(), about, force=settings.force)
+    if settings.save_events:
+        files.write_table(settings.save_events, world.events, about, force=settings.force)
 
 
 def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
@@ -90,5 +133,35 @@ def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
     table.add_row("neighbours of a robot, maximum", f"{world.max_neighbours}")
     table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
     wide_console().print(table, highlight=False)
+    if settings.events:
+        _print_events(world)
     if settings.save:
         say(f"history in {settings.save}")
+    if settings.save_events:
+        say(f"events in {settings.save_events}")
+
+
+def _print_events(world: CMOMMT) -> None:
+    """Print the first events, one in a line, and how many there are."""
+    from rich.table import Table
+
+    from teamsight.cli.show import plural, say, wide_console
+
+    log = world.events
+    if len(log):
+        table = Table(box=None, pad_edge=False)
+        for name in log.columns:
+            table.add_column(name, justify="right" if name in ("time", "tick", "agent") else "left", no_wrap=True)
+        for row in log.head(_MOST_EVENTS).itertuples(index=False):
+            table.add_row(*map(_text, row))
+        wide_console().print(table, highlight=False)
+    left = len(log) - _MOST_EVENTS
+    say(plural(len(log), "event") + (f", of which the first {_MOST_EVENTS} are shown" if left > 0 else ""))
+
+
+def _text(value: Any) -> str:
+    import pandas as pd
+
+    if pd.isna(value):
+        return ""
+    return f"{value:.2f}" if isinstance(value, float) else str(value)

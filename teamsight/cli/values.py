@@ -70,6 +70,11 @@ def length(default: float, help: str) -> Any:
     return Option(_numeric(world_limits.length), default, help, "NUMBER")
 
 
+def duration(help: str) -> Any:
+    """Declare a mean time [ticks], without a default."""
+    return Option(_numeric(partial(checks.number, above=0.0)), None, help, "NUMBER")
+
+
 def agents(default: int | None, help: str, shown: str = "") -> Any:
     """Declare a number of robots or targets."""
     return count(default, help, most=limits.MOST_AGENTS, shown=shown)
@@ -78,6 +83,11 @@ def agents(default: int | None, help: str, shown: str = "") -> Any:
 def runs(default: int | None, help: str, shown: str = "") -> Any:
     """Declare a number of runs, worlds or memories."""
     return count(default, help, most=MOST_RUNS, shown=shown)
+
+
+def period(default: float, help: str) -> Any:
+    """Declare a period of robots [steps]."""
+    return number(default, help, least=1, most=MOST_STEPS)
 
 
 def steps(default: int, help: str = "Number of steps of each run.") -> Any:

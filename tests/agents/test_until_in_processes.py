@@ -139,6 +139,8 @@ def test_a_contact_and_an_observation_end_when_one_of_them_leaves(advance: Calla
     advance(world, 10)
     assert ended.value is second
     assert lost.value is target
+    assert world.until.contact_ended(robots[0], second).triggered
+    assert world.until.lost(target).triggered
 
 
 @pytest.mark.short

@@ -115,7 +115,7 @@ def test_the_log_survives_all_that_changes_groups(plan: list[tuple[int, str, int
         if what == "remove" and len(group) > 1:
             group[pick % len(group)].remove()
         elif what in ("add", "crowd"):
-            group.add(20 if what == "crowd" else 1)
+            group.add(20 if what == "crowd" else 1, awareness_range=1.0)
         elif what == "move":
             group[pick % len(group)].position = (pick % 4 - 1.5, 1)
         elif what == "switch":
@@ -216,6 +216,32 @@ def test_observations_are_the_times_at_which_a_target_has_an_observer() -> None:
         other.step()
     assert list(zip(*(array.tolist() for array in found), strict=True)) == expected
     assert len(expected) > 10
+
+
+@pytest.mark.short
+def test_contacts_and_observations_are_rows_of_the_event_log_in_order() -> None:
+    model = team()
+    friends, sightings = model.log_contacts(model.robots), model.log_contacts(model.robots, "targets")
+    gone = model.targets[2]
+    model.clock.at(30.5, gone.remove)
+    model.clock.at(40, lambda: model.log("inspected", model.robots[0]))
+    model.run(120)
+    events = model.events
+    assert events.time.is_monotonic_increasing
+    for log, channel in ((friends, "teammates"), (sightings, "targets")):
+        mine = events[events.channel == channel]
+        begun = mine.what == "contact begun"
+        assert list(zip(mine.tick, begun, mine.agent, mine.other, strict=True)) == rows(log)
+        assert set(mine.group) == {"robots"}
+    seen = events[events.what.isin(["observed", "not observed"])]
+    expected = observations([sightings])
+    assert seen.agent.tolist() == expected.observed.tolist()
+    assert (seen.what == "observed").tolist() == expected.begun.tolist()
+    assert set(seen.group) == {"targets"}
+    assert gone.unique_id in set(seen.agent)
+    assert events[events.what == "inspected"].time.tolist() == [40.0]
+    at = events.index[events.what == "inspected"][0]
+    assert (events.time[at + 1 :] > 40).all()
 
 
 @pytest.mark.short

@@ -21,7 +21,7 @@ UNIFORMS = np.concatenate([[2.0**-33], np.linspace(0.001, 0.999, 999), [1 - 2.0*
         (Weibull(40, 1.5), stats.weibull_min(1.5, scale=40)),
         (Weibull(40, 0.5), stats.weibull_min(0.5, scale=40)),
     ],
-    ids=repr,
+    ids=["exponential", "wearing", "early"],
 )
 def test_durations_are_drawn_by_inversion(duration: Exponential | Weibull, distribution: object) -> None:
     drawn = [duration.draw(u) for u in UNIFORMS]
