@@ -99,12 +99,14 @@ class Stepper:
 
     def _process_events(self) -> bool:
         """Process the events that are due; return False if one has stopped the model."""
-        was_running = self._model.running
+        model, data, was_running = self._model, self._data, self._model.running
         self._timeline.process_events()
         # What the events have changed may be what a watcher waits for; then there are new events.
-        while (self._model.running or not was_running) and (self._engine.look() or self._test_conditions()):
+        while (data.watchers or data.conditions) and (model.running or not was_running):
+            if not (self._engine.look() or self._test_conditions()):
+                break
             self._timeline.process_events()
-        return bool(self._model.running or not was_running)
+        return bool(model.running or not was_running)
 
     def _test_conditions(self) -> bool:
         """Test what processes wait for in Python; return whether that has planned an event."""

@@ -139,6 +139,8 @@ class Engine:
 
     def look(self) -> bool:
         """Let the watchers see what has changed between steps; return whether one of them has something to report."""
+        if not self._data.watchers:
+            return False
         for watcher in list(self._data.watchers):
             watcher.tidy()
         if not any(watcher.sees_changes for watcher in self._data.watchers):
