@@ -262,8 +262,8 @@ class WorldHost:
         if group.timetable is not None:
             group.timetable = group.timetable.rows(keep)
         group.agents.pop(row)
-        for place, other in enumerate(group.agents):
-            other.row = place
+        for place in range(row, size - 1):
+            group.agents[place].row = place
         agent.row = -1
         group.departed[member] = agent
         group.begin(state)
