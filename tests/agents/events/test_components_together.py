@@ -94,6 +94,13 @@ def test_components_in_random_schedules_give_one_result_on_all_paths(
                 worlds[1].step()
         elif deed == "save":
             saved = pickle.loads(pickle.dumps(worlds[0].state()))
+            # One built anew goes on in the same way.
+            worlds[0].run(15)
+            worlds[1].run(15)
+            resumed = build(seed, order)
+            resumed.restore(saved)
+            resumed.run(15)
+            assert fingerprint(resumed) == fingerprint(worlds[0])
         elif deed == "restore" and saved is not None:
             for world in worlds:
                 world.restore(saved)
