@@ -33,11 +33,9 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
 
-PARTS = ("speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions")
 PARTS = (
-    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "events",
-    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "components",
-    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "processes", "conditions", "cycles",
+    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
+    "components", "processes",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 

@@ -43,14 +43,14 @@ class RunSettings(Settings):
     force: bool = values.force()
 
     def check(self) -> None:
-        """Refuse a number of sectors without a ring, repairs without failures, and worlds that are too large."""
+        """Refuse settings that do not go together, and worlds that are too large."""
+        from teamsight.agents.cycle import check_run
+
         limits.check_sectors(self)
         if self.repair is not None and self.failures is None:
             raise ValueError(f"repair={self.repair:g}: no robot fails; give --failures too, or leave --repair out")
         if self.save is not None and self.save == self.save_events:
             raise ValueError(f"save={self.save}: is the file of save_events too; give another place for one of them")
-        """Refuse a number of sectors without a ring, a period longer than the run, and worlds that are too large."""
-        from teamsight.agents.cycle import check_run
         if self.cycle > 1.0:
             check_run(self.cycle, self.steps)
         limits.check_worlds(
