@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,6 @@ _HEADINGS = {
     "failures": ("Failures", "availability"),
     "periods": ("Sensing periods", "period"),
 }
-_COLUMNS = ("observed with [%]", "without [%]", "gain [points]", "δ", "bounds of δ", "neighbours")
 
 
 def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
@@ -32,16 +32,48 @@ def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
         What was simulated.
     """
     parts = ["# Unreliable teams", _conditions(plan)]
-    for sweep, (title, value) in _HEADINGS.items():
-        parts += [f"## {title}", "\n".join(f"- {line}" for line in sentences(table, points, sweep))]
-        of = points[points["sweep"] == sweep]
-        for policy in plan.policies:
-            given, missing = TEAMS[policy]
-            parts.append(f"### {title}: {given} minus {missing}")
-            rows = [_row(point) for point in of[of["policy"] == policy].to_dict("records")]
-            columns = ["N", "R", value, *_COLUMNS]
-            parts.append(markdown.table(columns, rows, align="r" * len(columns)))
+    for sweep, (title, _) in _HEADINGS.items():
+        said = "\n".join(f"- {line}" for line in sentences(table, points, sweep))
+        parts += [f"## {title}", said, sweep_table(points, sweep)]
     return markdown.page(*parts)
+
+
+def sweep_table(points: pd.DataFrame, sweep: str) -> str:
+    """Return a table with a row for each quantity and scenario, and a column for each value of the sweep.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `points.points`.
+    sweep : str
+        "failures" or "periods".
+    """
+    of = points[points["sweep"] == sweep]
+    values = of["value"].unique().tolist()
+    rows = []
+    for name, policy, write in _quantities(of["policy"].unique().tolist()):
+        for (robots, radius), scenario in of[of["policy"] == policy].groupby(["robots", "radius"], sort=False):
+            found = {point["value"]: write(point) for point in scenario.to_dict("records")}
+            rows.append([name, f"{robots}", f"{radius:g}", *(found[value] for value in values)])
+    columns = [f"quantity, against the {_HEADINGS[sweep][1]}", "N", "R", *(f"{value:g}" for value in values)]
+    return markdown.table(columns, rows, align="l" + "r" * (len(columns) - 1))
+
+
+def _quantities(policies: Sequence[str]) -> Iterator[tuple[str, str, Callable[[dict[Any, Any]], str]]]:
+    """Yield the name of each quantity, a policy whose points have it, and how it is written."""
+    missing = {TEAMS[policy][1]: policy for policy in reversed(policies)}
+    for policy in policies:
+        yield f"gain [points], {TEAMS[policy][0]}", policy, partial(_plus_minus, "gain", signed=True)
+    for policy in policies:
+        yield f"observed [%], {TEAMS[policy][0]}", policy, partial(_plus_minus, "aware")
+    for team, policy in missing.items():
+        yield f"observed [%], {team}", policy, partial(_plus_minus, "unaware")
+    for policy in policies:
+        yield f"δ (its bounds), {TEAMS[policy][0]}", policy, _range
+    for policy in policies:
+        yield f"neighbours, {TEAMS[policy][0]}", policy, lambda point: f"{point['neighbours']:.2f}"
+    for team, policy in missing.items():
+        yield f"neighbours, {team}", policy, lambda point: f"{point['unaware_neighbours']:.2f}"
 
 
 def _conditions(plan: Plan) -> str:
@@ -50,7 +82,7 @@ def _conditions(plan: Plan) -> str:
         f"seed {plan.seed}. Failures and repairs take exponential times; the mean time to repair is {plan.repair:g} "
         f"ticks. Robots that sense rarely have random phases. δ is for a risk of {RISK:g}, from the runs with "
         "awareness; its bounds have 95 % confidence each. Intervals are those of Student's t, 95 %; all differences "
-        "are paired."
+        "are paired. A gain is over A-CMOMMT without awareness. Neighbours are means over active robots and steps."
     )
 
 
@@ -74,13 +106,10 @@ def sentences(table: pd.DataFrame, points: pd.DataFrame, sweep: str) -> list[str
     return said
 
 
-def _row(point: dict[Any, Any]) -> list[str]:
-    named = [f"{point['robots']}", f"{point['radius']:g}", f"{point['value']:g}"]
-    observed = [f"{point[name]:.1f} ± {point[f'{name}_high'] - point[name]:.1f}" for name in ("aware", "unaware")]
-    gain = _interval(point, "gain")
-    high = f"{point['delta_safe']}" if point["supported"] else "too few runs"
-    bounds = f"{point['delta_low']} to {high}"
-    return [*named, *observed, gain, f"{point['delta']}", bounds, f"{point['neighbours']:.2f}"]
+def _plus_minus(name: str, point: dict[Any, Any], *, signed: bool = False) -> str:
+    wide = point[f"{name}_high"] - point[name]
+    mean = _signed(point[name]) if signed else f"{point[name]:.1f}"
+    return f"{mean} ± {wide:.1f}" if np.isfinite(wide) else mean
 
 
 def _range(point: Any) -> str:

@@ -29,8 +29,8 @@ def points(table: pd.DataFrame) -> pd.DataFrame:
         sweep, value, policy, robots, radius; count (runs); the observed fraction with awareness and without, and gain,
         their paired difference, all in percent or percentage points with the ends of their 95 % intervals; delta, the
         point estimate for the risk `RISK` in the runs with awareness, delta_low and delta_safe, between which it lies
-        (each with `CONFIDENCE`), supported (whether there are enough runs for delta_safe); neighbours, the mean number
-        over robots and steps, with the ends of its interval.
+        (each with `CONFIDENCE`), supported (whether there are enough runs for delta_safe); neighbours and
+        unaware_neighbours, the mean numbers over the active robots and the steps, with the ends of their intervals.
     """
     found = [
         dict(zip(_CONDITION, key, strict=True)) | _point(rows) for key, rows in table.groupby(_CONDITION, sort=False)
@@ -48,6 +48,7 @@ def _point(rows: pd.DataFrame) -> dict[str, Any]:
         ("unaware", unaware_percent),
         ("gain", aware_percent - unaware_percent),
         ("neighbours", aware["mean_neighbours"].to_numpy()),
+        ("unaware_neighbours", unaware["mean_neighbours"].to_numpy()),
     ):
         found = interval_of(values)
         point |= {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
