@@ -162,6 +162,10 @@ class Timetable:
         is_same = all((one == one[0]).all() for one in numbers)
         return _cycle_of(CycleNumbers._make(one[:1] for one in numbers)) if is_same else None
 
+    def travel(self, moved: Floats, tick: int) -> None:
+        """Update `travelled` to the present positions, as the kernel does at the begin of a step."""
+        self.travelled[:] = np.where((self.decided_at == tick - 1)[:, np.newaxis], moved, moved + self.trip)
+
     def kept(self) -> list[npt.NDArray[Any]]:
         """Return copies of what a step changes."""
         return [getattr(self, name).copy() for name in _CHANGING]
