@@ -16,7 +16,7 @@ OWN_OF_WORLD = (
     "policy", "policy_options", "awareness", "team", "sensing_range", "awareness_range", "speed", "turn_limit",
     "placement", "position", "heading", "cycle", "name",
 )  # fmt: skip
-OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading")
+OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading", "cycle")
 
 
 class Arguments(NamedTuple):

@@ -108,6 +108,11 @@ class Timetable:
             array[:] = 0
         self.begin(slice(None), key, members, 0)
 
+    def note_first(self, members: Integers, count: int) -> None:
+        """Let the last `count` robots begin runs with the cycles that they have now."""
+        for first, present in zip(self.first, self.numbers, strict=True):
+            first[members[len(members) - count :]] = present[len(members) - count :]
+
     def rows(self, which: npt.NDArray[Any]) -> Timetable:
         """Return a copy of some rows, selected by index or by mask."""
         changed: dict[str, Any] = {"group": self.group, "first": self.first}

@@ -94,7 +94,7 @@ class Arrivals(EventSource):
         if self.most is not None and len(group) >= self.most:
             self.log("turned away", present=len(group))
         else:
-            given = {} if self.position is None else {"position": self.position}
+            given: dict[str, Any] = {} if self.position is None else {"position": self.position}
             (agent,) = group.add(1, **given, **self.abilities)
             member = self.member(agent)
             self._arrived.append(member)
