@@ -40,6 +40,7 @@ from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.percept_of_one import PerceptOfOne
+from teamsight.policies.registry import label
 from teamsight.world.bodies import Abilities
 
 A = TypeVar("A", bound=Body)
@@ -222,6 +223,7 @@ class WorldHost:
     def set_policy(self, agent: Body, value: Any) -> None:
         """Give one agent a policy of its own."""
         set_policy_of_one(self._data, self._engine, agent, value)
+        self._data.sources.note_change("switched policy", agent, policy=label(agent.policy))
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Move an agent to a position in the arena."""
@@ -260,8 +262,8 @@ class WorldHost:
         if group.timetable is not None:
             group.timetable = group.timetable.rows(keep)
         group.agents.pop(row)
-        for place, other in enumerate(group.agents):
-            other.row = place
+        for place in range(row, size - 1):
+            group.agents[place].row = place
         agent.row = -1
         group.departed[member] = agent
         group.begin(state)

@@ -11,6 +11,8 @@ import numpy as np
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.cycle import EVERY_STEP, Cycle
+from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
@@ -144,7 +146,7 @@ def _trace(world: World) -> tuple[Any, ...]:
     groups = [
         (
             id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
-            sum(map(len, map(vars, group.agents))), id(group.timetable), len(group.others),
+            sum(map(len, map(vars, group.agents))), _first_cycle(group), len(group.others),
         )
         for group in world.groups
     ]  # fmt: skip
@@ -152,6 +154,11 @@ def _trace(world: World) -> tuple[Any, ...]:
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     sources = [*map(id, world.sources)]
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, sources
+
+
+def _first_cycle(group: Group) -> Cycle:
+    """Return the cycle with which a group begins a run."""
+    return EVERY_STEP if group.timetable is None else group.timetable.first_cycle
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

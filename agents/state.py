@@ -211,13 +211,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(lost)} are "
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
-        state = layout(first_state(group.rules[0], len(old.bodies)))
         names = [name for name, _ in old.others]
         if names != [_described(other.policy) for other in group.others][: len(names)]:
             raise ValueError(
                 f"restore(…): the state is of a world in which single {group.name} have the policies "
                 f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
             )
+        state = layout(first_state(group.rules[0], len(old.bodies)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "

@@ -151,6 +151,11 @@ class Timetable:
         """Return the cycle of some robots; with one value where all have the same."""
         return _cycle_of(CycleNumbers._make(one[rows] for one in self.numbers))
 
+    @property
+    def first_cycle(self) -> Cycle:
+        """The cycle with which members begin a run."""
+        return _cycle_of(self.first)
+
     def usual(self) -> Cycle | None:
         """Return the cycle of all robots, or of all members if there is none; None if they differ."""
         numbers = self.numbers if len(self.start) else self.first

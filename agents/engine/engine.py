@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.channel import leave
 from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.condition_changes import CHANGE
+from teamsight.agents.engine.changes import Changes
 from teamsight.agents.engine.failures import (
     bad_sensing,
     check_places,
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 _BODY_STEPS_A_CALL = 4_000_000
 # How often in one step a degree of awareness may ask for larger buffers; each time they grow by a quarter.
 _MOST_GROWTH = 8
-# More changes of conditions at a time than this take longer one by one than a search.
-_MOST_CHANGES = 12
 
 
 class Engine:
@@ -74,8 +72,7 @@ class Engine:
         # Whether the watchers have seen the present positions, and whether the records hold those that there are.
         self._is_watched, self._has_watchers = False, True
         self._phase = 0
-        # The conditions that have changed since the neighbour lists were made: group and row.
-        self._changed: list[tuple[int, int]] = []
+        self._changes = Changes()
         self._binding: Binding
         self.searches = 0
         self.trails: list[Trail] = []
@@ -110,14 +107,12 @@ class Engine:
             REPORT.plan(kernels_needed(self._data))
             self._binding.rebind_watchers()
             self._has_watchers = True
-        if not self.is_seen:
-            self._changed.clear()
-            self._see(SEE)
-        elif self._changed:
-            self._change_lists()
-
-    def _see(self, entry: Entry) -> None:
-        self._call(entry)
+        if self.is_seen and not self._changes:
+            return
+        can_change = self.is_seen and not self._phase
+        if not (can_change and self._changes.apply(self._binding, self.relations)):
+            self._call(SEE)
+        self._changes.clear()
         self.is_seen, self._is_recorded, self._is_watched = True, False, False
         self.searches += 1
 
@@ -125,23 +120,7 @@ class Engine:
         """Note that the condition of one agent has changed: whether it is active, or whether a sensor of it works."""
         if not group.has_conditions:
             group.has_conditions, self.is_bound = True, False
-        self._changed.append((group.number, row))
-
-    def _change_lists(self) -> None:
-        """Bring the neighbour lists up to date after changes of conditions."""
-        changed = list(dict.fromkeys(self._changed))
-        if len(changed) > _MOST_CHANGES or any(relation.detection for relation in self.relations):
-            self._see(SEE)
-        else:
-            with deferred():
-                for group, row in changed:
-                    self._binding.progress["where"], self._binding.progress["need"] = group, row
-                    if CHANGE(self._binding.world) != DONE:
-                        self._see(SEE)
-                        break
-                    self._is_recorded, self._is_watched = False, False
-                    self.searches += 1
-        self._changed.clear()
+        self._changes.note(group.number, row)
 
     def watch(self, watcher: Watcher) -> None:
         """Call a watcher after each step, from now on."""
@@ -263,7 +242,7 @@ class Engine:
         # Binding begins trails and logs, so with either it is done again.
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.groups)
         self.is_seen = self._is_recorded = False
-        self._changed.clear()
+        self._changes.clear()
         self._phase = 0
         if self.is_bound:
             self._binding.rewind()

@@ -113,7 +113,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def begin(self) -> None:
         """Begin with free places."""
         self._vicinity.place[:] = 0
-        # By member: the speed with which it came, its own policy by its index in the group, and the number of its visits.
+        # By member: its speed and its own policy, by its index in the group, before; and the number of its visits.
         self._speeds: dict[int, float] = {}
         self._policies: dict[int, int] = {}
         self._visits: dict[int, int] = {}

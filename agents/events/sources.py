@@ -113,16 +113,16 @@ class Sources:
                 with self._acting(source):
                     source.left(agent, member)
 
-    def note(self, what: str, agent: Any) -> None:
+    def note(self, what: str, agent: Any, **details: Any) -> None:
         """Log that an agent has joined or left, once the run has begun: before, it belongs to the set-up."""
         timeline, caller = self._timeline, self._timeline.clock.caller
         if timeline.tick or timeline.inside:
-            self.log(what, agent, type(caller).__name__ if self._is_attached(caller) else None, {})
+            self.log(what, agent, type(caller).__name__ if self._is_attached(caller) else None, details)
 
-    def note_change(self, what: str, agent: Any) -> None:
+    def note_change(self, what: str, agent: Any, **details: Any) -> None:
         """Log that an agent has changed, unless a source has changed it, which logs why."""
         if not self._is_attached(self._timeline.clock.caller):
-            self.note(what, agent)
+            self.note(what, agent, **details)
 
     def _is_attached(self, source: Any) -> bool:
         return any(one is source for one in self.attached)

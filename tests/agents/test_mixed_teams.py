@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import Box, Circle, Robot, Sensor, Target, World
+from teamsight import Box, Circle, Cycle, Robot, Sensor, Target, World
 from teamsight.agents.events import Batteries, Failures, SensorDropouts
 from teamsight.policies import ACmommt, PerceptOfOne
 
@@ -47,12 +47,15 @@ def mixed(made: type[Robot] = Robot, policy: Any = "random-walk", *, events: boo
     scouts = world.add(
         made, 5, policy=ACmommt(idle="wander"), awareness="ring", speed=[0.1, 0.2, 0.1, 0.3, 0.1],
         sensing_range=[1.0, 0.5, 1.5, 1.0, 0.7], awareness_range=2.0, turn_limit=0.6, name="scouts",
+        cycle=Cycle([1.0, 1.5, 2.0, 3.0, 5.0], phase="random", jitter=0.5),
     )  # fmt: skip
     haulers = world.add(
         Robot, 4, policy=policy, awareness="pairwise", awareness_range=[1.0, 3.0, 0.5, 2.0], speed=0.15, name="haulers"
     )
     rivals = world.add(made, 3, policy="evolved", awareness="ring", team="rivals", speed=0.2, name="rivals")
+    rivals[1].cycle = 3
     prey = world.add(Target, 6, policy="evasive", speed=0.08, sensing_range=0.8, name="prey")
+    prey.cycle = Cycle(4, delay=2)
     stones = world.add(Target, 3, policy="stationary", name="stones")
     world.senses(scouts, prey, sensor=Sensor(field_of_view=2.0, missed=0.1))
     world.senses(haulers, prey)
@@ -141,6 +144,8 @@ def test_a_mixed_world_goes_back_to_a_state_and_to_its_start(compiled: list[Any]
     again.run(30)
     assert fingerprint(again) == after
     quiet.reset()
+    # That of one robot is not a setting of its group.
+    quiet.groups[2][1].cycle = 3
     scouts, haulers = quiet.groups[:2]
     quiet.clock.process(guard(quiet, haulers[1]))
     quiet.clock.process(guard(quiet, scouts[2]))

@@ -82,6 +82,15 @@ def test_how_a_world_is_made_is_not_logged_and_a_reset_empties_the_log() -> None
     assert len(world.events) == 0
 
 
+def test_a_robot_that_switches_its_policy_is_logged() -> None:
+    world = CMOMMT(rng=1)
+    world.clock.at(3.5, lambda: setattr(world.robots[2], "policy", "random-walk"))
+    world.run(5)
+    assert world.events[["time", "what", "policy"]].to_dict("records") == [
+        {"time": 3.5, "what": "switched policy", "policy": "'random-walk'"}
+    ]
+
+
 def test_setting_the_condition_that_it_has_is_no_event() -> None:
     world = CMOMMT(rng=1)
     world.run(2)
