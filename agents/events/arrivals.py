@@ -95,8 +95,6 @@ class Arrivals(EventSource):
             self.log("turned away", present=len(group))
         else:
             (agent,) = group.add(1, **self._given())
-            given: dict[str, Any] = {} if self.position is None else {"position": self.position}
-            (agent,) = group.add(1, **given, **self.abilities)
             member = self.member(agent)
             self._arrived.append(member)
             stay = self._drawn(self.stay, number, 2 * number + 1)
