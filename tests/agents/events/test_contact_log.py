@@ -172,6 +172,25 @@ def test_a_state_holds_the_log() -> None:
 
 
 @pytest.mark.short
+def test_a_state_brings_back_the_contacts_of_those_that_left() -> None:
+    model = team()
+    log = model.log_contacts(model.robots)
+    model.run(60)
+    saved = model.state()
+    model.run(60)
+    whole = rows(log)
+    model.restore(saved)
+    kept = [model.robots[1], model.robots[3]]
+    for robot in kept:
+        robot.remove()
+    model.robots.add(2)
+    model.run(10)
+    model.restore(saved)
+    model.run(60)
+    assert rows(log) == whole
+
+
+@pytest.mark.short
 def test_a_log_that_begins_later_begins_with_the_present_contacts() -> None:
     model = team()
     model.run(50)
