@@ -93,13 +93,16 @@ class ChargingPlaces(EventSource, NeedsCharge):
                 )
             reach = _longest_reach(self.world) if self.reach is None else self.reach
             sensor = Sensor(range=max(reach, self.radius), occluded=False)
+            others = sum(one.name.startswith(CHARGERS) for one in self.world.groups)
+            name = f"{CHARGERS} {others + 1}" if others else CHARGERS
             self.places: Group[Body] = self.world.add(
-                Body, len(self.position), policy="stationary", team=None, position=self.position, name=CHARGERS
+                Body, len(self.position), policy="stationary", team=None, position=self.position, name=name
             )
             self.world.senses(group, self.places, as_=CHARGERS, sensor=sensor, counts=False)
             self._batteries = found[0]
-            if self.policy is not None and len(group):
-                # So that the group knows it before a run, and a state fits every world that is built alike.
+            if self.policy is not None and len(group) and self.world.tick == 0:
+                # The group knows it before the run, so that a state fits every world that is built alike. In the middle
+                # of a run this would cost a robot its memory.
                 before, group[0].policy = group[0].policy, self.policy
                 group[0].policy = before
             self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0]._drain, self._report)
@@ -120,11 +123,9 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self._requests: dict[int, Any] = {}
         self._begun: set[int] = set()
         self._resources = [self.clock.resource(self.chargers) for _ in self.position]
-
-    def reset(self) -> None:
-        """Give agents their policies back, which stay at a reset."""
-        for member in list(self._policies):
-            self._give_policy_back(member)
+        for member in self.members:
+            if self._batteries.level(member):
+                self.is_low(member)
 
     def end(self) -> None:
         """Let all agents go."""
@@ -234,7 +235,9 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def _give_policy_back(self, member: int) -> None:
         agent, index = self.agent(member), self._policies.pop(member, None)
         if agent is not None and index is not None:
-            agent.policy = self._its_group().policies[index]
+            known = self._its_group().policies
+            # A group that was given another policy has forgotten those of single robots.
+            agent.policy = known[index] if index < len(known) else known[0]
 
     def _members_of(self, requests: list[Any]) -> list[int]:
         member_of = {id(request): member for member, request in self._requests.items()}

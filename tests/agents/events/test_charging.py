@@ -187,6 +187,22 @@ def test_robots_that_are_low_go_to_a_place_and_return_to_their_policy() -> None:
     assert {type(robot.policy).__name__ for robot in robots} == {"ACmommt"}
 
 
+def test_a_group_that_is_given_another_policy_goes_on_with_it() -> None:
+    world = patrol()
+    robots = world.groups[0]
+    world.run(40)
+    assert any(type(robot.policy).__name__ == "SeekCharger" for robot in robots)
+    robots.policy = "random-walk"
+    world.run(150)
+    places = world.sources[1]
+    world.detach(places)
+    assert {type(robot.policy).__name__ for robot in robots} == {"RandomWalk"}
+    world.attach(ChargingPlaces((0, 0), rate=1.0, policy=SeekCharger()), robots)
+    robots.battery = 0.5  # type: ignore[attr-defined]
+    world.run(2)
+    assert {type(robot.policy).__name__ for robot in robots if robot.active} == {"SeekCharger"}
+
+
 @pytest.mark.parametrize("arena", [Torus(4, 6), Box(4, 6)])
 def test_places_are_sensed_as_far_as_the_arena_allows(arena: Any) -> None:
     world = make(Batteries(20.0), ChargingPlaces((1, 1), rate=1.0), arena=arena)
