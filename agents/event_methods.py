@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
 import pandas as pd
 
 from teamsight.agents.fixed import refusing
@@ -118,7 +119,7 @@ class EventMethods(Measures):
 
         return contact_table(self.sources)
 
-    def log(self, what: str, agent: Body | None = None, /, **details: Any) -> None:
+    def log(self, what: str, agent: Body | None = None, /, **details: str | float | np.generic | None) -> None:
         """Add an event to `events`, at the present time: ``world.log("painted", robot, colour="red")``.
 
         Parameters

@@ -6,7 +6,7 @@ reach, and then rests. In between, all steps are made in compiled code.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 from teamsight import Body, Box, Robot, Sensor, World
@@ -28,7 +28,7 @@ class Flee(CompiledPolicy):
     kernel, channels = _flee, ("hunters",)
 
 
-def hunt(world: World, hunter: Robot) -> Iterator[Any]:
+def hunt(world: World, hunter: Robot) -> Generator[Any, Any, None]:
     """Catch the first prey within reach, and rest; again and again."""
     while True:
         prey = yield world.until.contact(hunter, channel="reach")

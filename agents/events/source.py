@@ -214,7 +214,7 @@ class EventSource:
         row: npt.NDArray[np.float64] = numbers[0]
         return row
 
-    def log(self, what: str, agent: Body | None = None, /, **details: Any) -> None:
+    def log(self, what: str, agent: Body | None = None, /, **details: str | float | np.generic | None) -> None:
         """Add an event to the log of the world, with the name of this class as its source; see `World.log`."""
         self.world._data.sources.log(what, agent, type(self).__name__, details)
 
