@@ -231,14 +231,14 @@ class Stepper:
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
         """Make steps and collect those that were completed, also if the last one fails."""
         stretch, history = self._engine.stretch, self._data.history
-        first, largest, totals, earlier = stretch.rows, history.max_neighbours, stretch.totals, history.earlier
+        first, earlier = stretch.rows, history.earlier
         try:
             make_steps(*number)
         finally:
             collector = self._recording.collector
             if stretch.rows > first and isinstance(collector, HistoryCollector):
                 tick = self._timeline.tick
-                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, earlier, totals, largest))
+                collector.collect_rows(Rows(stretch, first, stretch.rows, tick, earlier))
 
     def needs_python(self) -> str:
         """Return why steps cannot be made in a compiled call; empty if they can."""

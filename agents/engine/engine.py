@@ -343,6 +343,5 @@ class Engine:
         buffer = self.stretch.buffer
         self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows
         buffer.rows = int(progress["row"])
-        self.stretch.sum_up()
         if self._every:
             self.trails[-1].buffer.rows = int(progress["trail_row"])

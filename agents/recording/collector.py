@@ -28,19 +28,15 @@ class Rows:
         The first row, and the row after the last.
     tick : int
         The step of the last row.
-    earlier, before : Totals
-        The sums of observed targets over earlier stretches, and over earlier rows of this one.
-    largest : int
-        The largest degree so far.
+    earlier : tuple of Totals and int
+        The sums of observed targets over earlier stretches, and the largest degree in them.
     """
 
     stretch: Stretch
     first: int
     last: int
     tick: int
-    earlier: Totals
-    before: Totals
-    largest: int
+    earlier: tuple[Totals, int]
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
@@ -109,11 +105,12 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     def _fill(self, new: Rows) -> None:
         columns = new.stretch.columns(new.first, new.last)
         count = new.last - new.first
-        mean = new.stretch.running_fraction(new.earlier.plus(new.before), new.first, new.last)
+        (totals, largest), (before, most_before) = new.earlier, new.stretch.sums(new.first)
+        mean = new.stretch.running_fraction(totals.plus(before), new.first, new.last)
         self._model_vars["observed"].extend(columns["observed"].tolist())
         self._model_vars["observed_fraction"].extend(mean.tolist())
         self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
-        most = np.maximum.accumulate(np.concatenate([[new.largest], columns["max_neighbours"]]))[1:]
+        most = np.maximum.accumulate(np.concatenate([[max(largest, most_before)], columns["max_neighbours"]]))[1:]
         self._model_vars["max_neighbours"].extend(most.tolist())
         # The seed of a model does not change while it runs.
         self._model_vars["seed_used"].extend(self._model_vars["seed_used"][-1:] * count)

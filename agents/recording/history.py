@@ -27,10 +27,6 @@ class Stretch:
     ----------
     targets, robots : int
         The numbers of agents that can be observed, and that have teammates, inactive ones included.
-    totals : Totals
-        The sums of observed targets; replaced, never changed in place.
-    largest : int
-        The largest degree.
     """
 
     def __init__(self, relations: list[Relation]) -> None:
@@ -47,8 +43,7 @@ class Stretch:
         self.buffer = Buffer(shape, np.int64, _FIRST_ROWS)
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
-        self.totals = NOTHING
-        self.largest = 0
+        self._sums: tuple[Totals, int] = (NOTHING, 0)
         self._summed = 0
 
     def emptied(self) -> Stretch:
@@ -58,8 +53,7 @@ class Stretch:
         # As much room as here, because the next run is often as long.
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
-        other.totals = NOTHING
-        other.largest = other._summed = 0
+        other._sums, other._summed = (NOTHING, 0), 0
         return other
 
     @property
@@ -67,18 +61,22 @@ class Stretch:
         """The number of recorded steps."""
         return self.buffer.rows
 
-    def sum_up(self) -> None:
-        """Add the rows written since the last call to the sums."""
-        new = self.buffer.written[self._summed :]
-        if len(new):
-            if self._is_conditional:
-                self.totals = self.totals.plus(totals_of(self._targets_of(new), self._observed_of(new)))
-            elif self.targets:
-                # Not by way of arrays, since single steps are summed up too.
-                observed = self.totals.counted.get(self.targets, 0) + int(new[:, self._targets, _OBSERVED].sum())
-                self.totals = Totals({self.targets: observed}, self.rows)
-            self.largest = max(self.largest, int(new[:, self._teammates, _LARGEST].max(initial=0)))
-            self._summed = self.rows
+    def sums(self, last: int | None = None) -> tuple[Totals, int]:
+        """Return the sums of observed targets, and the largest degree, of the rows before `last`; by default of all.
+
+        They are computed when they are asked for, since the loop may stop at every step.
+        """
+        last = self.rows if last is None else last
+        if last < self._summed:
+            return self._added((NOTHING, 0), self.buffer.array[:last])
+        if last > self._summed:
+            self._sums, self._summed = self._added(self._sums, self.buffer.array[self._summed : last]), last
+        return self._sums
+
+    def _added(self, before: tuple[Totals, int], rows: Integers) -> tuple[Totals, int]:
+        """Return sums with those of later rows."""
+        new = totals_of(self._targets_of(rows), self._observed_of(rows))
+        return before[0].plus(new), max(before[1], int(rows[:, self._teammates, _LARGEST].max(initial=0)))
 
     def _targets_of(self, rows: Integers) -> int | Integers:
         """Return the number of active targets in each of some rows; one number if it is always the same."""
@@ -140,8 +138,8 @@ class History:
     def __init__(self) -> None:
         self._stretches: list[Stretch] = []
         # Of the first stretches, which are finished; there may be thousands, if agents come and go.
-        self._counted = self._largest = 0
-        self._totals = NOTHING
+        self._counted = 0
+        self._earlier: tuple[Totals, int] = (NOTHING, 0)
 
     def begin(self, relations: list[Relation]) -> Stretch:
         """Begin a new stretch and return it."""
@@ -159,27 +157,25 @@ class History:
         return self._stretches[-1]
 
     @property
-    def earlier(self) -> Totals:
-        """The totals of all stretches but the last."""
-        finished = self._stretches[self._counted : -1]
-        if finished:
-            for stretch in finished:
-                self._totals = self._totals.plus(stretch.totals)
-            self._largest = max(self._largest, *(stretch.largest for stretch in finished))
-            self._counted += len(finished)
-        return self._totals
+    def earlier(self) -> tuple[Totals, int]:
+        """The sums of all stretches but the last, and the largest degree in them."""
+        for stretch in self._stretches[self._counted : -1]:
+            totals, largest = stretch.sums()
+            self._earlier = self._earlier[0].plus(totals), max(self._earlier[1], largest)
+            self._counted += 1
+        return self._earlier
 
     @property
     def observed_fraction(self) -> float:
         """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
-        earlier = self.earlier
-        return (earlier.plus(self._stretches[-1].totals) if self._stretches else earlier).mean_share
+        totals, _ = self.earlier
+        return (totals.plus(self._stretches[-1].sums()[0]) if self._stretches else totals).mean_share
 
     @property
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
-        later = [stretch.largest for stretch in self._stretches[self._counted :]]
-        return max(self._largest, *later, 0)
+        _, largest = self.earlier
+        return max(largest, self._stretches[-1].sums()[1]) if self._stretches else largest
 
     def largest_of(self, team: str | None, first: int = 0) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
