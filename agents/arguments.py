@@ -14,9 +14,9 @@ from teamsight.core import checks
 #: The parameters of `World.add` and `Group.add` that are not arguments of agents.
 OWN_OF_WORLD = (
     "policy", "policy_options", "awareness", "team", "sensing_range", "awareness_range", "speed", "turn_limit",
-    "placement", "position", "heading", "name",
+    "placement", "position", "heading", "cycle", "name",
 )  # fmt: skip
-OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading")
+OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading", "cycle")
 
 
 class Arguments(NamedTuple):

@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.building import MOST_AGENTS, Places, abilities_of, bodies_of, founders_of
+from teamsight.agents.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.group import Group
+from teamsight.agents.new_timetable import new_timetable
 from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import state_of_more
 from teamsight.agents.timetable import Timetable
@@ -59,7 +61,7 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
         state_of_more(group.policy, group.policy_state, size, size + count),
         np.append(group.arrived_at, np.full(count, data.timeline.tick)),
-        _timetable(data, group, count),
+        _timetable(data, group, count, given.get("cycle")),
         [other.extended(size, size + count) for other in group.others],
         group.columns.extended(count, columns),
     )
@@ -83,16 +85,19 @@ def forget_members(group: Group, size: int) -> None:
     group.first_abilities, group.arrived_at = group.first_abilities.cut(size), group.arrived_at[:size].copy()
 
 
-def _timetable(data: WorldData, group: Group, count: int) -> Timetable | None:
+def _timetable(data: WorldData, group: Group, count: int, given: Any) -> Timetable | None:
     """Return the timetable with new agents, whose cycles begin now."""
     table = group.timetable
+    cycle = None if given is None else cycle_of(given)
     if table is None:
-        return None
-    cycle = table.usual()
+        if cycle in (None, EVERY_STEP):
+            return None
+        table = new_timetable(data, group)
+    cycle = cycle or table.usual()
     if cycle is None:
         raise ValueError(
-            f"add(): the agents of {group.name!r} have different cycles, so that of new ones is not known; set one for "
-            f"all before, as in {group.name}.cycle = 5, and those of single agents after"
+            f"cycle: the agents of {group.name!r} have different ones; give that of the new ones, as in "
+            "add(…, cycle=5)"
         )
     size, tick, so_far = len(group), data.timeline.tick, group.members_so_far
     fresh = Action(np.zeros((count, 2)), np.zeros(count))

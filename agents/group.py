@@ -15,6 +15,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.condition_of_one import note_of_inactive
+from teamsight.agents.cycle import CycleLike
 from teamsight.agents.deciding import Deciding
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
@@ -216,6 +217,7 @@ class Group(Deciding, Generic[A]):
         awareness_range: Numbers | None = None,
         speed: Numbers | None = None,
         turn_limit: Numbers | None = None,
+        cycle: CycleLike | None = None,
         **arguments: Any,
     ) -> list[A]:
         """Add agents, before a run or in the middle: between steps, in events and in processes.
@@ -230,6 +232,8 @@ class Group(Deciding, Generic[A]):
             As for `World.add`.
         sensing_range, awareness_range, speed, turn_limit : float or array_like, shape (count,), optional
             By default the group's, if all its agents have the same.
+        cycle : Cycle or float, optional
+            Their cycle, which begins now; by default the group's, if all its agents have the same.
         **arguments
             Arguments of the ``__init__`` of the agents' class, and values of columns; a list of `count` values gives
             one to each. By default a column has the value with which it was filled.
@@ -248,7 +252,7 @@ class Group(Deciding, Generic[A]):
         """
         given = {
             "placement": placement, "position": position, "heading": heading, "speed": speed, "turn_limit": turn_limit,
-            "sensing_range": sensing_range, "awareness_range": awareness_range,
+            "sensing_range": sensing_range, "awareness_range": awareness_range, "cycle": cycle,
         }  # fmt: skip
         return self.host.extend(self, count, given, arguments)
 

@@ -128,6 +128,8 @@ class WorldHost:
                 group.agents.append(agent)
         group.is_growing = False
         # What __init__ has set is what the agents begin with, after a reset too.
+        if group.timetable is not None:
+            group.timetable.note_first(group.bodies.member, len(each))
         bodies, first = group.bodies, group.first_abilities
         present = Abilities(bodies.speed, bodies.turn_cosine, bodies.turn_sine, *group.ranges)
         for array, values in zip(first, present, strict=True):

@@ -108,6 +108,11 @@ class Timetable:
             array[:] = 0
         self.begin(slice(None), key, members, 0)
 
+    def note_first(self, members: Integers, count: int) -> None:
+        """Let the last `count` robots begin runs with the cycles that they have now."""
+        for first, present in zip(self.first, self.numbers, strict=True):
+            first[members[len(members) - count :]] = present[len(members) - count :]
+
     def rows(self, which: npt.NDArray[Any]) -> Timetable:
         """Return a copy of some rows, selected by index or by mask."""
         changed: dict[str, Any] = {"group": self.group, "first": self.first}
@@ -161,6 +166,10 @@ class Timetable:
         numbers = self.numbers if len(self.start) else self.first
         is_same = all((one == one[0]).all() for one in numbers)
         return _cycle_of(CycleNumbers._make(one[:1] for one in numbers)) if is_same else None
+
+    def travel(self, moved: Floats, tick: int) -> None:
+        """Update `travelled` to the present positions, as the kernel does at the begin of a step."""
+        self.travelled[:] = np.where((self.decided_at == tick - 1)[:, np.newaxis], moved, moved + self.trip)
 
     def kept(self) -> list[npt.NDArray[Any]]:
         """Return copies of what a step changes."""

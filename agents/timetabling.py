@@ -70,6 +70,11 @@ def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) 
     data.timeline.check_undecided("policy", _WHEN)
     group, row = agent.group, agent.row
     policy = policy_of(value)
+    if group.is_growing:
+        raise RuntimeError(
+            f"policy={checks.shown(value)}: set in {group.agent_class.__name__}.__init__, and a reset would not call "
+            "that again; set it after world.add(…), or add a group for these agents"
+        )
     index = index_of(group, policy)
     others = group.others
     if index < 0:

@@ -153,6 +153,8 @@ class Engine:
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
         self.prepare()
+        if group.timetable is not None:
+            group.timetable.travel(group.bodies.moved, self._data.timeline.tick)
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
                 return

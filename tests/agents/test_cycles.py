@@ -310,8 +310,14 @@ def test_agents_that_come_and_go_keep_the_cycles_of_the_others() -> None:
     assert [at if at < 33 else at - 6 for at in expected] == robots.decided_at[:3].tolist()
     assert (robots.decided_at[3:] >= 33 - 6).all()
     robots[0].cycle = 5
-    with pytest.raises(ValueError, match=r"different cycles.*robots\.cycle = 5"):
+    with pytest.raises(ValueError, match=r"cycle: the agents of 'robots' have different ones.*add\(…, cycle=5\)"):
         robots.add(1)
+    robots.add(2, cycle=Cycle([3, 4]))
+    assert robots.cycle.period == (5, 6, 6, 6, 6, 3, 4)
+    plain = world.add(Target, 2, policy="random-walk")
+    plain.add(1, cycle=4)
+    world.run(3)
+    assert plain.decided_at.tolist() == [35, 35, 33]
 
 
 def test_inactive_robots_do_not_decide_and_go_on_with_their_timetable() -> None:
@@ -361,3 +367,31 @@ def test_transitions_need_a_decision_at_every_step() -> None:
     with pytest.raises(ValueError, match=r"transitions of 'robots' are recorded"):
         other.robots[0].cycle = 5
     assert other.robots.timetable is None
+
+
+class Scout(Robot):
+    """A robot with a period of its own."""
+
+    def __init__(self, model: Any, period: float, rule: str = "") -> None:
+        super().__init__(model)
+        self.cycle = period
+        if rule:
+            self.policy = rule
+
+
+def test_what_init_sets_is_what_agents_begin_with() -> None:
+    world = World(Torus(9, 9), rng=2)
+    scouts = world.add(Scout, 3, policy="random-walk", period=[2, 3, 4])
+    world.run(5)
+    scouts.add(1, period=5, cycle=1)
+    scouts[0].cycle = 7
+    assert scouts.cycle.period == (7, 3, 4, 5)
+    world.reset()
+    assert scouts.cycle.period == (2, 3, 4, 5)
+    world.run(8)
+    assert scouts.decided_at.tolist() == [6, 6, 4, 5]
+    with pytest.raises(RuntimeError, match=r"policy='centroid': set in Scout\.__init__.*after world\.add"):
+        scouts.add(1, period=5, cycle=1, rule="centroid")
+    assert len(scouts) == 4
+    world.run(1)
+    assert scouts.decided_at.tolist() == [8, 6, 8, 5]

@@ -56,7 +56,9 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
     assert recorded["risk"] == chosen["risk"]
     plan = defaults_of(Plan)
     return {
-        run.RunSettings: DEFAULTS,
+        # The events of a model are what it attaches; those of the command are what it prints.
+        run.RunSettings: {name: value for name, value in DEFAULTS.items() if name != "events"}
+        | {"cycle": DEFAULTS["cycle"].period},
         delta.DeltaSettings: {"steps": chosen["steps"], "runs": chosen["runs"], "risk": chosen["risk"],
                               "window": recorded["window"], "targets": DEFAULTS["targets"],
                               "awareness_range": DEFAULTS["awareness_range"]},

@@ -257,3 +257,11 @@ def test_wrong_arguments_are_named() -> None:
         model.contacts = 3  # type: ignore[misc, assignment]
     assert model.sources == ()
     assert model._data.watchers == []
+
+
+@pytest.mark.short
+def test_a_model_can_be_made_with_a_contact_log() -> None:
+    model = CMOMMT(rng=1, radius=2.0, events=[ContactLog()])
+    model.run(10)
+    assert model.log_contacts(model.robots) is model.sources[0]
+    assert len(model.contacts) > 0

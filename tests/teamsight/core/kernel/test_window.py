@@ -1,0 +1,93 @@
+"""Windows of records: a kernel that is shown some rows does what plain slices do."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from teamsight.core.kernel import Entry, Packed, Record
+from teamsight.core.kernel.window import Window, entry_moves, move, show_rows, window
+from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room
+
+Floats = npt.NDArray[np.float64]
+
+
+class Sums(NamedTuple):
+    """For each row, the sum of its neighbours' distances, of its two numbers, of its noise, and its index."""
+
+    way: Annotated[Floats, "n", 2]
+    seen: Filled
+    noise: Annotated[Floats, "draws", "lanes"]
+    first: int
+    result: Annotated[Floats, "n", 4]
+    rest: NeighbourList
+
+
+class Call(NamedTuple):
+    """A call on some rows, and entries of a list from one on."""
+
+    window: Window
+    entries: Annotated[npt.NDArray[np.int64], "entries", 3]
+    rows: Annotated[npt.NDArray[np.int64], 3]
+
+
+SUMS, CALL = Record(Sums), Record(Call)
+sums_at, call_at = SUMS.at, CALL.at
+
+
+def _sum(address: int) -> int:
+    sums = sums_at(address)
+    for i in range(sums.way.shape[0]):
+        sums.result[i, 0] = 0.0
+        for k in range(sums.seen.start[i], sums.seen.start[i + 1]):
+            sums.result[i, 0] += sums.seen.distance[k]
+        sums.result[i, 1] = sums.way[i, 0] + sums.way[i, 1]
+        sums.result[i, 2] = 0.0
+        for draw in range(sums.noise.shape[0]):
+            sums.result[i, 2] += sums.noise[draw, i]
+        sums.result[i, 3] = sums.first + i
+    for k in range(sums.rest.distance.shape[0]):
+        sums.rest.distance[k] = k
+        sums.rest.offset[k, 1] = k
+    return int(sums.seen.distance.shape[0])
+
+
+def _show(address: int) -> int:
+    here = call_at(address)
+    show_rows(here.window, here.rows[0], here.rows[1])
+    move(here.window.words, here.entries, here.rows[2])
+    return 0
+
+
+SUM, SHOW = Entry(_sum), Entry(_show)
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data(), degree=st.lists(st.integers(0, 4), min_size=1, max_size=9), seed=st.integers(0, 2**32))
+def test_a_kernel_sees_the_rows_of_its_window(data: Any, degree: list[int], seed: int) -> None:
+    size, rng = len(degree), np.random.default_rng(seed)
+    start = np.append(0, np.cumsum(degree))
+    seen = neighbour_room(size, int(start[-1]) + 3)
+    seen.start[:], seen.distance[:] = start, rng.random(len(seen.distance))
+    rest = neighbour_room(size, 6)
+    rest.distance[:] = rest.offset[:] = -1
+    way, noise, result = rng.random((size, 2)), rng.random((3, size + 2)), np.full((size, 4), -1.0)
+    packed: Packed[Sums] = SUMS.pack(Sums(way, seen, noise, 40, result, rest))
+    first = data.draw(st.integers(0, size - 1))
+    last, entry = data.draw(st.integers(first + 1, size)), data.draw(st.integers(0, 6))
+    shown = window(packed, last_axis=("noise",), numbers=("first",))
+    call = CALL.pack(Call(shown, entry_moves(packed, "rest"), np.array([first, last, entry])))
+    assert SHOW(call) == 0
+    assert SUM(packed) == start[last]
+    expected = np.full((size, 4), -1.0)
+    for row in range(first, last):
+        expected[row] = (
+            seen.distance[start[row] : start[row + 1]].sum(), way[row].sum(), noise[:, row].sum(), 40 + row,
+        )  # fmt: skip
+    np.testing.assert_allclose(result, expected)
+    assert rest.distance.tolist() == [-1] * entry + list(range(6 - entry))
+    assert rest.offset[:, 1].tolist() == [-1] * entry + list(range(6 - entry))
