@@ -59,6 +59,8 @@ class SavedEvents(NamedTuple):
         The numbers of the next source, of the next event on the clock, and of the next agent.
     log : SavedLog
         The event log.
+    events_end_steps : bool
+        See `Timeline`.
     """
 
     calls: list[SavedCall]
@@ -67,6 +69,7 @@ class SavedEvents(NamedTuple):
     order: int
     identity: int
     log: SavedLog
+    events_end_steps: bool
 
 
 def save_events(model: Model, data: WorldData, pending: str) -> SavedEvents:
@@ -98,7 +101,8 @@ def save_events(model: Model, data: WorldData, pending: str) -> SavedEvents:
                 )
     saved = [SavedSource(one.number, _described(one), _group_number(one), one.save()) for one in sources.attached]
     identity = mesa_compat.next_identity(model)
-    return SavedEvents(calls, saved, sources.following, clock.order, identity, SavedLog(sources.events.rows))
+    log = SavedLog(sources.events.rows)
+    return SavedEvents(calls, saved, sources.following, clock.order, identity, log, data.timeline.events_end_steps)
 
 
 def check_events(saved: SavedEvents, data: WorldData) -> None:
@@ -126,7 +130,7 @@ def restore_events(model: Model, data: WorldData, saved: SavedEvents) -> None:
         # The next to arrive get the numbers that they would have had.
         mesa_compat.set_next_identity(model, saved.identity)
     sources.replace([sources.known[one.number] for one in saved.sources])
-    sources.following = saved.following
+    sources.following, data.timeline.events_end_steps = saved.following, saved.events_end_steps
     # What sources plan when they load their data comes after all that was planned.
     clock.order = saved.order
     for time, priority, order, owner, method, arguments in saved.calls:

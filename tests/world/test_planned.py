@@ -55,8 +55,8 @@ def test_a_cancelled_call_does_not_interrupt_compiled_stretches_and_takes_no_mem
     kept = clock.at(500, lambda: None)
     for number in range(1000):
         clock.at(100 + number % 7, lambda: pytest.fail("was cancelled")).cancel()
-    assert clock.ticks_until_event(0) == 500
     assert len(clock._queue) < 200
+    assert clock.ticks_until_event(0) == 500
     kept.cancel()
     kept.cancel()
     assert clock.ticks_until_event(0) == float("inf")

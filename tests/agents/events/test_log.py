@@ -91,6 +91,31 @@ def test_a_robot_that_switches_its_policy_is_logged() -> None:
     ]
 
 
+def test_what_a_source_changes_is_logged_by_the_source_alone_and_its_arrivals_bear_its_name() -> None:
+    class Shift(EventSource):
+        def begin(self) -> None:
+            self.plan(2, "change")
+
+        def change(self) -> None:
+            self.log("off duty", self.agent(0))
+            self.agent(0).active = False
+            self.agent(1).policy = "random-walk"
+            self.group.add(1)  # type: ignore[union-attr]
+
+        def end(self) -> None:
+            self.agent(0).active = True
+
+    world = CMOMMT(rng=1)
+    shift = world.attach(Shift(), world.robots)
+    world.run(5)
+    world.detach(shift)
+    world.robots[0].active = False
+    log = world.events
+    assert [*zip(log.what, log.source.fillna(""), strict=True)] == [
+        ("off duty", "Shift"), ("joined", "Shift"), ("inactive", ""),
+    ]  # fmt: skip
+
+
 def test_setting_the_condition_that_it_has_is_no_event() -> None:
     world = CMOMMT(rng=1)
     world.run(2)
