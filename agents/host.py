@@ -194,6 +194,8 @@ class WorldHost:
         with deferred():
             if "policy" in given and policy is before[0]:
                 back_to_group(group)
+                if table is not None:
+                    table.policy[:] = 0
             group.ranges = ranges[0], ranges[1]
             bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
             if table is not None:
