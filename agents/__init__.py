@@ -13,15 +13,17 @@ if __name__ != "teamsight.agents":
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
+    from teamsight.agents.until import AgentLeftError
     from teamsight.agents.visualisation import draw_arena, make_world_component, portrayal
 
 _HOMES = {
+    "AgentLeftError": "teamsight.agents.until",
     "check_awareness": "teamsight.agents.awareness.check",
     "draw_arena": "teamsight.agents.visualisation",
     "make_world_component": "teamsight.agents.visualisation",
     "portrayal": "teamsight.agents.visualisation",
 }
 
-__all__ = ["check_awareness", "draw_arena", "make_world_component", "portrayal"]
+__all__ = ["AgentLeftError", "check_awareness", "draw_arena", "make_world_component", "portrayal"]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -174,7 +174,12 @@ class StateKeeper:
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
-        self._data.sources.begin()
+        sources = self._data.sources
+        sources.begin()
+        if sources.attached:
+            # The next to arrive have the numbers that they would have in a new world.
+            latest = max((agent.unique_id for agent in self._model.agents), default=0)
+            mesa_compat.set_next_identity(self._model, latest + 1)
 
     def _continue(self, seed: int, tick: int, history: History, *, is_kept: bool = False) -> None:
         self._data.begin(seed, tick, history)

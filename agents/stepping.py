@@ -73,7 +73,8 @@ class Stepper:
         if reason and steps > 0 and model.running and reason not in self.warned:
             self.warned.add(reason)
             warnings.warn(f"run() makes its steps one by one, because {reason}", stacklevel=3)
-        self._warn_of_idle(end + timeline.jumps)
+        if steps > 0:
+            self._warn_of_idle(end + timeline.jumps)
         try:
             self.finish_tick()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:

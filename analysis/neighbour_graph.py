@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csgraph
 
 from teamsight.analysis.cliques import largest_clique
-from teamsight.analysis.teams import check_team, team_graph
+from teamsight.analysis.teams import active_team_graph, check_team
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.proximity.search import proximity_graph
@@ -132,7 +132,7 @@ def over_time(
     Parameters
     ----------
     model : World
-        All agents on a team count, whatever their group; agents of different teams are not neighbours.
+        All active agents on a team count, whatever their group; agents of different teams are not neighbours.
     steps : int
         Number of steps.
     every : int
@@ -164,13 +164,13 @@ def over_time(
     check_team(model, team, f"model={checks.shown(model)}")
 
     def graphs() -> Iterator[tuple[float, NeighbourList]]:
-        yield model.tick, team_graph(model, team, sensed=sensed)
+        yield model.tick, active_team_graph(model, team, sensed=sensed)
         end = model.tick + steps
         while (before := model.tick) < end and model.running:
             model.run(min(every, end - before))
             if model.tick == before:
                 return  # the model has stopped
-            yield model.tick, team_graph(model, team, sensed=sensed)
+            yield model.tick, active_team_graph(model, team, sensed=sensed)
 
     return table(graphs(), cliques=cliques)
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from teamsight.agents.teammates import neighbours, of_team, sensed_teammates, team_names
 from teamsight.core import checks
 
@@ -28,6 +30,23 @@ def team_graph(world: World, team: str | None = None, *, sensed: bool = False) -
     for group in groups[:1]:
         group.host.find_neighbours()
     return sensed_teammates(groups, world.arena) if sensed else neighbours(groups)
+
+
+def active_team_graph(world: World, team: str | None = None, *, sensed: bool = False) -> NeighbourList:
+    """Return the present neighbours of each active robot, by its row among the active ones; see `team_graph`.
+
+    Parameters
+    ----------
+    world, team, sensed
+        See `team_graph`.
+    """
+    graph = team_graph(world, team, sensed=sensed)
+    active = np.concatenate([np.zeros(0, bool), *(group.active for group in of_team(world.groups, team))])
+    if active.all():
+        return graph
+    # Others neither have neighbours nor are any.
+    start = np.concatenate([[0], np.cumsum(graph.degree[active])])
+    return graph._replace(start=start, identity=(np.cumsum(active) - 1)[graph.identity])
 
 
 def check_team(world: World, team: str | None, what: str) -> None:

@@ -169,6 +169,7 @@ class Schedule(RuleBasedStateMachine):
                 faults |= {name for name, channel in group.channels.items() if not channel.works[row]}
                 assert faults == self.faults.get((number, member), set())
             assert world.arena.contains(group.position).all()
+            check_relayed(world, group)
             for channel in group.channels:
                 check_lists(world, group, channel)
 
@@ -232,3 +233,12 @@ def check_lists(world: World, group: Any, channel: str) -> None:
             assert not in_percept
         elif group.channels[channel].sensor is None:
             assert sensed == in_range == in_percept
+
+
+def check_relayed(world: World, group: Any) -> None:
+    """Check that nobody who is inactive is relayed, or relays."""
+    if len(group):
+        assert group[0].percept is not None
+        relayed = group.percept.relayed
+        assert set(relayed.identity.tolist()) <= {agent.unique_id for agent in world.agents if agent.active}
+        assert not np.diff(relayed.start)[~group.active].any()

@@ -48,7 +48,10 @@ def _relay(group: Group, delay: int, tick: Integers) -> Packed[RelayArrays]:
     assert isinstance(readings, RelayReadings)
     room = len(targets.identity)
     readings.fit(group.bodies.member, relation.everyone if relation else np.zeros(0, np.int64), room)
+    place, x = relation.place if relation else np.zeros(0, np.int64), np.zeros(0)
+    if relation and relation.is_conditional:
+        x = relation.search.x
     return RELAY.pack(RelayArrays(
-        tick, delay, group.bodies.heading, targets, readings.arrays, readings.headings,
+        tick, delay, group.bodies.heading, targets, place, x, readings.arrays, readings.headings,
         neighbour_room(len(group), room), group.bodies.heading.copy(),
     ))  # fmt: skip

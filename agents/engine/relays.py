@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from teamsight.agents.engine.readings import Integers, ReadingArrays, Readings
 from teamsight.core.kernel import Record, kernel
 from teamsight.core.neighbour_list import NeighbourList
+from teamsight.world.proximity.edges import append
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,6 +29,10 @@ class RelayArrays(NamedTuple):
         The present headings.
     targets : NeighbourList
         The targets that the group senses now.
+    place : ndarray, shape (k,), int64
+        The index of each of them among the observed.
+    x : ndarray, shape (observed,) or (0,), float64
+        NaN for targets that are inactive; empty if none ever is.
     readings : ReadingArrays
         Those of the last ticks.
     headings : ndarray, shape (slots, n, 2), float64
@@ -39,6 +45,8 @@ class RelayArrays(NamedTuple):
     delay: int
     heading: Annotated[Floats, "n", 2]
     targets: NeighbourList
+    place: Annotated[Integers, ".place"]
+    x: Annotated[Floats, ".x"]
     readings: ReadingArrays
     headings: Annotated[Floats, "slots", "n", 2]
     shown: NeighbourList
@@ -73,6 +81,7 @@ def _keep(here: Any, slot: int) -> None:
             here.headings[slot, i, axis] = here.heading[i, axis]
     for k in range(targets.start[size]):
         kept.identity[slot, k] = targets.identity[k]
+        kept.place[slot, k] = here.place[k]
         kept.distance[slot, k] = targets.distance[k]
         for axis in range(2):
             kept.offset[slot, k, axis] = targets.offset[k, axis]
@@ -82,16 +91,20 @@ def _keep(here: Any, slot: int) -> None:
 def _show(here: Any, slot: int, is_there: bool) -> None:
     kept, shown = here.readings, here.shown
     size = here.heading.shape[0]
-    for i in range(size + 1):
-        shown.start[i] = kept.start[slot, i] if is_there else 0
     for i in range(size):
         for axis in range(2):
             here.shown_heading[i, axis] = here.headings[slot, i, axis] if is_there else here.heading[i, axis]
-    for k in range(shown.start[size]):
-        shown.identity[k] = kept.identity[slot, k]
-        shown.distance[k] = kept.distance[slot, k]
-        for axis in range(2):
-            shown.offset[k, axis] = kept.offset[slot, k, axis]
+    at = 0
+    shown.start[0] = 0
+    for i in range(size):
+        for k in range(kept.start[slot, i], kept.start[slot, i + 1] if is_there else kept.start[slot, i]):
+            # Nobody shows a target that is inactive now.
+            if here.x.shape[0] == 0 or not math.isnan(here.x[kept.place[slot, k]]):
+                x = kept.offset[slot, k, 0]
+                y = kept.offset[slot, k, 1]
+                append(shown, at, kept.identity[slot, k], x, y, kept.distance[slot, k])
+                at += 1
+        shown.start[i + 1] = at
 
 
 class RelayReadings(Readings):

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from teamsight.agents.events.arrivals import Arrivals, Departures
     from teamsight.agents.events.batteries import Batteries
     from teamsight.agents.events.charging_places import ChargingPlaces
+    from teamsight.agents.events.contact_log import ContactLog
     from teamsight.agents.events.durations import Constant, Duration, Exponential, Times, Weibull
     from teamsight.agents.events.failures import Failures
     from teamsight.agents.events.sensor_dropouts import SensorDropouts
@@ -22,6 +23,7 @@ _HOMES = {
     "UnreliableAwareness": "teamsight.agents.events.unreliable_awareness",
     "Batteries": "teamsight.agents.events.batteries",
     "ChargingPlaces": "teamsight.agents.events.charging_places",
+    "ContactLog": "teamsight.agents.events.contact_log",
     "Constant": "teamsight.agents.events.durations",
     "Duration": "teamsight.agents.events.durations",
     "EventSource": "teamsight.agents.events.source",
@@ -33,8 +35,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "Arrivals", "Batteries", "ChargingPlaces", "Constant", "Departures", "Duration", "EventSource", "Exponential",
-    "Failures", "SensorDropouts", "Times", "UnreliableAwareness", "Weibull",
+    "Arrivals", "Batteries", "ChargingPlaces", "Constant", "ContactLog", "Departures", "Duration", "EventSource",
+    "Exponential", "Failures", "SensorDropouts", "Times", "UnreliableAwareness", "Weibull",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -94,8 +94,7 @@ class Arrivals(EventSource):
         if self.most is not None and len(group) >= self.most:
             self.log("turned away", present=len(group))
         else:
-            given: dict[str, Any] = {} if self.position is None else {"position": self.position}
-            (agent,) = group.add(1, **given, **self.abilities)
+            (agent,) = group.add(1, **self._given())
             member = self.member(agent)
             self._arrived.append(member)
             stay = self._drawn(self.stay, number, 2 * number + 1)
@@ -121,6 +120,17 @@ class Arrivals(EventSource):
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
         self._arrived = list(data)
+
+    def _given(self) -> dict[str, Any]:
+        """Return the arguments of `Group.add`."""
+        given = dict(self.abilities)
+        if self.position is not None:
+            given["position"] = self.position
+        speed, first = self._its_group().bodies.speed, self._its_group().first_abilities.speed
+        if "speed" not in given and len(set(speed.tolist())) > 1 and len(set(first.tolist())) == 1:
+            # Some are stopped or slowed now, as at a charging place; all have begun with the same speed.
+            given["speed"] = float(first[0])
+        return given
 
     def _plan_next(self, number: int) -> None:
         if isinstance(self.interval, Times):

@@ -43,7 +43,8 @@ class Sensor:
         Probability that an agent in view is not sensed at a tick.
     false_positives : float, default 0
         Probability that an observer senses at a tick an agent that is not there: a random agent of the observed groups
-        that it does not sense at this tick appears at a random place in the field of view, within range.
+        that it does not sense at this tick appears at a random place in the field of view, within range; none if that
+        agent is inactive.
     delay : int, default 0
         Time from measuring to the percept [ticks], at most `MOST_DELAY`. Until the first measurement arrives, the
         percept is empty.

@@ -22,6 +22,10 @@ from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
 
+_PERCEIVED = (
+    "Neighbours count when a robot decides: between two decisions it may have more, which it does not perceive."
+)
+
 
 def choose_delta(
     model: Factory | Mapping[str, Any],
@@ -31,6 +35,7 @@ def choose_delta(
     risk: float = 0.01,
     rng: int | None = None,
     team: str | None = None,
+    perceived: bool = False,
     confidence: float = 0.95,
     subject: str | None = None,
     pool: WorkerPool | None = None,
@@ -53,6 +58,9 @@ def choose_delta(
         Root seed; a random one by default. The seeds of the runs derive from it and are in ``maxima``.
     team : str, optional
         The only team whose robots count; by default all teams do.
+    perceived : bool
+        Count the neighbours of a robot only when it decides; by default at every step. They differ for robots that
+        sense now and then, see `Cycle`. Steps are then made one by one.
     confidence : float
         Confidence of each bound by itself.
     subject : str, optional
@@ -96,7 +104,7 @@ def choose_delta(
         )
     runs, steps = limits.runs(math.ceil(10 / risk) if runs is None else runs), limits.steps(steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
-    planned = _planned(model, root, runs, steps, CountDegrees(team))
+    planned = _planned(model, root, runs, steps, CountDegrees(team, perceived=checks.flag("perceived", perceived)))
     if pool is not None and pool.size > 1 and not isinstance(model, Mapping):
         _check_can_be_sent(model)
     found = degrees_of(planned, pool, progress)
@@ -112,14 +120,18 @@ def choose_delta(
         confidence=confidence,
         independent=float(runs),
         largest=largest,
-        prediction=team_conditions.predict(met, size, steps),
+        prediction=None if perceived else team_conditions.predict(met, size, steps),
         group_maxima=by_group.group_maxima((one.groups for one in found), [run.seed for run in planned]),
         source="simulation",
         subject=subject or f"{_name(model, size)}{_of_team(team)}, {runs:,} runs of {steps:,} steps",
         awareness_range=team_conditions.awareness_range(met),
         length=float(steps),
         unit="steps",
-        notes=(*team_conditions.notes(met, size), *_of_short_runs([one.steps for one in found], steps)),
+        notes=(
+            *team_conditions.notes(met, size),
+            *[_PERCEIVED] * perceived,
+            *_of_short_runs([one.steps for one in found], steps),
+        ),
     )
 
 

@@ -16,6 +16,7 @@ from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team, teammates
 from teamsight.analysis.delta import sector_occupancy
 from teamsight.analysis.delta.by_group import GroupDegrees, note_sizes, with_maxima
+from teamsight.analysis.delta.perceived import run_perceiving
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.delta.team_conditions import Conditions, conditions
 from teamsight.analysis.runs.run import Run
@@ -101,10 +102,13 @@ class CountDegrees:
         The only team that counts; all do for None.
     samples : int
         How many times the bearings are sampled, evenly over the run, which changes nothing in it.
+    perceived : bool
+        Count the neighbours of each robot only when it decides, which takes longer.
     """
 
     team: str | None = None
     samples: int = _SAMPLES
+    perceived: bool = False
 
     def __call__(self, world: World, steps: int) -> Degrees:
         """Run the world and return its degrees."""
@@ -113,10 +117,12 @@ class CountDegrees:
         note_sizes(sizes, world, self.team)
         made = len(world.recording.history) if first else 0
         ends = np.linspace(0, steps, min(max(self.samples, 1), steps) + 1).astype(int)
-        samples, largest_team = [], 0
+        samples, largest_team, at_decisions = [], 0, dict[tuple[str, str], int]()
         for stretch in np.diff(ends).tolist():
             # A model that has stopped itself makes no more steps, and would warn of it.
-            if world.running:
+            if self.perceived:
+                run_perceiving(world, stretch, self.team, at_decisions)
+            elif world.running:
                 world.run(stretch)
             note_sizes(sizes, world, self.team)
             if self.samples:
@@ -128,9 +134,12 @@ class CountDegrees:
                 heading = np.where(active[:, np.newaxis], members.heading, np.nan)
                 samples.append(sector_occupancy.bearings(team_graph(world, self.team), heading))
         met = frozenset({before, conditions(world, self.team)})
-        largest = world.recording.max_neighbours(self.team, made)
+        by_group = at_decisions if self.perceived else world.recording.max_neighbours_by_group(made)
+        largest = max(at_decisions.values(), default=0)
+        if not self.perceived:
+            largest = world.recording.max_neighbours(self.team, made)
         bearings = sector_occupancy.gather(samples) if self.samples else None
-        met_by = with_maxima(sizes, world.recording.max_neighbours_by_group(made), self.team)
+        met_by = with_maxima(sizes, by_group, self.team)
         return Degrees(largest, met, world.tick - first, met_by, largest_team, bearings)
 
 

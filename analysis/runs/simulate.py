@@ -7,6 +7,7 @@ such as one point of a learning curve, is a `Job` too: it makes its own runs whe
 from __future__ import annotations
 
 import contextlib
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
@@ -89,7 +90,7 @@ def run_all(
     with contextlib.nullcontext(pool) if pool is not None else WorkerPool(1) as workers:
         if workers.size > 1:
             # In one worker, so that no two workers compile the same kernels.
-            workers.map(_make, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
+            workers.map(_compile, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
         chunks = _chunks(missing, workers.size)
 
         def keep(index: int, made: list[Any]) -> None:
@@ -130,6 +131,13 @@ def _one_of_each_kind(jobs: Iterable[Job]) -> list[Job]:
     """Return a short run for each combination of components; numbers do not change what is compiled."""
     kinds = {job.kind: job for job in jobs if isinstance(job, Run)}
     return [replace(run, steps=1) for run in kinds.values()]
+
+
+def _compile(jobs: Sequence[Job]) -> None:
+    with warnings.catch_warnings():
+        # In a run of one step robots that sense rarely do not decide.
+        warnings.filterwarnings("ignore", "none of .* decides before", UserWarning)
+        _make(jobs)
 
 
 def _make(jobs: Sequence[Job]) -> list[Any]:

@@ -14,6 +14,8 @@ MOST_SECTORS = 360
 #: The smallest risk: a smaller one would need by far more runs than a command may make.
 LEAST_RISK = 1e-9
 
+# Events of one command: hours of work, and a log that fills the memory.
+_MOST_EVENTS = 1e7
 # Agents × steps of one command: months of work.
 _MOST_AGENT_STEPS = 1e14
 # Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
@@ -97,6 +99,32 @@ def check_transitions(robots: int, steps: int, runs: int, degrees: Collection[st
             f"robots={robots}, steps={steps}, runs={runs}: makes {transitions:.1e} transitions of {numbers} numbers, "
             f"{4 * transitions * numbers / 1e9:.3g} GB, at most {_MOST_BYTES / 1e9:g} GB; reduce one of them, or give "
             "a degree of awareness that adds fewer inputs"
+        )
+
+
+def check_failures(failures: float | None, repair: float | None, robot_steps: float) -> None:
+    """Refuse repairs without failures, and more events than a command can process.
+
+    Parameters
+    ----------
+    failures, repair : float or None
+        The mean number of ticks until a robot fails, and until it is repaired.
+    robot_steps : float
+        Robots × steps.
+
+    Raises
+    ------
+    ValueError
+        If both do not fit, or there would be too many events.
+    """
+    if repair is None:
+        return
+    if failures is None:
+        raise ValueError(f"repair={repair:g}: no robot fails; give --failures too, or leave --repair out")
+    if 2 * robot_steps > _MOST_EVENTS * (failures + repair):
+        raise ValueError(
+            f"failures={failures:g}, repair={repair:g}: make more than {_MOST_EVENTS:g} events; give longer times, or "
+            "fewer steps"
         )
 
 

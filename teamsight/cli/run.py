@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,8 +36,8 @@ class RunSettings(Settings):
     steps: int = values.steps(600, "Number of steps.")
     seed: int = values.seed(0, "Seed of the world.")
     preset: str | None = values.preset()
-    failures: float | None = values.duration("Mean number of ticks until a robot fails; by default none does.")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired; by default none is.")
+    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
+    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
     save: Path | None = values.file("Write the history, one row per step, to this Parquet file.")
@@ -47,10 +48,9 @@ class RunSettings(Settings):
         from teamsight.agents.cycle import check_run
 
         limits.check_sectors(self)
-        if self.repair is not None and self.failures is None:
-            raise ValueError(f"repair={self.repair:g}: no robot fails; give --failures too, or leave --repair out")
-        if self.save is not None and self.save == self.save_events:
-            raise ValueError(f"save={self.save}: is the file of save_events too; give another place for one of them")
+        limits.check_failures(self.failures, self.repair, self.robots * self.steps)
+        if self.save and self.save_events and os.path.abspath(self.save) == os.path.abspath(self.save_events):
+            raise ValueError(f"save_events={self.save_events}: is the file of --save too; give another place for one")
         if self.cycle > 1.0:
             check_run(self.cycle, self.steps)
         limits.check_worlds(

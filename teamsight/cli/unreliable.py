@@ -21,7 +21,7 @@ class UnreliableSettings(Settings):
 
     out: Path = values.folder(Path("results"), "Folder for the results.")
     runs: int = values.count(60, "Number of runs of each condition.", most=limits.MOST_CELL_RUNS)
-    steps: int = values.steps(600)
+    steps: int = values.steps(600, "Number of steps of each run, at least 50.")
     repair: float = values.number(50.0, "Mean time to repair, in ticks.", least=1.0, most=1e9)
     policies: tuple[str, ...] = values.choices(
         ("a-cmommt", "evolved"), "Policies, separated by commas: {names}.", _POLICIES, "policy"
@@ -29,6 +29,15 @@ class UnreliableSettings(Settings):
     seed: int = values.seed(2100, "Seed of all runs.")
     workers: int | None = values.workers()
     force: bool = values.flag("Replace results of other settings, and files that teamsight did not write.")
+
+    def check(self) -> None:
+        """Refuse runs in which robots would decide at most once."""
+        from teamsight.analysis.unreliable.plan import PERIODS
+
+        if self.steps < max(PERIODS):
+            raise ValueError(
+                f"steps={self.steps}: must be at least {max(PERIODS)}, the longest sensing period; give more steps"
+            )
 
 
 def unreliable(settings: UnreliableSettings) -> None:

@@ -70,9 +70,9 @@ def length(default: float, help: str) -> Any:
     return Option(_numeric(world_limits.length), default, help, "NUMBER")
 
 
-def duration(help: str) -> Any:
-    """Declare a mean time [ticks], without a default."""
-    return Option(_numeric(partial(checks.number, above=0.0)), None, help, "NUMBER")
+def duration(help: str, shown: str) -> Any:
+    """Declare a mean time [ticks] without a default."""
+    return Option(_numeric(partial(checks.number, above=0.0)), None, help, "NUMBER", shown)
 
 
 def agents(default: int | None, help: str, shown: str = "") -> Any:

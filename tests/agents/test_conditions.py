@@ -336,3 +336,19 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(RuntimeError, match=r"active: called in decide.*clock\.at"):
         world.step()
     assert world.tick == 0
+
+
+def test_late_relayed_lists_show_nobody_who_is_inactive_now() -> None:
+    world = row()
+    robots, targets = world.groups
+    robots.sensors["teammates"] = Sensor(delay=2)
+    world.run(5)
+    assert robots[1].percept.relayed.identity.tolist() == [targets[0].unique_id, targets[1].unique_id]
+    targets[0].active = False
+    assert robots[1].percept.relayed.identity.tolist() == [targets[1].unique_id]
+    targets[0].active = True
+    robots[0].break_sensor("targets")
+    # What this one has sensed before, it still relays; it is there and knows of it.
+    assert robots[1].percept.relayed.identity.tolist() == [targets[0].unique_id, targets[1].unique_id]
+    robots[0].active = False
+    assert robots[1].percept.relayed.identity.tolist() == [targets[1].unique_id]

@@ -161,7 +161,7 @@ class Interface(RuleBasedStateMachine):
         data=st.data(),
         name=st.sampled_from(
             ["speed", "sensing_range", "awareness_range", "turn_limit", "policy", "awareness", "position", "heading", "pos",
-             "percept", "neighbours", "battery"]
+             "percept", "neighbours", "battery", "active"]
         ),
         value=st.one_of(nonsense, lengths),
     )  # fmt: skip

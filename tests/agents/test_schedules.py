@@ -24,5 +24,5 @@ _quiet = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 TestSchedule = _quiet(Schedule.TestCase)
 TestScheduleWithCycles = _quiet(ScheduleWithCycles.TestCase)
 TestSchedule.settings = TestScheduleWithCycles.settings = settings(
-    max_examples=8, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=7, stateful_step_count=20, deadline=None, suppress_health_check=list(HealthCheck)
 )

@@ -20,11 +20,11 @@ waits = st.lists(st.tuples(st.integers(0, STEPS), st.sampled_from(KINDS), st.int
 changes = st.lists(st.tuples(st.integers(0, 2 * STEPS), st.sampled_from(CHANGES), st.integers(0, 9)), max_size=8)
 
 
-def built() -> World:
+def built(sensor: Sensor | None) -> World:
     world = World(Box(3, 3), rng=3)
     robots = world.add(Robot, 3, policy="random-walk", speed=0.3)
     targets = world.add(Target, 3, policy="random-walk", speed=0.2)
-    world.senses(robots, targets, sensor=Sensor(missed=0.2))
+    world.senses(robots, targets, sensor=sensor)
     return world
 
 
@@ -77,9 +77,11 @@ def in_python(world: World, kind: str, robot: Any, other: Any, target: Any) -> A
     return world.until(tests[kind])
 
 
-def history(plan: list[Any], script: list[Any], wait: Callable[..., Any], advance: Callable[[World], None]) -> list[Any]:
+def history(
+    sensor: Sensor | None, plan: list[Any], script: list[Any], wait: Callable[..., Any], advance: Callable[[World], None]
+) -> list[Any]:
     """Return when each wait ended, and whether because an agent had left."""
-    world, log = built(), []
+    world, log = built(sensor), []
     robots, targets = (list(group) for group in world.groups)
 
     def follow(number: int, time: int, kind: str, pick: int) -> Generator[Any, Any, None]:
@@ -108,9 +110,10 @@ def parts(world: World) -> None:
     world.run(STEPS - 12)
 
 
-@settings(max_examples=40, deadline=None)
-@given(plan=waits, script=changes)
-def test_compiled_waits_end_when_conditions_in_python_do(plan: list[Any], script: list[Any]) -> None:
-    expected = history(plan, script, in_python, lambda world: world.run(STEPS))
-    assert history(plan, script, compiled, lambda world: world.run(STEPS)) == expected
-    assert history(plan, script, compiled, parts) == expected
+@settings(max_examples=50, deadline=None)
+@given(missed=st.sampled_from([0.0, 0.2]), plan=waits, script=changes)
+def test_compiled_waits_end_when_conditions_in_python_do(missed: float, plan: list[Any], script: list[Any]) -> None:
+    sensor = Sensor(missed=missed) if missed else None
+    expected = history(sensor, plan, script, in_python, lambda world: world.run(STEPS))
+    assert history(sensor, plan, script, compiled, lambda world: world.run(STEPS)) == expected
+    assert history(sensor, plan, script, compiled, parts) == expected

@@ -16,8 +16,10 @@ import pytest
 
 from teamsight import CMOMMT, Robot, Sensor, Target, World, run_many
 from teamsight.agents.awareness import RingAwareness
+from teamsight.agents.events import Failures
 from teamsight.agents.recording.explore import explore
 from teamsight.analysis import neighbour_graph
+from teamsight.analysis.contacts import of_world
 from teamsight.analysis.delta import choose_delta
 from teamsight.analysis.learning.learners import LEARNERS, awareness_for, learn
 from teamsight.analysis.learning.worlds import explore_worlds
@@ -352,3 +354,23 @@ def test_what_does_not_count_is_in_no_observed_fraction() -> None:
     seen = {target.unique_id for robot in sensing for target in robot.sensed("targets")}
     assert world.observed == len(seen) / 6
     assert any(robot.sensed("rivals") for robot in world.guards)
+
+
+def test_the_graph_over_time_is_that_of_active_robots() -> None:
+    def failing() -> CMOMMT:
+        model = CMOMMT(robots=10, radius=1.5, policy="random-walk", rng=6)
+        model.attach(Failures(10.0, 10.0), model.robots)
+        model.recording.record_positions()
+        return model
+
+    stepped, recorded = failing(), failing()
+    live = neighbour_graph.over_time(stepped, 40).iloc[1:].reset_index(drop=True)
+    sensed = neighbour_graph.over_time(failing(), 40, sensed=True).iloc[1:].reset_index(drop=True)
+    recorded.run(40)
+    trajectory = recorded.recording.trajectory
+    robots = trajectory[trajectory["group"] == "robots"]
+    kept = neighbour_graph.over_trajectory(robots, 1.0)
+    pd.testing.assert_frame_equal(live, kept, check_dtype=False)
+    pd.testing.assert_frame_equal(live, sensed)
+    assert live["robots"].min() < 10
+    assert of_world(recorded).components["components"].tolist() == live["components"].tolist()

@@ -55,14 +55,15 @@ BASE = {
     ("learn", "diagnose"): ["--samples", "4,6", "--k", "3", "--memories", "1", "--workers", "1", "--learners", "lazy"],
 }  # fmt: skip
 FLAGS = {
-    ("run",): ["--force"], ("delta",): ["--force", "--sort"], ("reproduce",): ["--quick", "--force"],
+    ("run",): ["--force", "--events"], ("delta",): ["--force", "--sort"], ("reproduce",): ["--quick", "--force"],
     ("learn", "explore"): ["--append", "--force"], ("learn", "evaluate"): ["--force"], ("learn", "figure"): ["--quick", "--force"],
     ("learn", "diagnose"): ["--force"],
 }  # fmt: skip
 OPTIONS = {
     ("run",): {
         "--robots": COUNT, "--targets": COUNT, "--radius": LENGTH, "--policy": POLICY, "--awareness": AWARENESS, "--delta": COUNT,
-        "--awareness-range": LENGTH, "--steps": STEPS, "--seed": SEED, "--preset": PRESET, "--save": PATH,
+        "--awareness-range": LENGTH, "--steps": STEPS, "--seed": SEED, "--preset": PRESET, "--save": PATH, "--save-events": PATH,
+        "--failures": LENGTH, "--repair": LENGTH,
     },
     ("delta",): {
         "--robots": COUNT, "--targets": COUNT, "--radius": LENGTH, "--policy": POLICY, "--preset": PRESET, "--awareness-range": LENGTH,

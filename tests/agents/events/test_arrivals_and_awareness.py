@@ -60,12 +60,12 @@ def test_arrivals_are_as_many_as_their_rate_says() -> None:
     world = World(Box(50, 50), rng=3)
     team = world.add(Robot, 1, policy="stationary")
     world.attach(Arrivals(2.0, 6.0), team)
-    world.run(3_000)
+    world.run(1_200)
     joined = len(times(world, "joined"))
-    # A Poisson number of mean 1,500, and Little's law: three are there on average.
-    assert abs(joined - 1_500) < 5.5 * 1_500**0.5
-    stays = sum(times(world, "left")) - sum(times(world, "joined")) + 3_000 * (len(team) - 1)
-    assert abs(stays / 3_000 - 3) < 5.5 * (2 * 3 * 6 / 3_000) ** 0.5
+    # A Poisson number of mean 600, and Little's law: three are there on average.
+    assert abs(joined - 600) < 5.5 * 600**0.5
+    stays = sum(times(world, "left")) - sum(times(world, "joined")) + 1_200 * (len(team) - 1)
+    assert abs(stays / 1_200 - 3) < 5.5 * (2 * 3 * 6 / 1_200) ** 0.5 + 3 * 6 / 1_200
 
 
 def test_agents_depart() -> None:

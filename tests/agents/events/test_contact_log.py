@@ -96,7 +96,7 @@ def test_the_log_works_with_a_policy_in_python() -> None:
     assert rows(log) != []
 
 
-CHANGES = ("remove", "add", "move", "switch", "range", "crowd", "reset", "group")
+CHANGES = ("remove", "add", "move", "switch", "range", "crowd", "reset", "group", "off", "on")
 
 
 @settings(max_examples=25, deadline=None)
@@ -122,6 +122,8 @@ def test_the_log_survives_all_that_changes_groups(plan: list[tuple[int, str, int
             world.adjust(robots, policy="stationary" if pick % 2 else "random-walk")
         elif what == "range":
             world.adjust(robots, awareness_range=0.3 + pick / 40)
+        elif what in ("off", "on"):
+            group[pick % len(group)].active = what == "on"
         elif what == "reset":
             world.reset(pick)
         elif what == "group":
@@ -255,3 +257,11 @@ def test_wrong_arguments_are_named() -> None:
         model.contacts = 3  # type: ignore[misc, assignment]
     assert model.sources == ()
     assert model._data.watchers == []
+
+
+@pytest.mark.short
+def test_a_model_can_be_made_with_a_contact_log() -> None:
+    model = CMOMMT(rng=1, radius=2.0, events=[ContactLog()])
+    model.run(10)
+    assert model.log_contacts(model.robots) is model.sources[0]
+    assert len(model.contacts) > 0

@@ -81,7 +81,7 @@ def test_step_and_run_give_one_result() -> None:
 @pytest.mark.parametrize("end", [Constant(30), 30, Weibull(40, 1.5)])
 def test_exponential_failures_have_the_availability_of_the_formula(end: object) -> None:
     repair = end
-    robots, steps, mttf = 500, 4_000, 100.0
+    robots, steps, mttf = 250, 4_000, 100.0
     world = World(Disc(100.0), rng=2)
     team = world.add(Robot, robots, policy="stationary")
     failures = world.attach(Failures(mttf, repair), team)  # type: ignore[arg-type]

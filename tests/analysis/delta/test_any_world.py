@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+import numpy as np
 import pytest
 from chance import fresh_seed
 
-from teamsight import CMOMMT, Box, Disc, Robot, Target, World
+from teamsight import CMOMMT, Box, Cycle, Disc, Robot, Target, World
 from teamsight.agents.events import Failures
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
@@ -273,4 +274,32 @@ def test_the_report_on_robots_that_fail_says_so() -> None:
 def failing_team(seed: int) -> World:
     model = CMOMMT(robots=8, radius=0.5, policy="random-walk", rng=seed)
     model.attach(Failures(4.0, 8.0), model.robots)
+    return model
+
+
+def test_neighbours_can_count_at_decisions_only() -> None:
+    """Robots that decide every 7 ticks, and fail now and then, counted by a second way: percepts."""
+    world, twin = (rare_team(11) for _ in range(2))
+    found = CountDegrees(samples=3, perceived=True)(world, 60)
+    largest, seen = 0, 0
+    for tick in range(60):
+        twin.clock.at(tick, lambda: degrees.__setitem__(0, twin.neighbours.degree.tolist()))
+        degrees = [[]]
+        twin.step()
+        for row, decided in enumerate(twin.robots.decided_at.tolist()):
+            if decided == tick:
+                largest, seen = max(largest, degrees[0][row]), seen + 1
+    assert 0 < seen < 60 * 8 / 5
+    assert found.max_neighbours == found.groups[0].max_neighbours == largest
+    assert np.array_equal(world.robots.position, twin.robots.position)
+    settings = {"robots": 8, "radius": 1.0, "policy": "random-walk", "cycle": Cycle(20, phase=5)}
+    reports = [choose.choose_delta(settings, runs=20, steps=60, risk=0.2, rng=1, perceived=one) for one in (False, True)]
+    more = reports[0].maxima["max_neighbours"] - reports[1].maxima["max_neighbours"]
+    assert (more.min(), more.max() > 0) == (0, True)
+    assert any("when a robot decides" in note for note in reports[1].notes)
+
+
+def rare_team(seed: int) -> CMOMMT:
+    model = CMOMMT(robots=8, radius=1.5, policy="random-walk", cycle=Cycle(7, phase="random", jitter=3), rng=seed)
+    model.attach(Failures(20.0, 8.0), model.robots)
     return model

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import pandas as pd
 import pytest
 
@@ -160,3 +162,12 @@ def test_a_chunk_is_described_without_the_contents_of_its_policies() -> None:
     described = simulate._describe([Run({"robots": 2, "policy": "x" * 5000}, seed, 1) for seed in range(3)])
     assert described.startswith("3 jobs, the first of which is the run robots=2, policy=xxx")
     assert len(described) < 200
+
+
+def test_the_short_runs_that_compile_warn_of_nothing() -> None:
+    from teamsight import Cycle
+
+    run = Run({"robots": 2, "cycle": Cycle(20, phase=8)}, 1, 40)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulate._compile(simulate._one_of_each_kind([run]))
