@@ -10,29 +10,24 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import building
+from teamsight.agents.adjusting import adjust, adjust_one
 from teamsight.agents.arguments import OWN_OF_GROUP, divided
 from teamsight.agents.arrivals import extended, join
 from teamsight.agents.body import Body
-from teamsight.agents.building import Plan, check_names, column, turn_columns
+from teamsight.agents.building import Plan, check_names
 from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.condition import set_active, set_works
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
-from teamsight.agents.group import Group, first_state, team_of
+from teamsight.agents.group import Group
 from teamsight.agents.mesa_bases import Agent, Model
-from teamsight.agents.new_timetable import put_timetable
 from teamsight.agents.places import checked_positions
-from teamsight.agents.resolve import awareness_of, check_channels, policy_of
 from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.timetabling import (
-    back_to_group,
-    begin_policy,
-    check_policies,
     set_cycle_of_one,
     set_policy_of_one,
-    timetable_with,
 )
 from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
@@ -160,63 +155,11 @@ class WorldHost:
 
     def adjust(self, group: Group, **changes: Any) -> None:
         """Change the settings of a group; see `World.adjust`."""
-        self._data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
-        if group not in self._data.groups:
-            raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
-        given = {name: value for name, value in changes.items() if value is not None}
-        size, limits, bodies = len(group), self._data.limits, group.bodies
-        ranges = [
-            column(name, given[name], size, limits.range) if name in given else before
-            for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
-        ]
-        speed = column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
-        turning = bodies.turn_cosine, bodies.turn_sine
-        if "turn_limit" in given:
-            turning = turn_columns(given["turn_limit"], size)
-        table = timetable_with(self._data, self._engine, group, given["cycle"]) if "cycle" in given else None
-        policy, awareness = before = group.rules
-        if "awareness" in given:
-            awareness = awareness_of(given["awareness"])
-        if "policy" in given:
-            policy = policy_of(given["policy"], given.get("policy_options"))
-            check_channels(group, policy)
-        elif "policy_options" in given:
-            shown = checks.shown(given["policy_options"])
-            raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
-        try:
-            group.rules = policy, awareness
-            stay = group.policies if policy is before[0] else [policy]
-            check_policies(group, stay, team_of(self._data.groups, group))
-            state = first_state(policy, size) if policy is not before[0] else None
-        except BaseException:
-            group.rules = before
-            raise
-        with deferred():
-            if "policy" in given and policy is before[0]:
-                back_to_group(group)
-            group.ranges = ranges[0], ranges[1]
-            bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
-            if table is not None:
-                put_timetable(group, table)
-            if policy is not before[0]:
-                begin_policy(group, state)
-            self._engine.is_bound = False
+        adjust(self._data, self._engine, group, changes)
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-        group, row, bodies, limits = agent.group, agent.row, agent.group.bodies, self._data.limits
-        if name == "turn_limit":
-            (cosine,), (sine,) = turn_columns(value, 1)
-            with deferred():
-                bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
-            return
-        number = column(name, value, 1, limits.speed if name == "speed" else limits.range)[0]
-        if name == "speed":
-            bodies.speed[row] = number
-        else:
-            with deferred():
-                group.ranges[name == "awareness_range"][row] = number
-                self._engine.is_bound = False
+        adjust_one(self._data, self._engine, agent, name, value)
 
     def set_cycle(self, agent: Body, value: Any) -> None:
         """Give one agent a cycle of its own."""

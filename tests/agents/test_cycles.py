@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Cycle, Robot, Target, Torus, World
 from teamsight.agents.new_timetable import new_timetable, put_timetable
-from teamsight.policies import ACmommt, Policy
+from teamsight.policies import ACmommt, Policy, RandomWalk
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept
 from teamsight.policies.percept_of_one import PerceptOfOne
+from tests.agents.engine.test_leaking_arenas import Room
 
 POLICIES = ("a-cmommt", "random-walk", "centroid", "evasive", "stationary", "evolved", "lazy-cooperative")
 DEGREES = ("none", "ring", "pairwise", "shared")
@@ -395,3 +396,23 @@ def test_what_init_sets_is_what_agents_begin_with() -> None:
     assert len(scouts) == 4
     world.run(1)
     assert scouts.decided_at.tolist() == [8, 6, 8, 5]
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_a_step_that_fails_changes_no_timetable(delay: int) -> None:
+    found = []
+    for rule in (RandomWalk(), InPython(RandomWalk())):
+        world = World(Room(), rng=3)
+        robots = world.add(Robot, 3, policy=rule, speed=0.15, cycle=Cycle([2, 3, 5], delay=delay), position=(0, 0))
+        ticks = []
+        while world.tick < 60:
+            try:
+                world.step()
+            except ValueError as error:
+                assert "outside" in str(error) or "left" in str(error)
+                ticks.append(world.tick)
+                for robot in robots:
+                    robot.position = (0, 0)
+        found.append((ticks, bits(world)))
+    assert found[0][0]
+    assert found[0] == found[1]

@@ -97,6 +97,11 @@ def test_the_group_and_a_reset_set_all_again() -> None:
     world.robots.policy = plain.robots.policy
     assert isinstance(world.robots[2].policy, ACmommt)
     world.robots[2].policy = "random-walk"
+    world.adjust(world.robots, policy=plain.robots.policy, cycle=Cycle(3))
+    assert isinstance(world.robots[2].policy, ACmommt)
+    world.robots[2].policy = "random-walk"
+    world.adjust(world.robots, cycle=Cycle())
+    assert isinstance(world.robots[2].policy, RandomWalk)
     world.run(3)
     world.reset()
     world.run(12)
