@@ -10,7 +10,7 @@ from teamsight.agents.event_methods import EventMethods
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.agents.events.recurring import Recurring
+    from teamsight.agents.events.recurring import Recurring, Schedule
     from teamsight.world.clock import Planned
 
 # mesa's default priority; 1 is high and 10 is low.
@@ -64,7 +64,9 @@ class MesaEvents(EventMethods):
         self._data.timeline.events_end_steps = True
         return planned
 
-    def schedule_recurring(self, function: Callable[[], Any], schedule: Any, priority: int = _DEFAULT) -> Recurring:
+    def schedule_recurring(
+        self, function: Callable[[], Any], schedule: float | Schedule, priority: int = _DEFAULT
+    ) -> Recurring:
         """Call a function again and again.
 
         A reset begins it again, and a state holds it: it goes on in this world, and in one that was built in the same

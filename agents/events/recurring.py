@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 from teamsight.agents.events.source import EventSource
 from teamsight.core import checks
 from teamsight.world.clock import Planned
+
+
+class Schedule(Protocol):
+    """What is read of mesa 3.5's ``mesa.time.Schedule``; see `Recurring`."""
+
+    @property
+    def interval(self) -> Any: ...
+    @property
+    def start(self) -> float | None: ...
+    @property
+    def end(self) -> float | None: ...
+    @property
+    def count(self) -> int | None: ...
 
 
 class Recurring(EventSource):
@@ -31,9 +44,9 @@ class Recurring(EventSource):
 
     needs_group: ClassVar[bool] = False
 
-    def __init__(self, function: Callable[[], Any], schedule: Any, priority: float) -> None:
+    def __init__(self, function: Callable[[], Any], schedule: float | Schedule, priority: float) -> None:
         self.function, self.schedule, self.priority = function, schedule, priority
-        self._interval = getattr(schedule, "interval", schedule)
+        self._interval: Any = getattr(schedule, "interval", schedule)
         if not callable(self._interval):
             self._interval = checks.number("interval", self._interval, above=0)
         self._next: Planned | None = None
