@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.building import column, turn_columns
+from teamsight.agents.decisions.new_timetable import put_timetable
+from teamsight.agents.decisions.timetabling import back_to_group, begin_policy, check_policies, timetable_with
 from teamsight.agents.group import Group, first_state, team_of
-from teamsight.agents.new_timetable import put_timetable
 from teamsight.agents.resolve import awareness_of, check_channels, policy_of
-from teamsight.agents.timetabling import back_to_group, begin_policy, check_policies, timetable_with
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 

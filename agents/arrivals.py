@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.building import MOST_AGENTS, Places, abilities_of, bodies_of, founders_of
-from teamsight.agents.cycle import EVERY_STEP, cycle_of
+from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
+from teamsight.agents.decisions.new_timetable import new_timetable
+from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.group import Group
-from teamsight.agents.new_timetable import new_timetable
-from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import state_of_more
-from teamsight.agents.timetable import Timetable
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.policies.interface import Action

@@ -16,10 +16,10 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
-from teamsight.agents.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions.new_timetable import new_timetable, put_timetable
 from teamsight.agents.group import Group
 from teamsight.agents.host_protocol import Host
-from teamsight.agents.new_timetable import new_timetable, put_timetable
 from teamsight.agents.places import checked_headings, checked_positions
 from teamsight.agents.resolve import check_needs
 from teamsight.agents.world_data import WorldData

@@ -15,8 +15,8 @@ from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.condition_of_one import note_of_inactive
-from teamsight.agents.cycle import CycleLike
-from teamsight.agents.deciding import Deciding
+from teamsight.agents.decisions.cycle import CycleLike
+from teamsight.agents.decisions.deciding import Deciding
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.fixed import refusing

@@ -17,6 +17,10 @@ from teamsight.agents.body import Body
 from teamsight.agents.building import Plan, check_names
 from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.condition import set_active, set_works
+from teamsight.agents.decisions.timetabling import (
+    set_cycle_of_one,
+    set_policy_of_one,
+)
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
@@ -25,10 +29,6 @@ from teamsight.agents.mesa_bases import Agent, Model
 from teamsight.agents.places import checked_positions
 from teamsight.agents.senses import set_sensor
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.timetabling import (
-    set_cycle_of_one,
-    set_policy_of_one,
-)
 from teamsight.agents.undo import Undo
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks

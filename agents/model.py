@@ -14,13 +14,13 @@ from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
 from teamsight.agents.condition_of_one import note_of_inactive
-from teamsight.agents.cycle import EVERY_STEP, CycleLike, cycle_of
+from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.events.mesa_events import MesaEvents
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
-from teamsight.agents.mesa_events import MesaEvents
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.senses import declare

@@ -11,7 +11,7 @@ import numpy as np
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import Channel, Sensors
-from teamsight.agents.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike
 from teamsight.agents.host_protocol import Host
 from teamsight.core import checks

@@ -11,18 +11,18 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.condition import note_conditions
+from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
-from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.returning import bring_back, lost_members
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.timetable import Timetable
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred

@@ -11,11 +11,11 @@ import mesa
 from teamsight.agents import mesa_compat
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.events.timeline import CONDITION
 from teamsight.agents.group import Group
 from teamsight.agents.progress import RunProgress
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.recording.recording import Recording
-from teamsight.agents.timeline import CONDITION
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred

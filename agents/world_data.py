@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
+from teamsight.agents.events.timeline import Timeline
 from teamsight.agents.group import Group, first_state
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.timeline import Timeline
 from teamsight.policies.interface import PolicyState
 from teamsight.world.arena import Arena
 from teamsight.world.limits import Limits

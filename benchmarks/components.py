@@ -8,7 +8,8 @@ import numpy as np
 from measure import Row, cpu_seconds, interleave, ratio
 
 from teamsight import CMOMMT
-from teamsight.agents.events import Batteries, EventSource, Failures
+from teamsight.agents.components import Batteries, Failures
+from teamsight.agents.events import EventSource
 
 ROBOTS, STEPS = 1_000, 300
 FAILURES, BATTERIES = Failures(2_500, 250), Batteries(200, low_level=10)

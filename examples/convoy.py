@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from teamsight import Robot, Torus, World
-from teamsight.agents.events import Failures, Weibull
+from teamsight import Failures, Robot, Torus, Weibull, World
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Floats, Percept, PolicyArrays, RandomWalk, go
 

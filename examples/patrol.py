@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from teamsight import Disc, Robot, Target, World
-from teamsight.agents.events import Batteries, ChargingPlaces, Failures
+from teamsight import Batteries, ChargingPlaces, Disc, Failures, Robot, Target, World
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Floats, Percept, PolicyArrays, SeekCharger, go
 

@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
     from teamsight.agents.body import Body
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.agents.cycle import Cycle
-    from teamsight.agents.events.arrivals import Arrivals, Departures
-    from teamsight.agents.events.batteries import Batteries
-    from teamsight.agents.events.charging_places import ChargingPlaces
-    from teamsight.agents.events.durations import Constant, Exponential, Times, Weibull
-    from teamsight.agents.events.failures import Failures
-    from teamsight.agents.events.sensor_dropouts import SensorDropouts
+    from teamsight.agents.components.arrivals import Arrivals, Departures
+    from teamsight.agents.components.batteries import Batteries
+    from teamsight.agents.components.charging_places import ChargingPlaces
+    from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
+    from teamsight.agents.components.failures import Failures
+    from teamsight.agents.components.sensor_dropouts import SensorDropouts
+    from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
+    from teamsight.agents.decisions.cycle import Cycle
     from teamsight.agents.events.source import EventSource
-    from teamsight.agents.events.unreliable_awareness import UnreliableAwareness
     from teamsight.agents.model import World
     from teamsight.agents.robot import Robot
     from teamsight.agents.sensing.check import check_sensor
@@ -44,19 +44,19 @@ __version__ = "0.1.0"
 _HOMES = {
     "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
-    "Arrivals": "teamsight.agents.events.arrivals",
-    "Batteries": "teamsight.agents.events.batteries",
-    "ChargingPlaces": "teamsight.agents.events.charging_places",
-    "Constant": "teamsight.agents.events.durations",
-    "Departures": "teamsight.agents.events.arrivals",
+    "Arrivals": "teamsight.agents.components.arrivals",
+    "Batteries": "teamsight.agents.components.batteries",
+    "ChargingPlaces": "teamsight.agents.components.charging_places",
+    "Constant": "teamsight.agents.components.durations",
+    "Departures": "teamsight.agents.components.arrivals",
     "EventSource": "teamsight.agents.events.source",
-    "Exponential": "teamsight.agents.events.durations",
-    "Failures": "teamsight.agents.events.failures",
-    "SensorDropouts": "teamsight.agents.events.sensor_dropouts",
-    "Times": "teamsight.agents.events.durations",
-    "UnreliableAwareness": "teamsight.agents.events.unreliable_awareness",
-    "Weibull": "teamsight.agents.events.durations",
-    "Cycle": "teamsight.agents.cycle",
+    "Exponential": "teamsight.agents.components.durations",
+    "Failures": "teamsight.agents.components.failures",
+    "SensorDropouts": "teamsight.agents.components.sensor_dropouts",
+    "Times": "teamsight.agents.components.durations",
+    "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
+    "Weibull": "teamsight.agents.components.durations",
+    "Cycle": "teamsight.agents.decisions.cycle",
     "World": "teamsight.agents.model",
     "Robot": "teamsight.agents.robot",
     "Sensor": "teamsight.agents.sensing.sensor",

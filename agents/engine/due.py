@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.binding import Sensing
-from teamsight.agents.cycle import ROUNDING
+from teamsight.agents.decisions.cycle import ROUNDING
 from teamsight.core.kernel import Entry, Packed, Record, call, inlined, kernel
 from teamsight.core.kernel.window import Window, move, show_rows
 from teamsight.policies.compiled import Decision

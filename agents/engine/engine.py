@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.channel import leave
+from teamsight.agents.decisions.new_timetable import give_timetables, is_every_step
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.changes import Changes
 from teamsight.agents.engine.failures import (
@@ -22,11 +23,10 @@ from teamsight.agents.engine.python_policies import Deliberation, carry, due_row
 from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Watcher, report
+from teamsight.agents.events.timeline import DECIDE
 from teamsight.agents.group import Group
-from teamsight.agents.new_timetable import give_timetables, is_every_step
 from teamsight.agents.recording.trajectory import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
-from teamsight.agents.timeline import DECIDE
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred

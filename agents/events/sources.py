@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.agents.events.log import EventLog, check_event
-from teamsight.agents.timeline import Timeline
+from teamsight.agents.events.timeline import Timeline
 from teamsight.core import checks
 
 if TYPE_CHECKING:

@@ -133,7 +133,7 @@ class Plan:
     def _treatments(self) -> Iterator[tuple[str, float, dict[str, Any]]]:
         """Yield the sweep, its value and the parameters of CMOMMT that it changes."""
         from teamsight import Cycle
-        from teamsight.agents.events import Failures
+        from teamsight.agents.components import Failures
 
         for value in self.availabilities:
             # One object for all runs, by which they recognise that they can share a world.

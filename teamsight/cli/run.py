@@ -12,7 +12,7 @@ from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.agents.events.failures import Failures
+    from teamsight.agents.components.failures import Failures
 
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
@@ -45,7 +45,7 @@ class RunSettings(Settings):
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
-        from teamsight.agents.cycle import check_run
+        from teamsight.agents.decisions.cycle import check_run
 
         limits.check_sectors(self)
         limits.check_failures(self.failures, self.repair, self.robots * self.steps)
@@ -95,7 +95,7 @@ def _failures(settings: RunSettings) -> Failures | None:
     """Return the source of failures, if there are any."""
     if settings.failures is None:
         return None
-    from teamsight.agents.events.failures import Failures
+    from teamsight.agents.components.failures import Failures
 
     return Failures(settings.failures, settings.repair)
 

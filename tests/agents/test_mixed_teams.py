@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight import Box, Circle, Cycle, Robot, Sensor, Target, World
-from teamsight.agents.events import Batteries, Failures, SensorDropouts
+from teamsight.agents.components import Batteries, Failures, SensorDropouts
 from teamsight.policies import ACmommt, PerceptOfOne
 
 STEPS = 60

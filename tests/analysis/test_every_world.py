@@ -16,7 +16,7 @@ import pytest
 
 from teamsight import CMOMMT, Robot, Sensor, Target, World, run_many
 from teamsight.agents.awareness import RingAwareness
-from teamsight.agents.events import Failures
+from teamsight.agents.components import Failures
 from teamsight.agents.recording.explore import explore
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.contacts import of_world

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.events import Failures
+from teamsight.agents.components import Failures
 from teamsight.cli import main
 
 FAILING = ("run", "--robots", "4", "--targets", "3", "--steps", "100", "--seed", "1", "--failures", "20", "--repair", "5.5")

@@ -10,7 +10,7 @@ import pytest
 from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Cycle, Disc, Robot, Target, World
-from teamsight.agents.events import Failures
+from teamsight.agents.components import Failures
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose, team_conditions

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.events import Failures
+from teamsight.agents.components import Failures
 from teamsight.analysis.stats import exceedance
 from teamsight.analysis.unreliable import results
 from teamsight.analysis.unreliable.page import page, sentences

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Sensor, Target, World, run_many
-from teamsight.agents.events import (
+from teamsight.agents.components import (
     Arrivals,
     Batteries,
     Constant,
     Departures,
-    EventSource,
     Failures,
     Times,
     UnreliableAwareness,
 )
+from teamsight.agents.events import EventSource
 from tests.sensed_worlds import percept_of, shown
 
 

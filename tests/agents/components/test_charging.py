@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from teamsight import Body, Box, Disc, Robot, Target, Torus, World
-from teamsight.agents.events import Batteries, ChargingPlaces, EventSource, Exponential, Failures
+from teamsight.agents.components import Batteries, ChargingPlaces, Exponential, Failures
+from teamsight.agents.events import EventSource
 from teamsight.policies import SeekCharger
 
 

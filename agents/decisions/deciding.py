@@ -12,9 +12,9 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Policy
 
 if TYPE_CHECKING:
+    from teamsight.agents.decisions.other_policies import OtherPolicy
+    from teamsight.agents.decisions.timetable import Timetable
     from teamsight.agents.engine.due import DueArrays
-    from teamsight.agents.other_policies import OtherPolicy
-    from teamsight.agents.timetable import Timetable
 
 Integers = npt.NDArray[np.int64]
 

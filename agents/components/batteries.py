@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.columns import Column
-from teamsight.agents.events.disabling import Disabling
-from teamsight.agents.events.drain import EMPTY, LOW, Drain
+from teamsight.agents.components.disabling import Disabling
+from teamsight.agents.components.drain import EMPTY, LOW, Drain
 from teamsight.core import checks
 
 if TYPE_CHECKING:

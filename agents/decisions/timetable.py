@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.cycle import EVERY_STEP, RANDOM, ROUNDING, Cycle, CycleNumbers, drawn_phases
+from teamsight.agents.decisions.cycle import EVERY_STEP, RANDOM, ROUNDING, Cycle, CycleNumbers, drawn_phases
 from teamsight.policies.interface import Action
 from teamsight.world.noise import Stream, stream_number, uniforms
 

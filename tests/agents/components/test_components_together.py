@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Disc, Robot, Target, World
-from teamsight.agents.events import (
+from teamsight.agents.components import (
     Arrivals,
     Batteries,
     ChargingPlaces,

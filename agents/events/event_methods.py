@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.events.contact_log import ContactLog
     from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.until import Until
     from teamsight.agents.group import Group
-    from teamsight.agents.until import Until
 
     S = TypeVar("S", bound=EventSource)
 else:
@@ -74,7 +74,7 @@ class EventMethods(Measures):
         """Events of the world for which processes wait: ``yield world.until.observed(target)``; see `Until`."""
         data = self._data
         if data.until is None:
-            from teamsight.agents.until import Until
+            from teamsight.agents.events.until import Until
 
             data.until = Until(data, self._engine)
         until: Until = data.until

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, ClassVar
 
-from teamsight.agents.events.durations import Duration, Times
+from teamsight.agents.components.durations import Duration, Times
 from teamsight.agents.events.source import EventSource
 
 if TYPE_CHECKING:

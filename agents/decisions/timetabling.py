@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.cycle import EVERY_STEP, cycle_of
+from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
+from teamsight.agents.decisions.new_timetable import new_timetable, put_timetable
+from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.new_timetable import new_timetable, put_timetable
-from teamsight.agents.other_policies import OtherPolicy
 from teamsight.agents.policy_state import first_state
 from teamsight.agents.resolve import check_channels, check_fit, policy_of
-from teamsight.agents.timetable import Timetable
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import PolicyState

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.events.disabling import Disabling
-from teamsight.agents.events.durations import Duration, Times, lasting, time_to
-from teamsight.agents.events.interruptions import Interruptions
+from teamsight.agents.components.disabling import Disabling
+from teamsight.agents.components.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.interruptions import Interruptions
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body

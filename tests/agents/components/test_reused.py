@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.events import Arrivals, Batteries, Failures, SensorDropouts
+from teamsight.agents.components import Arrivals, Batteries, Failures, SensorDropouts
 from teamsight.agents.reused_worlds import ReusedWorlds
 
 SOURCES: dict[str, Any] = {

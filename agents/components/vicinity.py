@@ -8,8 +8,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.components.drain import ENOUGH, Drain
 from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.drain import ENOUGH, Drain
 from teamsight.agents.group import Group
 from teamsight.core.kernel import Entry, Record
 from teamsight.core.neighbour_list import Filled

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Disc, Robot, Target, World
-from teamsight.agents.events import Batteries, EventSource, Failures, Times
+from teamsight.agents.components import Batteries, Failures, Times
+from teamsight.agents.events import EventSource
 
 
 def make(*sources: EventSource, robots: int = 6, seed: int = 1) -> World:

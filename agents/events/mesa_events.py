@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.event_methods import EventMethods
+from teamsight.agents.events.event_methods import EventMethods
 from teamsight.core import checks
 
 if TYPE_CHECKING:

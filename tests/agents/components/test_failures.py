@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from teamsight import Disc, Robot, Target, World
-from teamsight.agents.events import Constant, EventSource, Failures, SensorDropouts, Times, Weibull
+from teamsight.agents.components import Constant, Failures, SensorDropouts, Times, Weibull
+from teamsight.agents.events import EventSource
 
 
 def make(*sources: EventSource, robots: int = 8, seed: int = 1, policy: str = "a-cmommt") -> World:

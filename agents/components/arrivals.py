@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.arrivals import forget_members
-from teamsight.agents.events.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.durations import Duration, Times, lasting, time_to
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.mesa_compat import next_identity, set_next_identity
 from teamsight.core import checks

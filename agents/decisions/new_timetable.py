@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from teamsight.agents.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.group import Group
-from teamsight.agents.timetable import Timetable
 
 if TYPE_CHECKING:
     from teamsight.agents.world_data import WorldData

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from teamsight.agents.events.durations import Constant, Exponential, Times, Weibull, lasting, time_to
+from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull, lasting, time_to
 
 # In (0, 1), from the smallest that the noise has to the largest.
 UNIFORMS = np.concatenate([[2.0**-33], np.linspace(0.001, 0.999, 999), [1 - 2.0**-33]])

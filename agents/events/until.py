@@ -9,8 +9,8 @@ from teamsight.agents.body import Body
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound
-from teamsight.agents.timeline import CONDITION
-from teamsight.agents.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Waits
+from teamsight.agents.events.timeline import CONDITION
+from teamsight.agents.events.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Waits
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.world.awaited import Kept
@@ -176,7 +176,7 @@ class Until:
         ValueError
             If no `Batteries` are attached to its group.
         """
-        from teamsight.agents.events.batteries import Batteries
+        from teamsight.agents.components.batteries import Batteries
 
         shown = f"until.battery_empty({checks.shown(robot)})"
         self._check_agent(shown, robot)

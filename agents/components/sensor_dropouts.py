@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.events.durations import Duration, Times, lasting, time_to
-from teamsight.agents.events.interruptions import Interruptions
+from teamsight.agents.components.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.interruptions import Interruptions
 from teamsight.core import checks
 
 if TYPE_CHECKING:

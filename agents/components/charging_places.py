@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.body import Body
-from teamsight.agents.events.batteries import Batteries, NeedsCharge
-from teamsight.agents.events.durations import Duration, Times, lasting
+from teamsight.agents.components.batteries import Batteries, NeedsCharge
+from teamsight.agents.components.durations import Duration, Times, lasting
+from teamsight.agents.components.vicinity import Vicinity
 from teamsight.agents.events.source import EventSource
-from teamsight.agents.events.vicinity import Vicinity
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 

@@ -1,0 +1,1 @@
+"""When and by which policy the robots of a group decide."""
