@@ -11,7 +11,7 @@ import pytest
 from teamsight import CMOMMT, Cycle, Robot, Torus, World
 from teamsight.policies import ACmommt, Policy, RandomWalk
 from teamsight.policies.interface import Action, Percept
-from tests.agents.test_cycles import InPython, bits
+from tests.agents.decisions.test_cycles import InPython, bits
 
 
 def model(**more: Any) -> CMOMMT:

@@ -13,7 +13,7 @@ import simpy
 from teamsight import CMOMMT, Box, Robot, Target, World
 from teamsight.agents.components.batteries import Batteries
 from teamsight.agents.events.until import AgentLeftError
-from tests.agents.test_until import divisions
+from tests.agents.events.test_until import divisions
 
 Process = Generator[Any, Any, Any]
 
