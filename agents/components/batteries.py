@@ -158,13 +158,14 @@ class Batteries(Disabling):
 
     def save(self) -> Any:
         """Return the levels, and who is being charged or inactive."""
-        return self.drain.level.copy(), self.drain.supply.copy(), self._reported.copy(), dict(self._disabled)
+        return self.drain.level.copy(), self.drain.supply.copy(), self._reported.copy(), super().save()
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
         level, supply, reported, disabled = data
         self.drain.level, self.drain.supply, self._reported = level.copy(), supply.copy(), reported.copy()
-        self._disabled, self._awaited = dict(disabled), {}
+        super().load(disabled)
+        self._awaited = {}
 
     def _event(self, agent: Body, level: int) -> Any:
         group = self._its_group()
