@@ -9,6 +9,7 @@ import numpy as np
 from teamsight.agents.columns import Column
 from teamsight.agents.components.disabling import Disabling
 from teamsight.agents.components.drain import EMPTY, LOW, Drain
+from teamsight.agents.events.agent_left import AgentLeftError
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -107,7 +108,10 @@ class Batteries(Disabling):
         return self._its_group().columns[BATTERY]
 
     def low(self, agent: Body) -> Any:
-        """Return a SimPy event that happens when the battery of an agent is low; at once if it is already."""
+        """Return a SimPy event that happens when the battery of an agent is low; at once if it is already.
+
+        If the agent leaves the world before, waiting raises `AgentLeftError`; so for `empty`.
+        """
         return self._event(agent, LOW)
 
     def empty(self, agent: Body) -> Any:
@@ -151,10 +155,14 @@ class Batteries(Disabling):
                     source.is_low(member)
 
     def left(self, agent: Body, member: int) -> None:
-        """Forget an agent that has left; what waits for its battery waits for ever."""
+        """Forget an agent that has left; processes that wait for its battery get an `AgentLeftError`."""
         super().left(agent, member)
-        for level in (LOW, EMPTY):
-            self._awaited.pop((member, level), None)
+        for level, name in ((LOW, "low"), (EMPTY, "empty")):
+            event = self._awaited.pop((member, level), None)
+            if event is not None and not event.triggered:
+                # An event that nobody waits for must not stop the run; processes get the error nevertheless.
+                event.defused = True
+                event.fail(AgentLeftError(f"{name}({agent!r}): it has left the world, and its battery with it"))
 
     def save(self) -> Any:
         """Return the levels, and who is being charged or inactive."""
