@@ -10,6 +10,7 @@ import numpy as np
 from teamsight.agents.body import Body
 from teamsight.agents.components.batteries import Batteries, NeedsCharge
 from teamsight.agents.components.durations import Duration, Times, lasting
+from teamsight.agents.components.listed_members import check_members
 from teamsight.agents.components.vicinity import Vicinity
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.sensing.sensor import Sensor
@@ -85,6 +86,10 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self.radius = checks.number("radius", radius, above=0)
         self.policy = policy
         self.reach = None if reach is None else checks.number("reach", reach, above=0)
+
+    def check(self) -> None:
+        """Refuse durations that are listed for unknown members."""
+        check_members(self, "duration")
 
     def connect(self) -> None:
         """Add the places, and watch."""

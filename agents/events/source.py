@@ -74,6 +74,9 @@ class EventSource:
     def begin(self) -> None:
         """Plan the first events; called when it is attached, and at each reset of the world, at tick 0."""
 
+    def check(self) -> None:
+        """Refuse, by an error, what cannot be in this world: called first when it is attached."""
+
     def connect(self) -> None:
         """Set up what it needs in the world, such as a watcher: called before `begin` when it is attached."""
 

@@ -48,6 +48,7 @@ class Sources:
         earlier = [one for number, one in self.known.items() if number < self.following and one.group is group]
         nth = sum(type(one).__name__ == type(source).__name__ for one in earlier)
         mine = source.attached_copy(world, group, self.following, nth)
+        mine.check()
         self.attached.append(mine)
         self.known[mine.number] = mine
         self.following += 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from teamsight import Disc, Robot, Target, World
-from teamsight.agents.components import Constant, Failures, SensorDropouts, Times, Weibull
+from teamsight.agents.components import Arrivals, Constant, Departures, Failures, SensorDropouts, Times, Weibull
 from teamsight.agents.events import EventSource
 
 
@@ -237,3 +237,24 @@ def test_what_the_user_sets_wins_over_failures_and_dropouts(
     world.reset()
     assert robot.active
     assert robot.sensor_works("targets")
+
+
+@pytest.mark.short
+def test_times_for_members_that_cannot_be_there_are_refused() -> None:
+    for source in (Failures(Times({0: [5], 99: [5]})), Failures(5, Times({99: [5]})), Departures(Times({99: [5]}))):
+        world = make(robots=4)
+        with pytest.raises(ValueError, match=r"lists times for the members 99, which 'robots' does not have; .* or Arrivals"):
+            world.attach(source, world.groups[0])
+        assert world.sources == ()
+        world.run(2)
+        # Members that arrive are numbered on.
+        world.attach(Arrivals(Times([3])), world.groups[0])
+        world.attach(source, world.groups[0])
+    with pytest.raises(ValueError, match=r"interval=.*arrivals have one list, .*Times\(\[100, 250\]\)"):
+        Arrivals(Times({3: [5]}))
+    world = make(Failures(Times({2: [5]})), robots=4)
+    world.groups[0][2].remove()
+    # One that has left since it was attached stops no reset.
+    world.reset()
+    world.run(10)
+    assert world.events.empty
