@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from chance import fresh_seed
 
-from teamsight import CMOMMT, Box, Cycle, Disc, Robot, Target, World
+from teamsight import CMOMMT, Box, Cycle, Disc, EventSource, Robot, Target, World
 from teamsight.agents.components import Failures
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
@@ -297,6 +297,44 @@ def test_neighbours_can_count_at_decisions_only() -> None:
     more = reports[0].maxima["max_neighbours"] - reports[1].maxima["max_neighbours"]
     assert (more.min(), more.max() > 0) == (0, True)
     assert any("when a robot decides" in note for note in reports[1].notes)
+
+
+@pytest.mark.parametrize("process", [True, False])
+def test_robots_that_come_at_the_last_moment_count(process: bool) -> None:
+    """Robots come in events that are planned at the moment of the step: at decisions of every step all count."""
+
+    class Late(EventSource):
+        def begin(self) -> None:
+            self.plan(10.0, "first")
+
+        def first(self) -> None:
+            self.plan(self.now, "second")
+
+        def second(self) -> None:
+            self.plan(self.now, "third")
+
+        def third(self) -> None:
+            self.group.add(2)
+
+    def arriving(model: CMOMMT) -> Iterator[Any]:
+        yield model.clock.timeout(10)
+        for _ in range(3):
+            yield model.clock.timeout(0)
+        model.robots.add(2)
+
+    def late(seed: int) -> World:
+        model = CMOMMT(robots=3, radius=0.4, policy="random-walk", cycle=Cycle(1, phase=10.0), rng=seed)
+        if process:
+            model.clock.process(arriving(model))
+        else:
+            model.attach(Late(), model.robots)
+        return model
+
+    world = late(1)
+    found = CountDegrees(samples=2, perceived=True)(world, 11)
+    # Robots decide at tick 10 first, when the two have come, and all are neighbours in so small an arena.
+    assert (found.max_neighbours, found.largest_team) == (4, 5)
+    assert world.recording.before_steps == []
 
 
 def rare_team(seed: int) -> CMOMMT:
