@@ -10,7 +10,7 @@ import pytest
 from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Cycle, Disc, EventSource, Robot, Target, World
-from teamsight.agents.components import Failures
+from teamsight.agents.components import Failures, SensorDropouts, UnreliableAwareness
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose, team_conditions
@@ -335,6 +335,60 @@ def test_robots_that_come_at_the_last_moment_count(process: bool) -> None:
     # Robots decide at tick 10 first, when the two have come, and all are neighbours in so small an arena.
     assert (found.max_neighbours, found.largest_team) == (4, 5)
     assert world.recording.before_steps == []
+
+
+@pytest.mark.filterwarnings("ignore:run.* makes its steps one by one")
+@pytest.mark.parametrize("perceived", [False, True])
+def test_neighbours_are_those_in_range_of_a_robot_that_can_sense(perceived: bool) -> None:
+    """Robots fail, sensors drop out, and those in order miss half: counted by a second way, from positions."""
+
+    def blinking(seed: int) -> CMOMMT:
+        model = CMOMMT(robots=8, radius=1.2, policy="random-walk", awareness="pairwise", rng=seed)
+        model.attach(Failures(30.0, 10.0), model.robots)
+        model.attach(SensorDropouts(20.0, 10.0, "teammates"), model.robots)
+        model.attach(UnreliableAwareness(missing=0.5), model.robots)
+        return model
+
+    world, twin = blinking(5), blinking(5)
+    found = CountDegrees(perceived=perceived)(world, 40)
+    seen: list[tuple[int, int]] = []
+
+    def look(model: World) -> None:
+        for one in model.groups[0]:
+            if one.active and one.sensor_works("teammates"):
+                far = [np.hypot(*(other.position - one.position)) for other in model.groups[0] if other.active]
+                seen.append((int(np.count_nonzero(np.array(far) <= 1.0)) - 1, len(one.sensed("teammates"))))
+
+    # Percepts are those before a step, and the history has the numbers after it.
+    (twin.recording.before_steps if perceived else twin.recording.callbacks).append(look)
+    for _ in range(40):
+        twin.run(1)
+    near, sensed = np.array(seen).T
+    assert found.max_neighbours == near.max()
+    assert (sensed <= near).all()
+    assert (sensed < near).any()
+    assert len(seen) < 40 * 8
+
+
+def test_a_report_defines_neighbours_once() -> None:
+    def notes(*components: Any) -> str:
+        settings = {"robots": 6, "radius": 1.0, "policy": "random-walk", "awareness": "pairwise"}
+
+        def model(seed: int) -> World:
+            world = CMOMMT(**settings, rng=seed)
+            for component in components:
+                world.attach(component, world.robots)
+            return world
+
+        return " ".join(choose.choose_delta(model, runs=4, steps=20, risk=0.9, rng=1).notes)
+
+    # A sensor out of order is not one that misses teammates.
+    assert "misses" not in notes(SensorDropouts(5.0, 500.0, "teammates"))
+    assert "its sensor for teammates is in order" in notes(SensorDropouts(5.0, 500.0, "teammates"))
+    assert "also those that a sensor in order misses" in notes(UnreliableAwareness(missing=0.5))
+    both = notes(SensorDropouts(5.0, 500.0, "teammates"), UnreliableAwareness(missing=0.5))
+    assert "its sensor for teammates is in order" in both
+    assert "also those that a sensor in order misses" in both
 
 
 def rare_team(seed: int) -> CMOMMT:
