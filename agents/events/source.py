@@ -7,11 +7,10 @@ import inspect
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from teamsight.agents.group import Group
 from teamsight.core import checks
-from teamsight.world.noise import TICKS_A_BLOCK, Stream, stream_number, uniforms, uniforms_of_block
+from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
@@ -43,6 +42,9 @@ class EventSource:
         The group to which it is attached.
     number : int
         Its number in its world: 1, 2, … in the order in which sources were attached. No other source gets it later.
+    nth : int
+        Which of its kind it is: 0, 1, 2, … among the sources of this class that were attached to this group, those that
+        were detached included. Its random numbers depend on it, so no source of another kind changes them.
 
     Examples
     --------
@@ -65,6 +67,7 @@ class EventSource:
     world: Any = None
     group: Group[Any] | None = None
     number: int = 0
+    nth: int = 0
 
     # What a subclass does.
 
@@ -188,7 +191,10 @@ class EventSource:
         event.callbacks.append(When(self, method, arguments))
 
     def random(self, member: int, index: int) -> float:
-        """Return a uniform random number in (0, 1): a function of the world's seed, its number, member and index.
+        """Return a uniform random number in (0, 1).
+
+        It is a function of the world's seed, the name of its class, its group, which of its kind it is, member and
+        index. So what else is attached, as logs of contacts or batteries, does not change it.
 
         Parameters
         ----------
@@ -203,16 +209,10 @@ class EventSource:
             if len(blocks) >= _MOST_BLOCKS:
                 blocks.clear()
             members = np.arange(place[1] * _MEMBERS, (place[1] + 1) * _MEMBERS)
-            numbers = uniforms_of_block(self.world._data.key, self._stream, index, members, 1)
+            numbers = uniforms_of_block(self._key(), Stream.EVENTS, index, members, 1)
             block = blocks[place] = numbers[:, 0].tolist()
         number: float = block[index % TICKS_A_BLOCK][member % _MEMBERS]
         return number
-
-    def randoms(self, members: npt.ArrayLike, index: int) -> npt.NDArray[np.float64]:
-        """Return the numbers of `random` of many members, shape (n,)."""
-        numbers = uniforms(self.world._data.key, self._stream, index, np.asarray(members, np.int64), 1)
-        row: npt.NDArray[np.float64] = numbers[0]
-        return row
 
     def log(self, what: str, agent: Body | None = None, /, **details: str | float | np.generic | None) -> None:
         """Add an event to the log of the world, with the name of this class as its source; see `World.log`."""
@@ -220,11 +220,11 @@ class EventSource:
 
     # How it is attached.
 
-    def attached_copy(self, world: Any, group: Group[Any] | None, number: int) -> Self:
+    def attached_copy(self, world: Any, group: Group[Any] | None, number: int, nth: int) -> Self:
         """Return a copy that belongs to a world."""
         mine = copy.copy(self)
         # A subclass may be a frozen dataclass.
-        vars(mine).update(world=world, group=group, number=number, _numbers={})
+        vars(mine).update(world=world, group=group, number=number, nth=nth, _numbers={})
         return mine
 
     def forget_numbers(self) -> None:
@@ -248,9 +248,9 @@ class EventSource:
             )
         return vars(self)
 
-    @property
-    def _stream(self) -> int:
-        return stream_number(Stream.EVENTS, self.number)
+    def _key(self) -> Any:
+        group = -1 if self.group is None else self.group.number
+        return key_within(self.world._data.key, f"{type(self).__name__} {group} {self.nth}")
 
     def _its_group(self) -> Group[Any]:
         if self.group is None:

@@ -44,7 +44,10 @@ class Sources:
         """Attach a copy of a source; see `World.attach`."""
         self._timeline.check_undecided("attach()", "plan it with world.clock.at(world.clock.now, …)")
         _check(world, source, group)
-        mine = source.attached_copy(world, group, self.following)
+        # Numbers from `following` on are of sources that could not begin, or that a restored state does not know.
+        earlier = [one for number, one in self.known.items() if number < self.following and one.group is group]
+        nth = sum(type(one).__name__ == type(source).__name__ for one in earlier)
+        mine = source.attached_copy(world, group, self.following, nth)
         self.attached.append(mine)
         self.known[mine.number] = mine
         self.following += 1
