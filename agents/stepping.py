@@ -77,6 +77,8 @@ class Stepper:
             self._warn_of_idle(end + timeline.jumps)
         try:
             self.finish_tick()
+            # The events of this tick may have added something that needs Python, here as in the loop.
+            reason = self.needs_python()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)
@@ -84,11 +86,12 @@ class Stepper:
                     # The wrapper of `mesa_compat.take_over_step`, which counts the step.
                     mesa_step: Callable[[], None] = model.step
                     mesa_step()
-                    if reason == WAITING:
+                    if not reason or reason == WAITING:
                         reason = self.needs_python()
                 else:
                     reason = self._run_to_next_event(left)
                     self.finish_tick()
+                    reason = reason or self.needs_python()
         finally:
             shown.close()
 
