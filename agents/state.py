@@ -131,7 +131,6 @@ class StateKeeper:
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
                 bring_back(self._model, group, old.bodies.member, old.bodies.identity)
-                old.bodies.identity[:] = [agent.unique_id for agent in group.agents]
                 _begin_as(group, old)
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 for name, sensor in old.sensors.items():
