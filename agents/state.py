@@ -18,6 +18,7 @@ from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
+from teamsight.agents.mesa_compat import Generators
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
@@ -87,6 +88,8 @@ class State(NamedTuple):
         The world's own data collector; None if the user has set another.
     events : SavedEvents
         The planned calls, the event sources and the event log.
+    generators : Generators
+        Where ``world.random`` and ``world.rng`` are.
     """
 
     seed: int
@@ -96,6 +99,7 @@ class State(NamedTuple):
     history: History
     collected: HistoryCollector | None
     events: SavedEvents
+    generators: Generators
 
 
 class StateKeeper:
@@ -120,7 +124,10 @@ class StateKeeper:
         collected = collector if isinstance(collector, HistoryCollector) else None
         data = self._data
         events, arena = save_events(self._model, data, pending), _identified_arena(data.arena)
-        return copy.deepcopy(State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events))
+        generators = mesa_compat.generators(self._model)
+        return copy.deepcopy(
+            State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators)
+        )
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state; see `World.restore`."""
@@ -147,6 +154,7 @@ class StateKeeper:
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
+            mesa_compat.put_generators(self._model, saved.generators)
             restore_events(self._model, data, saved.events)
 
     def reset(self, rng: int | None = None) -> None:
