@@ -45,7 +45,7 @@ def put_generators(model: Any, saved: Generators) -> None:
     """Go on from where the random numbers were; an `rng` of the same kind stays the same object."""
     model.random.setstate(saved.random)
     mine, theirs = (getattr(one, "bit_generator", None) for one in (model._generator, saved.rng))
-    if mine is not None and type(mine) is type(theirs):
+    if mine is not None and theirs is not None and type(mine) is type(theirs):
         mine.state = theirs.state
     else:
         model.rng = saved.rng

@@ -39,7 +39,7 @@ def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identi
     agents = []
     for row, (number, unique_id) in enumerate(zip(wanted, identity.tolist(), strict=True)):
         agent = present.get(number) or _returned(model, group, number)
-        # Its own of the state: here agents may have come in another order; and mesa may give those that return a new one.
+        # Here agents may have come in another order; and mesa may give those that return a new one.
         agent.unique_id = unique_id
         agent.row = row
         agents.append(agent)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.condition import note_conditions
-from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.saved_policies import SavedPolicy, described, others_of
 from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
@@ -48,7 +48,7 @@ class GroupState(NamedTuple):
         How they begin a run; see `Group`.
     timetable : Timetable or None
         When each robot decides, and by which policy.
-    others : tuple of (str, object)
+    others : tuple of (SavedPolicy, object)
         The policies of single robots, and their states.
     """
 
@@ -68,7 +68,7 @@ class GroupState(NamedTuple):
     founders: list[Founders]
     first_abilities: Abilities
     timetable: Timetable | None
-    others: tuple[tuple[str, Any], ...]
+    others: tuple[tuple[SavedPolicy, Any], ...]
 
 
 class State(NamedTuple):
@@ -116,7 +116,7 @@ class StateKeeper:
                 group.columns.arrays(), group.members_so_far,
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
                 group.founders, group.first_abilities,
-                group.timetable, tuple((_described(other.policy), other.state) for other in group.others),
+                group.timetable, tuple((SavedPolicy(other.policy, group), other.state) for other in group.others),
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -148,8 +148,7 @@ class StateKeeper:
                 group.columns.replace(old.columns)
                 group.arrived_at = old.arrived_at
                 group.timetable = old.timetable
-                known = zip(group.others, old.others, strict=False)
-                group.others = [OtherPolicy(one.policy, state) for one, (_, state) in known]
+                group.others = others_of(group, old.others)
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
@@ -218,12 +217,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(lost)} are "
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
-        names = [name for name, _ in old.others]
-        if names != [_described(other.policy) for other in group.others][: len(names)]:
-            raise ValueError(
-                f"restore(…): the state is of a world in which single {group.name} have the policies "
-                f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
-            )
+        others_of(group, old.others)
         state = layout(first_state(group.rules[0], len(old.bodies)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
@@ -253,13 +247,7 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
 
 def _identified(group: Group) -> tuple[str, str, str, int]:
     """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
-    return group.name, _described(group.policy), repr(group.awareness), group.first_size
-
-
-def _described(policy: Any) -> str:
-    text = repr(policy)
-    # A repr that contains a memory address differs between processes.
-    return type(policy).__name__ if " at 0x" in text else text
+    return group.name, described(group.policy), repr(group.awareness), group.first_size
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

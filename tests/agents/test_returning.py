@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Arrivals, Constant, Disc, Robot, Target, World
+from teamsight import CMOMMT, Arrivals, Constant, Disc, Robot, World
 
 changes = st.lists(st.tuples(st.sampled_from(["add", "remove", "run", "save", "restore"]), st.integers(0, 5)), max_size=14)
 
