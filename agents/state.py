@@ -34,7 +34,7 @@ from teamsight.world.starts import Founders, Starts
 
 
 class GroupState(NamedTuple):
-    """The state of a group, and its description: name, policy, degree of awareness and first size.
+    """The state of a group, and its description: name, policy, degree of awareness, first size and first cycle.
 
     Attributes
     ----------
@@ -56,6 +56,7 @@ class GroupState(NamedTuple):
     policy: str
     awareness: str
     first_size: int
+    first_cycle: str
     bodies: Bodies
     ranges: Any
     policy_state: Any
@@ -190,7 +191,7 @@ class StateKeeper:
 
 
 def _check_fits(saved: State, data: WorldData) -> None:
-    """Refuse a state of a world with another arena, other groups or other policies."""
+    """Refuse a state of a world with another arena, other groups, policies or cycles."""
     if not isinstance(saved, State):
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.arena != _identified_arena(data.arena):
@@ -199,7 +200,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
             "it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
-    theirs = [old[:4] for old in saved.groups]
+    theirs = [old[:5] for old in saved.groups]
     if mine != theirs:
         raise ValueError(
             f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
@@ -245,9 +246,10 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _identified(group: Group) -> tuple[str, str, str, int]:
-    """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
-    return group.name, described(group.policy), repr(group.awareness), group.first_size
+def _identified(group: Group) -> tuple[str, str, str, int, str]:
+    """Return the description of a group: its name, policy, degree of awareness, first size and first cycle."""
+    # A cycle that was set since is in the timetable.
+    return group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle)
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:
