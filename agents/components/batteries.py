@@ -85,9 +85,8 @@ class Batteries(Disabling):
             group.columns.create(BATTERY, group.columns.array(BATTERY), self.capacity)
         else:
             group.add_column(BATTERY, self.capacity)
-        self.world._engine.watch(self.drain)
         group.columns.limit(BATTERY, self._check_charge)
-        self.world._engine.watch(self._drain)
+        self.world._engine.watch(self.drain)
 
     def disconnect(self) -> None:
         """Remove the column, and watch no longer."""

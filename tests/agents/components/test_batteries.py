@@ -235,6 +235,9 @@ def test_waiting_for_the_battery_of_a_robot_that_leaves_raises_an_error() -> Non
     world.run(10)
     assert [tick for tick, _ in told] == [5, 5, 5]
     assert all("has left the world, and its battery with it" in text for _, text in told)
+
+
+@pytest.mark.short
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -3, 10.5, np.float64(1e9)])
 def test_a_charge_that_no_battery_has_is_refused_and_changes_nothing(value: float) -> None:
     world = make(Batteries(10.0))
