@@ -60,10 +60,10 @@ class Batteries(Disabling):
         per_decision: float = 0.0,
         low_level: float | None = None,
     ) -> None:
-        self.capacity = checks.number("capacity", capacity, above=0)
-        self.per_distance = checks.number("per_distance", per_distance, least=0)
-        self.per_tick = checks.number("per_tick", per_tick, least=0)
-        self.per_decision = checks.number("per_decision", per_decision, least=0)
+        self.capacity = checks.number("capacity", capacity, above=0, cure="leave Batteries out for no limit")
+        self.per_distance = checks.number("per_distance", per_distance, least=0, cure="0 is no drain")
+        self.per_tick = checks.number("per_tick", per_tick, least=0, cure="0 is no drain")
+        self.per_decision = checks.number("per_decision", per_decision, least=0, cure="0 is no drain")
         if not self.per_distance + self.per_tick + self.per_decision:
             raise ValueError(
                 f"per_distance={per_distance:g}, per_tick={per_tick:g}, per_decision={per_decision:g}: nothing drains "

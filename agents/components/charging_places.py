@@ -81,11 +81,11 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self.chargers = checks.count("chargers", chargers)
         if (rate is None) == (duration is None):
             raise ValueError(f"rate={rate}, duration={duration}: give one of the two, such as rate=0.5")
-        self.rate = None if rate is None else checks.number("rate", rate, above=0)
+        self.rate = None if rate is None else checks.number("rate", rate, above=0, cure="it is charge per tick")
         self.duration = None if duration is None else lasting("duration", duration)
-        self.radius = checks.number("radius", radius, above=0)
+        self.radius = checks.number("radius", radius, above=0, cure="it is a length, such as 0.1")
         self.policy = policy
-        self.reach = None if reach is None else checks.number("reach", reach, above=0)
+        self.reach = None if reach is None else checks.number("reach", reach, above=0, cure="leave it out for no limit")
 
     def check(self) -> None:
         """Refuse durations that are listed for unknown members."""

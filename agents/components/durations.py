@@ -79,7 +79,8 @@ class Weibull(Duration):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", _time("scale", self.scale))
-        object.__setattr__(self, "shape", checks.number("shape", self.shape, least=0.1, most=100))
+        shape = checks.number("shape", self.shape, least=0.1, most=100, cure="1 is exponential")
+        object.__setattr__(self, "shape", shape)
 
     def draw(self, uniform: float) -> float:
         """Return a duration [ticks]; see `Duration.draw`."""
@@ -233,7 +234,7 @@ def _duration(name: str, value: Any, listed: str) -> Duration | Times:
     if isinstance(value, type) or not _is_number(value):
         raise TypeError(
             f"{name}={checks.shown(value)}: must be a number, the mean of an exponential duration [ticks], or a "
-            f"duration such as Weibull(500, 1.5), Constant(50) or {listed}"
+            f"duration such as Weibull(500, 1.5), Constant(50) or {listed}; leave the component out for never"
         )
     return Exponential(_time(name, value))
 
@@ -249,13 +250,12 @@ def _is_number(value: Any) -> bool:
 
 
 def _time(name: str, value: Any) -> float:
-    try:
-        return checks.number(name, value, least=_LEAST, most=_MOST)
-    except ValueError as error:
-        raise ValueError(f"{error}; it is a time in ticks, such as 500, and what never happens is left out") from None
+    cure = "it is a time in ticks, such as 500; leave the component, or the time to a repair, out for never"
+    return checks.number(name, value, least=_LEAST, most=_MOST, cure=cure)
 
 
 def _times(times: Any) -> tuple[float, ...]:
     if isinstance(times, str) or not isinstance(times, Iterable):
         raise TypeError(f"times={checks.shown(times)}: must be a list of times [ticks], such as Times([100, 250])")
-    return tuple(checks.number(f"times[{k}]", time, least=0, most=_MOST) for k, time in enumerate(times))
+    cure = "it is a time in ticks; leave out what never happens"
+    return tuple(checks.number(f"times[{k}]", time, least=0, most=_MOST, cure=cure) for k, time in enumerate(times))

@@ -45,9 +45,10 @@ class UnreliableAwareness(EventSource):
 
     def __init__(self, delay: int = 0, missing: float = 0.0, *, begins: float = 0.0, ends: float | None = None) -> None:
         self.delay = checks.count("delay", delay, least=0, most=MOST_DELAY, cure="it is a number of ticks")
-        self.missing = checks.number("missing", missing, least=0, most=1)
-        self.begins = checks.number("begins", begins, least=0)
-        self.ends = None if ends is None else checks.number("ends", ends, above=self.begins)
+        self.missing = checks.number("missing", missing, least=0, most=1, cure="it is a probability")
+        self.begins = checks.number("begins", begins, least=0, cure="0 is the start")
+        cure = "leave it out for never"
+        self.ends = None if ends is None else checks.number("ends", ends, above=self.begins, cure=cure)
 
     def begin(self) -> None:
         """Plan when it begins and ends."""

@@ -102,7 +102,13 @@ def flag(name: str, value: Any) -> bool:
 
 
 def number(
-    name: str, value: Any, *, above: float | None = None, least: float | None = None, most: float | None = None
+    name: str,
+    value: Any,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+    cure: str = "",
 ) -> float:
     """Return `value` as a finite float within the limits.
 
@@ -114,6 +120,8 @@ def number(
         A real number of any type.
     above, least, most : float, optional
         The limits; the value must exceed `above`.
+    cure : str
+        The cure named by the error, if the value is outside the limits.
 
     Raises
     ------
@@ -138,7 +146,8 @@ def number(
         named = {"above": above, "at least": least, "at most": most}
         limits = [f"{words} {limit:g}" for words, limit in named.items() if limit is not None]
         given = f"{result}" if math.isfinite(result) or isinstance(value, float) else shown(value)
-        raise ValueError(f"{name}={given}: must be a finite number" + (", " + " and ".join(limits) if limits else ""))
+        bounds = ", " + " and ".join(limits) if limits else ""
+        raise ValueError(f"{name}={given}: must be a finite number{bounds}" + (f"; {cure}" if cure else ""))
     return result
 
 

@@ -26,7 +26,7 @@ SOURCES = (
     Failures(25, Weibull(6, 2)), Failures(60, 10), Batteries(2.0, 0.5, per_tick=0.01, low_level=1.2),
     ChargingPlaces([(0, 0), (1, 1)], rate=0.2, radius=0.4, policy=SeekCharger()), SensorDropouts(20, 5),
     SensorDropouts(30, 8, "targets"), UnreliableAwareness(2, 0.2, begins=5, ends=40), Arrivals(9.0, 40.0, most=12),
-    Departures(90.0),
+    Departures(90.0), UnreliableAwareness(1, 0.3, begins=20, ends=60),
 )  # fmt: skip
 
 
@@ -78,7 +78,7 @@ deeds = st.one_of(
 @settings(max_examples=12, deadline=None)
 @given(
     seed=st.integers(0, 999),
-    order=st.permutations(range(9)).filter(lambda order: order.index(2) < order.index(3)),
+    order=st.permutations(range(10)).filter(lambda order: order.index(2) < order.index(3)),
     schedule=st.lists(deeds, max_size=9),
 )
 def test_components_in_random_schedules_give_one_result_on_all_paths(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from teamsight.agents.components import Batteries, Failures
 from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull, lasting, time_to
 
 # In (0, 1), from the smallest that the noise has to the largest.
@@ -82,3 +83,14 @@ def test_a_wrong_duration_is_refused(make: object, error: type[Exception], words
     with pytest.raises(error) as caught:
         make()  # type: ignore[operator]
     assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.short
+def test_errors_of_times_say_what_to_do_instead() -> None:
+    for call in (lambda: Failures(math.inf), lambda: Failures(-1), lambda: Failures(None), lambda: Failures(5, math.inf)):  # type: ignore[arg-type]
+        with pytest.raises((TypeError, ValueError), match=r"; .*leave the component.* out for never"):
+            call()
+    with pytest.raises(ValueError, match=r"times\[0\]=-1\.0: .*; .*leave out what never happens"):
+        Times([-1])
+    with pytest.raises(ValueError, match=r"capacity=0\.0: .*; leave Batteries out"):
+        Batteries(0)
