@@ -95,6 +95,9 @@ class EventSource:
         Its pending events stay planned: cancel them here, or let them test whether `agent` returns None.
         """
 
+    def switched(self, agent: Body, member: int, channel: str | None, on: bool) -> None:
+        """Called before it is set whether an agent of the group is active, or its sensor of a channel works."""
+
     def save(self) -> Any:
         """Return its own data: all that changes in a run, except planned events; must be copied and pickled easily."""
         return None

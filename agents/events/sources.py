@@ -116,6 +116,13 @@ class Sources:
                 with self._acting(source):
                     source.left(agent, member)
 
+    def switched(self, agent: Any, channel: str | None, on: bool) -> None:
+        """Call the sources of an agent of which is set whether it is active, or whether a sensor of it works."""
+        group, member = agent.group, int(agent.group.bodies.member[agent.row])
+        for source in self.attached:
+            if source.group is group:
+                source.switched(agent, member, channel, on)
+
     def note(self, what: str, agent: Any, **details: Any) -> None:
         """Log that an agent has joined or left, once the run has begun: before, it belongs to the set-up."""
         timeline, caller = self._timeline, self._timeline.clock.caller

@@ -51,7 +51,7 @@ def test_an_example_is_short_and_tested(path: Path) -> None:
 
 
 def _defined(path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Return what an example defines, without running its study."""
+    """Return what an example defines, without running it."""
     module = ModuleType(path.stem)
     monkeypatch.setitem(sys.modules, path.stem, module)
     tree = ast.parse(path.read_text(encoding="utf-8"))
