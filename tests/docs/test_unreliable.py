@@ -71,6 +71,8 @@ def test_what_the_page_says_about_the_loss_of_gain() -> None:
         assert 3 <= aware[1] <= 7
         assert (share[rows["value"] <= 0.6] > 0.5).all()
         assert helped.is_monotonic_decreasing
+        harmed = (rows["unaware"] < rows["unaware"][0])[rows["value"] <= 0.6]
+        assert harmed.all() if (rows["robots"][0], rows["radius"][0]) == (10, 5) else not harmed.any()
         shares.append((rows["radius"][0] == 3 or rows["robots"][0] == 20, helped[1]))
     assert all(0.65 < helped < 0.75 if crowded else 0.3 < helped < 0.4 for crowded, helped in shares)
 
