@@ -165,7 +165,7 @@ class Stepper:
         if all(group.is_compiled for group in self._data.groups):
             self._run_stretch(1)
         else:
-            self.begin_to_collect()
+            self._prepare_steps()
             self._collect(self._engine.step)
         if self._recording.callbacks:
             with self._timeline.calling("a recorder"):
@@ -176,9 +176,16 @@ class Stepper:
         self._test_conditions()
 
     def _run_stretch(self, steps: int) -> None:
-        self.begin_to_collect()
+        self._prepare_steps()
         with deferred():
             self._collect(self._engine.run, steps)
+
+    def _prepare_steps(self) -> None:
+        self.begin_to_collect()
+        if self._recording.before_steps:
+            with self._timeline.calling("a recorder"):
+                for callback in list(self._recording.before_steps):
+                    callback(self._model)
 
     def begin_to_collect(self) -> None:
         """Prepare a step, and collect the present values before the first."""

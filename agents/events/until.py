@@ -9,16 +9,13 @@ from teamsight.agents.body import Body
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.agent_left import AgentLeftError
 from teamsight.agents.events.timeline import CONDITION
 from teamsight.agents.events.waits import CONTACT, NOTHING, OBSERVED, OVER, Aim, Waits
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.world.awaited import Kept
 from teamsight.world.clock import Event
-
-
-class AgentLeftError(RuntimeError):
-    """Raised in a process that waits for something that cannot come, because an agent has left the world."""
 
 
 class Observation:
@@ -170,6 +167,8 @@ class Until:
 
     def battery_empty(self, robot: Body) -> Event:
         """Return the event that the battery of an agent is empty; its value is the agent.
+
+        If the agent leaves the world before, waiting raises `AgentLeftError`.
 
         Raises
         ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import mesa
 import numpy as np
@@ -146,6 +147,53 @@ def test_unreliable_awareness_adds_to_the_sensor_and_is_undone() -> None:
     assert robots.sensors["teammates"] == before
 
 
+def test_overlapping_sources_of_unreliable_awareness_add_up_and_leave_the_users_sensor() -> None:
+    def seen(world: World) -> list[tuple[int, float]]:
+        found = []
+        for tick in (10, 30, 60, 150):
+            world.run(tick - world.tick)
+            sensor = world.groups[0].sensors["teammates"]
+            found.append((sensor.delay, sensor.missed))
+        return found
+
+    for order in (0, 1):
+        world = make()
+        robots = world.groups[0]
+        both = [UnreliableAwareness(delay=2, ends=50), UnreliableAwareness(missing=0.5, begins=20, ends=100)]
+        for one in both[::-1] if order else both:
+            world.attach(one, robots)
+        expected = [(2, 0.0), (2, 0.5), (0, 0.5), (0, 0.0)]
+        assert seen(world) == expected
+        said = ["awareness unreliable"] * 3 + ["awareness reliable"]
+        assert world.events[world.events["source"] == "UnreliableAwareness"]["what"].tolist() == said
+        # In the middle of both, a reset and a state are no end of the sensor of the user.
+        world.reset()
+        world.run(30)
+        saved = world.state()
+        world.reset()
+        assert seen(world) == expected
+        world.restore(saved)
+        world.run(30)
+        assert robots.sensors["teammates"] == Sensor(missed=0.5)
+        world.detach(world.sources[1 - order])
+        assert robots.sensors["teammates"] == Sensor()
+
+
+def test_a_sensor_that_the_user_sets_meanwhile_stays() -> None:
+    world = make()
+    robots = world.groups[0]
+    world.attach(UnreliableAwareness(delay=2, ends=50), robots)
+    world.attach(UnreliableAwareness(delay=1, begins=20, ends=30), robots)
+    world.run(10)
+    robots.sensors["teammates"] = Sensor(missed=0.3)
+    world.run(5)
+    assert robots.sensors["teammates"] == Sensor(missed=0.3)
+    world.run(10)
+    assert (robots.sensors["teammates"].delay, robots.sensors["teammates"].missed) == (3, pytest.approx(0.3))
+    world.run(50)
+    assert robots.sensors["teammates"] == Sensor(missed=0.3)
+
+
 def test_sources_are_a_parameter_of_the_model() -> None:
     failures, batteries = Failures(20, 10), Batteries(30)
     for events in (failures, [failures, batteries]):
@@ -190,3 +238,39 @@ def test_wrong_values_are_refused() -> None:
     with pytest.raises(ValueError, match=r"'targets' is on no team .*world\.add\(…, team='robots'\)"):
         world.attach(UnreliableAwareness(1), world.groups[1])
     assert world.sources == ()
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"spede": 3}, r"spede=3: unknown; .*; Arrivals itself takes sensing_range"),
+        ({"position": (99, 0)}, r"position"),
+        ({"speed": -1}, r"speed=-1"),
+        ({"fuel": "much"}, r"fuel='much': the column has the type float64"),
+        ({"turn_limit": None}, r"turn_limit: the agents of 'robots' have different ones, from 0\.5 to 1; .*Arrivals\(…, turn_limit=0\.5\)"),
+        ({"cycle": None}, r"cycle: the agents of 'robots' have different ones; .* as in Arrivals\(…, cycle=5\)"),
+    ],
+)
+def test_arrivals_that_cannot_come_are_refused_when_attached(given: dict[str, Any], message: str) -> None:
+    world = make()
+    robots = world.groups[0]
+    robots.add_column("fuel", 1.0)
+    if "turn_limit" in given:
+        robots.turn_limit = [0.5, 1.0] * 3
+    if "cycle" in given:
+        robots[0].cycle = 3
+    with pytest.raises((TypeError, ValueError), match=message):
+        world.attach(Arrivals(Constant(2), **given), robots)
+    assert (len(robots), world.sources) == (6, ())
+    world.run(5)
+    assert len(robots) == 6
+    sound = Arrivals(Constant(2), position=(1, 0), cycle=4, turn_limit=0.5, fuel=3.0)
+    attached = world.attach(sound, robots)
+    assert len(robots) == 6
+    # What makes an arrival impossible later shows when it comes.
+    world.detach(attached)
+    world.attach(Arrivals(Constant(2), turn_limit=1.0, cycle=2), robots)
+    robots[1].sensing_range = 2.0
+    with pytest.raises(ValueError, match=r"sensing_range: .*Arrivals\(…, sensing_range="):
+        world.run(5)

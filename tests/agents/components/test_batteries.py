@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Disc, Robot, Target, World
+from teamsight.agents import AgentLeftError
 from teamsight.agents.components import Batteries, Failures, Times
 from teamsight.agents.events import EventSource
 
@@ -210,3 +212,58 @@ def test_states_from_before_and_after_it_was_attached() -> None:
     assert robots.battery.tolist() == [1.5] * 6 + [1.875]  # type: ignore[attr-defined]
     world.run(20)
     assert not robots.active.any()
+
+
+@pytest.mark.short
+def test_waiting_for_the_battery_of_a_robot_that_leaves_raises_an_error() -> None:
+    world = make(Batteries(1000))
+    robots, (batteries,) = world.groups[0], world.sources
+    gone, told = robots[1], []
+
+    def wait(event: Any) -> Any:
+        try:
+            yield event
+        except AgentLeftError as error:
+            told.append((world.tick, str(error)))
+
+    for event in (batteries.low(gone), batteries.empty(gone), world.until.battery_empty(gone)):  # type: ignore[attr-defined]
+        world.clock.process(wait(event))
+    # Nobody waits for this one, which must not stop the run.
+    batteries.low(robots[2])  # type: ignore[attr-defined]
+    world.clock.at(5, gone.remove)
+    world.clock.at(6, robots[2].remove)
+    world.run(10)
+    assert [tick for tick, _ in told] == [5, 5, 5]
+    assert all("has left the world, and its battery with it" in text for _, text in told)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -3, 10.5, np.float64(1e9)])
+def test_a_charge_that_no_battery_has_is_refused_and_changes_nothing(value: float) -> None:
+    world = make(Batteries(10.0))
+    robots: Any = world.groups[0]
+    world.run(2)
+    before = robots.battery.tolist()
+
+    def in_place() -> None:
+        robots.battery += value - robots.battery[0] if value == value else value
+
+    def assign(name: str, given: Any) -> None:
+        (robots if name == "battery" else robots[0]).battery = given
+
+    for change in (
+        lambda: assign("robot", value), lambda: assign("battery", value), lambda: assign("battery", [value, *[1.0] * 5]),
+        lambda: robots.battery.__setitem__(slice(2, 4), value), in_place, lambda: np.add.at(robots.battery, [1], 100 * value),
+        lambda: robots.add(1, battery=value),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=r"battery=\S+: must be at least 0 and at most the capacity, 10; give min"):
+            change()
+        assert (robots.battery.tolist(), len(robots)) == (before, 6)
+    robots[0].battery = 10
+    robots.battery[1:3] = 0
+    world.restore(world.state())
+    with pytest.raises(ValueError, match="battery="):
+        robots[0].battery = value
+    world.detach(world.sources[0])
+    robots.add_column("battery", 0.0)
+    robots[0].battery = -1.0

@@ -11,8 +11,8 @@ import pytest
 import simpy
 
 from teamsight import CMOMMT, Box, Robot, Target, World
+from teamsight.agents import AgentLeftError
 from teamsight.agents.components.batteries import Batteries
-from teamsight.agents.events.until import AgentLeftError
 from tests.agents.events.test_until import divisions
 
 Process = Generator[Any, Any, Any]
