@@ -56,10 +56,20 @@ class Planned(simpy.Event):  # type: ignore[misc]
 
 
 def _call(planned: Planned) -> None:
-    clock, action = planned.env, planned.action
+    call(planned.env, planned.action, planned.arguments)
+
+
+def call(clock: Any, action: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """Call something as an event of a clock.
+
+    Raises
+    ------
+    TypeError
+        If it yields: then it has only made a generator.
+    """
     clock.caller = getattr(action, "__self__", None)
     try:
-        result = action(*planned.arguments)
+        result = action(*arguments)
     finally:
         clock.caller = None
     if type(result) is GeneratorType:
@@ -92,6 +102,11 @@ def callbacks_of(event: Any) -> list[Any]:
 
 def is_whole(event: Any) -> bool:
     """Whether all that an event calls are methods of objects that defer Ctrl-C, as event sources do."""
-    called = [event] if isinstance(event, Planned) and len(event.callbacks) == 1 else callbacks_of(event)
-    owners = [getattr(getattr(one, "action", None), "__self__", None) for one in called]
-    return all(getattr(owner, "defers_interrupts", False) for owner in owners)
+    resource = simpy.resources.base.BaseResource
+    for one in [event] if type(event) is Planned and len(event.callbacks) == 1 else event.callbacks:
+        owner = getattr(one, "__self__", None)
+        if not isinstance(owner, resource):
+            owner = getattr(getattr(one, "action", None), "__self__", None)
+            if not getattr(owner, "defers_interrupts", False):
+                return False
+    return True

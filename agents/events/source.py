@@ -11,11 +11,11 @@ import numpy as np
 from teamsight.agents.group import Group
 from teamsight.core import checks
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
+from teamsight.world.planned import Planned, call
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.world.clock import Clock
-    from teamsight.world.planned import Planned
 
 # The numbers of so many members are drawn at once: more cost hardly more time than one.
 _MEMBERS = 16
@@ -287,9 +287,4 @@ class When:
         self.action, self.arguments = getattr(source, method), arguments
 
     def __call__(self, event: Any) -> None:
-        clock = event.env
-        clock.caller = self.action.__self__
-        try:
-            self.action(*self.arguments)
-        finally:
-            clock.caller = None
+        call(event.env, self.action, self.arguments)

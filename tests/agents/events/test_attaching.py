@@ -87,6 +87,8 @@ def test_a_source_that_cannot_begin_is_not_attached() -> None:
         (lambda w, s: s.plan(-1, "count"), r"time=-1: has passed; it must be at least the present time, 0"),
         (lambda w, s: s.plan(float("inf"), "count"), r"time=inf: must be a finite number"),
         (lambda w, s: s.plan("3", "count"), r"time='3': must be a number"),
+        (lambda w, s: s.plan(5, lambda: 3), r"plan\(…, <function .*must be the name of a method of Counting.*clock.at"),
+        (lambda w, s: s.plan(5, 7), r"plan\(…, 7\): must be the name of a method"),
         (lambda w, s: s.plan(3, "cuont"), r"plan\(…, 'cuont'\): Counting has no method of this name"),
         (lambda w, s: s.plan(3, "count", w.robots[0]), r"must be numbers, texts, None or tuples of these.*name an agent by its member"),
         (lambda w, s: Counting().plan(3, "count"), r"belongs to no world; world.attach returns a copy that does"),

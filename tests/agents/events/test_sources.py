@@ -92,3 +92,25 @@ def test_a_state_holds_sources_and_goes_on_with_the_same_bits() -> None:
         assert one.events.equals(straight.events)
         assert (one.robots.position == straight.robots.position).all()
     assert later not in world.sources
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("how", ["planned", "when"])
+def test_a_method_that_yields_is_refused_when_it_is_called(how: str) -> None:
+    class Yielding(EventSource):
+        needs_group = False
+
+        def begin(self) -> None:
+            if how == "planned":
+                self.plan(2, "go")
+            else:
+                self.when(self.clock.timeout(2), "go")
+
+        def go(self) -> Any:
+            yield self.clock.timeout(1)
+
+    world = CMOMMT(rng=1)
+    world.attach(Yielding())
+    with pytest.raises(TypeError, match=r"the planned call go yields, so it does nothing; start a process"):
+        world.run(5)
+    assert world.tick == 2
