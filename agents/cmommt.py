@@ -110,7 +110,8 @@ class CMOMMT(World):
     policy_options, target_policy_options : mapping of str to object, optional
         The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
     events : EventSource or list of EventSource, optional
-        Event sources, such as ``Failures(500, 50)``, of which copies are attached to the robots, in this order.
+        Event sources, such as ``Failures(500, 50)``, of which copies are attached to the robots, in this order. In a
+        sweep, as by `run_many`, a list is several values; ``[[a, b]]`` is one, with both.
     preset : str, optional
         "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
         a policy given by name, if it has them.

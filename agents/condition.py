@@ -27,6 +27,7 @@ def set_active(data: WorldData, engine: Engine, agent: Body, active: bool) -> No
     # A mask of NumPy's has elements of its own type.
     active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
     data.timeline.check_undecided("active", "plan it with world.clock.at(world.clock.now, …)")
+    data.sources.switched(agent, None, active)
     if group.bodies.active[row] != active:
         with deferred():
             group.bodies.active[row] = active
@@ -40,6 +41,7 @@ def set_works(data: WorldData, engine: Engine, agent: Body, channel: str, works:
     array = channel_of(group, channel).works
     what = "repair_sensor()" if works else "break_sensor()"
     data.timeline.check_undecided(what, "plan it with world.clock.at(world.clock.now, …)")
+    data.sources.switched(agent, channel, works)
     if array[row] != works:
         with deferred():
             array[row] = works

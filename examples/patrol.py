@@ -13,10 +13,13 @@ RADIUS = 3.0
 def _circle(percept: Percept, arrays: PolicyArrays, noise: Floats, action: Action) -> None:
     base = percept.channels.chargers
     for i in range(len(percept.heading)):
-        x, y, distance = base.offset[i, 0], base.offset[i, 1], base.distance[i] + 1e-9
-        # Along the circle around the base, and towards the circle.
-        inwards = distance - RADIUS
-        go(action, i, (inwards * x + y) / distance, (inwards * y - x) / distance, percept.speed[i])
+        go(action, i, 0.0, 0.0, percept.speed[i])
+        # Entries of a channel belong to robot i from start[i] on; robots that do not decide have none.
+        for at in range(base.start[i], base.start[i + 1]):
+            x, y, distance = base.offset[at, 0], base.offset[at, 1], base.distance[at] + 1e-9
+            # Along the circle around the base, and towards the circle.
+            inwards = distance - RADIUS
+            go(action, i, (inwards * x + y) / distance, (inwards * y - x) / distance, percept.speed[i])
 
 
 class Circle(CompiledPolicy):

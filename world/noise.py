@@ -63,7 +63,16 @@ def stream_number(stream: Stream, group: int) -> int:
 
 def key_of(seed: int) -> npt.NDArray[np.uint64]:
     """Return the key of a seed: two 32-bit words, as an array of shape (2,)."""
-    word = hashlib.blake2b(str(seed).encode(), digest_size=8, person=b"teamsight").digest()
+    return _key_of_text(str(seed), b"teamsight")
+
+
+def key_within(key: npt.NDArray[np.uint64], name: str) -> npt.NDArray[np.uint64]:
+    """Return the key that belongs to a name within a world with this key, as an array of shape (2,)."""
+    return _key_of_text(f"{int(key[0])} {int(key[1])} {name}", b"teamsight source")
+
+
+def _key_of_text(text: str, use: bytes) -> npt.NDArray[np.uint64]:
+    word = hashlib.blake2b(text.encode(), digest_size=8, person=use).digest()
     return np.frombuffer(word, "<u4").astype(np.uint64)
 
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from teamsight.agents.arguments import OWN_OF_GROUP, divided
 from teamsight.agents.arrivals import extended, forget_members
-from teamsight.agents.components.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
+from teamsight.agents.components.listed_members import Coming, check_members
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.mesa_compat import next_identity, set_next_identity
 from teamsight.core import checks
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from teamsight.agents.given import Points
 
 
-class Arrivals(EventSource):
+class Arrivals(Coming):
     """Agents arrive in a group, one at a time, and may leave after a stay.
 
     The log says "joined" and "left", and "turned away" of an arrival that found the group full.
@@ -62,6 +63,8 @@ class Arrivals(EventSource):
     ) -> None:
         self.interval = time_to("interval", interval)
         self.stay = None if stay is None else lasting("stay", stay)
+        together("interval", self.interval)
+        together("stay", self.stay)
         if position is not None:
             place = np.asarray(position, float)
             if place.shape != (2,) or not np.isfinite(place).all():
@@ -197,6 +200,10 @@ class Departures(EventSource):
 
     def __init__(self, time_to_departure: float | Duration | Times) -> None:
         self.time_to_departure = time_to("time_to_departure", time_to_departure)
+
+    def check(self) -> None:
+        """Refuse times that are listed for unknown members."""
+        check_members(self, "time_to_departure")
 
     def begin(self) -> None:
         """Plan the departure of each agent."""

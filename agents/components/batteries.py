@@ -10,6 +10,7 @@ import numpy.typing as npt
 from teamsight.agents.columns import Column
 from teamsight.agents.components.disabling import Disabling
 from teamsight.agents.components.drain import EMPTY, LOW, Drain
+from teamsight.agents.events.agent_left import AgentLeftError
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -45,10 +46,10 @@ class Batteries(Disabling):
 
     Notes
     -----
-    The charge after a step is that before it, less the drain of that step; below a billionth of the
-    capacity it is 0. So a battery becomes empty
-    at a whole tick, and its agent is inactive from that tick on. A compiled watcher computes it; a run is interrupted
-    only where a battery becomes low or empty. `ChargingPlaces` charge batteries.
+    The charge after a step is that before it, less the drain of that step; below a billionth of the capacity it is 0.
+    So a battery becomes empty at a whole tick, and its agent is inactive from that tick on. A compiled watcher, the
+    attribute `drain`, computes it; a run is interrupted only where a battery becomes low or empty. `ChargingPlaces`
+    charge batteries.
     """
 
     def __init__(
@@ -75,32 +76,32 @@ class Batteries(Disabling):
     def connect(self) -> None:
         """Add the column, and watch."""
         group = self._its_group()
-        if "_drain" not in vars(self):
+        if "drain" not in vars(self):
             group.add_column(BATTERY, self.capacity)
             rates = (self.capacity, self.low_level, self.per_distance, self.per_tick, self.per_decision)
-            self._drain = Drain(group, BATTERY, rates, self._report)
+            self.drain = Drain(group, BATTERY, rates, self._report)
         elif BATTERY in group.columns:
             # A state has brought it back, but not the charge of agents that come later.
             group.columns.create(BATTERY, group.columns.array(BATTERY), self.capacity)
         else:
             group.add_column(BATTERY, self.capacity)
         group.columns.limit(BATTERY, self._check_charge)
-        self.world._engine.watch(self._drain)
+        self.world._engine.watch(self.drain)
 
     def disconnect(self) -> None:
         """Remove the column, and watch no longer."""
         # If the column could not be added, there is one of the user's.
-        if "_drain" in vars(self):
-            self.world._engine.unwatch(self._drain)
+        if "drain" in vars(self):
+            self.world._engine.unwatch(self.drain)
             self._its_group().columns.pop(BATTERY, None)
 
     def begin(self) -> None:
         """Fill all batteries."""
         super().begin()
         self._its_group().columns.assign(BATTERY, ..., self.capacity)
-        self._drain.begin()
+        self.drain.begin()
         # The levels of which events have been planned, by member.
-        self._reported = self._drain.level.copy()
+        self._reported = self.drain.level.copy()
         # The SimPy events for which users wait, by member and level.
         self._awaited: dict[tuple[int, int], Any] = {}
 
@@ -110,7 +111,10 @@ class Batteries(Disabling):
         return self._its_group().columns[BATTERY]
 
     def low(self, agent: Body) -> Any:
-        """Return a SimPy event that happens when the battery of an agent is low; at once if it is already."""
+        """Return a SimPy event that happens when the battery of an agent is low; at once if it is already.
+
+        If the agent leaves the world before, waiting raises `AgentLeftError`; so for `empty`.
+        """
         return self._event(agent, LOW)
 
     def empty(self, agent: Body) -> Any:
@@ -119,12 +123,12 @@ class Batteries(Disabling):
 
     def level(self, member: int) -> int:
         """Return the level of the battery of a member: 0 for enough, 1 for low, 2 for empty."""
-        return int(self._drain.level[member])
+        return int(self.drain.level[member])
 
     def supply(self, member: int, per_step: float) -> None:
         """Charge the battery of a member by this much in each step, in place of its drain; 0 ends that."""
-        self._drain.make_room()
-        self._drain.supply[member] = per_step
+        self.drain.make_room()
+        self.drain.supply[member] = per_step
 
     def set_charge(self, member: int, charge: float) -> None:
         """Set the charge of a member; it becomes active at once if only its battery has kept it inactive."""
@@ -154,20 +158,25 @@ class Batteries(Disabling):
                     source.is_low(member)
 
     def left(self, agent: Body, member: int) -> None:
-        """Forget an agent that has left; what waits for its battery waits for ever."""
+        """Forget an agent that has left; processes that wait for its battery get an `AgentLeftError`."""
         super().left(agent, member)
-        for level in (LOW, EMPTY):
-            self._awaited.pop((member, level), None)
+        for level, name in ((LOW, "low"), (EMPTY, "empty")):
+            event = self._awaited.pop((member, level), None)
+            if event is not None and not event.triggered:
+                # An event that nobody waits for must not stop the run; processes get the error nevertheless.
+                event.defused = True
+                event.fail(AgentLeftError(f"{name}({agent!r}): it has left the world, and its battery with it"))
 
     def save(self) -> Any:
         """Return the levels, and who is being charged or inactive."""
-        return self._drain.level.copy(), self._drain.supply.copy(), self._reported.copy(), dict(self._disabled)
+        return self.drain.level.copy(), self.drain.supply.copy(), self._reported.copy(), super().save()
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
         level, supply, reported, disabled = data
-        self._drain.level, self._drain.supply, self._reported = level.copy(), supply.copy(), reported.copy()
-        self._disabled, self._awaited = dict(disabled), {}
+        self.drain.level, self.drain.supply, self._reported = level.copy(), supply.copy(), reported.copy()
+        super().load(disabled)
+        self._awaited = {}
 
     def _check_charge(self, charge: npt.NDArray[Any]) -> None:
         """Refuse charges that a battery cannot have. What is no number at all, columns refuse."""
@@ -193,7 +202,7 @@ class Batteries(Disabling):
 
     def _report(self) -> None:
         """Plan an event for each battery whose level has changed."""
-        level = self._drain.level
+        level = self.drain.level
         before = np.zeros(len(level), np.int64)
         before[: len(self._reported)] = self._reported
         self._reported = level.copy()

@@ -10,6 +10,7 @@ import numpy as np
 from teamsight.agents.body import Body
 from teamsight.agents.components.batteries import Batteries, NeedsCharge
 from teamsight.agents.components.durations import Duration, Times, lasting
+from teamsight.agents.components.listed_members import check_members
 from teamsight.agents.components.vicinity import Vicinity
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.sensing.sensor import Sensor
@@ -54,7 +55,12 @@ class ChargingPlaces(EventSource, NeedsCharge):
     ------
     TypeError, ValueError
         If a value is of the wrong type or outside its limits, or not one of `rate` and `duration` is given; when
-        attached, if a place is outside the arena, or the group has no batteries.
+        attached, if a place is outside the arena, the group has no batteries, or other places have a `policy` already.
+
+    Notes
+    -----
+    If several are attached to one group, an agent queues at one place at a time, and is as before once any has charged
+    it. One `policy` serves them all.
     """
 
     def __init__(
@@ -81,6 +87,10 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self.policy = policy
         self.reach = None if reach is None else checks.number("reach", reach, above=0)
 
+    def check(self) -> None:
+        """Refuse durations that are listed for unknown members."""
+        check_members(self, "duration")
+
     def connect(self) -> None:
         """Add the places, and watch."""
         group = self._its_group()
@@ -91,6 +101,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
                     f"ChargingPlaces: the agents of {group.name!r} have no batteries; attach them first, as in "
                     "world.attach(Batteries(20), robots)"
                 )
+            self._check_policy()
             reach = _longest_reach(self.world) if self.reach is None else self.reach
             sensor = Sensor(range=max(reach, self.radius), occluded=False)
             others = sum(one.name.startswith(CHARGERS) for one in self.world.groups)
@@ -105,7 +116,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
                 # of a run this would cost a robot its memory.
                 before, group[0].policy = group[0].policy, self.policy
                 group[0].policy = before
-            self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0]._drain, self._report)
+            self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0].drain, self._report)
         self.world._engine.watch(self._vicinity)
 
     def disconnect(self) -> None:
@@ -152,7 +163,8 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def come(self, member: int, place: int) -> None:
         """Let an agent queue at a place."""
         agent = self.agent(member)
-        if agent is None or member in self._requests:
+        # Where it queues already, it comes from there again if it leaves that queue low.
+        if agent is None or any(member in one._requests for one in self._all_places()):
             return
         self._speeds[member], agent.speed = agent.speed, 0.0
         self._vicinity.place[member] = place + 1
@@ -219,7 +231,10 @@ class ChargingPlaces(EventSource, NeedsCharge):
         request, agent = self._requests.pop(member, None), self.agent(member)
         if agent is not None and member in self._speeds and agent.speed == 0.0:
             agent.speed = self._speeds[member]
-        self._give_policy_back(member)
+        for one in self._all_places():
+            one._give_policy_back(member)
+            if one is not self and member not in one._requests:
+                one._vicinity.release(member)
         if request is None:
             return
         self._speeds.pop(member, None)
@@ -238,6 +253,21 @@ class ChargingPlaces(EventSource, NeedsCharge):
             known = self._its_group().policies
             # A group that was given another policy has forgotten those of single robots.
             agent.policy = known[index] if index < len(known) else known[0]
+
+    def _all_places(self) -> list[ChargingPlaces]:
+        """Return the sources of charging places of the group, this one among them."""
+        sources = [one for one in self.world.sources if isinstance(one, ChargingPlaces)]
+        return [one for one in sources if one.group is self.group]
+
+    def _check_policy(self) -> None:
+        """Refuse a second policy for agents that are low."""
+        others = [one for one in self._all_places() if one is not self and one.policy is not None]
+        if self.policy is not None and others:
+            raise ValueError(
+                f"ChargingPlaces(policy={checks.shown(self.policy)}): other places of {self._its_group().name!r} give "
+                f"agents that are low {checks.shown(others[0].policy)} already; leave policy out, since one serves all "
+                "places, or give all places to one ChargingPlaces"
+            )
 
     def _members_of(self, requests: list[Any]) -> list[int]:
         member_of = {id(request): member for member, request in self._requests.items()}

@@ -172,6 +172,15 @@ class Times:
                 "it at the start of the run"
             )
 
+    def check_members(self, name: str, members: list[int], group: str) -> None:
+        """Refuse times of members that a group does not have."""
+        unknown = sorted(set(self.times) - set(members)) if isinstance(self.times, Mapping) else []
+        if unknown:
+            raise ValueError(
+                f"{name}: lists times for the members {', '.join(map(str, unknown))}, which {group!r} does not have; "
+                "the first agent of a group is 0, and those that come later must be there, or Arrivals attached, before"
+            )
+
     def every(self) -> list[tuple[float, ...]]:
         """Return all lists of times."""
         return list(self.times.values()) if isinstance(self.times, Mapping) else [self.times]
@@ -210,6 +219,14 @@ def lasting(name: str, value: Any) -> Duration | Times:
     return found
 
 
+def together(name: str, value: Duration | Times | None) -> None:
+    """Refuse times by member where all agents have the same list."""
+    if isinstance(value, Times) and isinstance(value.times, Mapping):
+        raise ValueError(
+            f"{name}={value!r}: arrivals have one list, not one for each member; give it, as in Times([100, 250])"
+        )
+
+
 def _duration(name: str, value: Any, listed: str) -> Duration | Times:
     if isinstance(value, Duration | Times):
         return value
@@ -232,7 +249,10 @@ def _is_number(value: Any) -> bool:
 
 
 def _time(name: str, value: Any) -> float:
-    return checks.number(name, value, least=_LEAST, most=_MOST)
+    try:
+        return checks.number(name, value, least=_LEAST, most=_MOST)
+    except ValueError as error:
+        raise ValueError(f"{error}; it is a time in ticks, such as 500, and what never happens is left out") from None
 
 
 def _times(times: Any) -> tuple[float, ...]:

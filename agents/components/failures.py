@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teamsight.agents.components.disabling import Disabling
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to
@@ -34,8 +34,9 @@ class Failures(Disabling, Interruptions):
 
     Notes
     -----
-    An agent fails at its times whether or not it is active then. With exponential times, the share of the time in which
-    an agent works tends to the availability, MTTF / (MTTF + MTTR).
+    An agent fails at its times whether or not it is active then. What the user sets wins: an agent that the user makes
+    inactive stays so after its repair, and one that the user makes active in a failure has not failed any more. With
+    exponential times, the share of the time in which an agent works tends to the availability, MTTF / (MTTF + MTTR).
 
     Examples
     --------
@@ -58,16 +59,8 @@ class Failures(Disabling, Interruptions):
 
     @property
     def failed(self) -> list[Body]:
-        """The agents that have failed and are not repaired yet."""
-        return [self.agent(member) for member in sorted(self._disabled)]
-
-    def save(self) -> Any:
-        """Return who has failed."""
-        return dict(self._disabled)
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._disabled = dict(data)
+        """The agents that have failed and are neither repaired yet nor set active by the user."""
+        return [self.agent(member) for member in sorted(member for member, _ in self._held)]
 
     def begin_one(self, agent: Body, member: int) -> None:
         """Let an agent fail."""

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 from teamsight.agents.components.durations import Duration, Times
+from teamsight.agents.components.listed_members import check_members
 from teamsight.agents.events.source import EventSource
 
 if TYPE_CHECKING:
@@ -28,6 +29,10 @@ class Interruptions(EventSource):
 
     words: ClassVar[tuple[str, str]]
     parameters: ClassVar[tuple[str, str]]
+
+    def check(self) -> None:
+        """Refuse times that are listed for unknown members."""
+        check_members(self, *self.parameters)
 
     def begin(self) -> None:
         """Plan the first interruption of each agent."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.holding import Holding
 from teamsight.agents.components.interruptions import Interruptions
 from teamsight.core import checks
 
@@ -12,11 +13,12 @@ if TYPE_CHECKING:
     from teamsight.agents.body import Body
 
 
-class SensorDropouts(Interruptions):
+class SensorDropouts(Holding, Interruptions):
     """Sensors drop out and come back, those of each agent independently of the others.
 
     An agent whose sensor has dropped out senses nobody in that channel; others sense it as before. The log says
-    "sensor dropped out" and "sensor came back", with the channel.
+    "sensor dropped out" and "sensor came back". What the user sets wins: a sensor that the user breaks stays so,
+    and one that the user repairs works.
 
     Parameters
     ----------
@@ -51,8 +53,6 @@ class SensorDropouts(Interruptions):
 
     def begin(self) -> None:
         """Plan the first dropout of each agent."""
-        # The broken channels of each member.
-        self._broken: dict[int, tuple[str, ...]] = {}
         channels = self._its_group().channels
         if self.channel is not None and self.channel not in channels:
             name, have = self._its_group().name, ", ".join(map(repr, channels)) or "none"
@@ -60,42 +60,16 @@ class SensorDropouts(Interruptions):
                 f"channel={self.channel!r}: the group {name!r} has no such channel, but {have}; declare it by "
                 "world.senses(…, as_=…)"
             )
-        super().begin()
-
-    def left(self, agent: Body, member: int) -> None:
-        """Forget an agent that has left."""
-        self._broken.pop(member, None)
-
-    def end(self) -> None:
-        """Repair all sensors."""
-        for member in list(self._broken):
-            self.end_one(self.agent(member), member)
-
-    def save(self) -> Any:
-        """Return whose sensors have dropped out."""
-        return dict(self._broken)
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._broken = dict(data)
+        Holding.begin(self)
+        Interruptions.begin(self)
 
     def begin_one(self, agent: Body, member: int) -> None:
         """Break the sensors of an agent."""
-        names = tuple(self._its_group().channels) if self.channel is None else (self.channel,)
-        self._broken[member] = names
-        for name in names:
-            agent.break_sensor(name)
+        for name in self._its_group().channels if self.channel is None else (self.channel,):
+            self.hold(member, name)
 
     def end_one(self, agent: Body, member: int) -> None:
-        """Repair those that no other source has broken."""
-        for name in self._broken.pop(member, ()):
-            if not self._others_break(member, name):
-                agent.repair_sensor(name)
-
-    def _others_break(self, member: int, channel: str) -> bool:
-        """Whether the same sensor has dropped out by another source too."""
-        return any(
-            source is not self and source.group is self.group and channel in source._broken.get(member, ())
-            for source in self.world.sources
-            if isinstance(source, SensorDropouts)
-        )
+        """Repair those that nothing else keeps out of order."""
+        for one, name in list(self._held):
+            if one == member:
+                self.release(member, name)

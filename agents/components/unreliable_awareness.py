@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,9 @@ class UnreliableAwareness(EventSource):
     It changes the sensor of the channel "teammates": under each degree of awareness, where teammates are, where they
     face and the targets that they relay are as old, and as often missing. The log says "awareness unreliable" and
     "awareness reliable". A robot's number of neighbours, and δ, are geometry, and stay as they are.
+
+    Several that overlap add up: delays are summed, and a teammate is missed if one of them misses it. A sensor that the
+    user sets meanwhile is taken as it is; from the next beginning or end on, they add to that one.
 
     Parameters
     ----------
@@ -36,6 +40,9 @@ class UnreliableAwareness(EventSource):
         no team.
     """
 
+    # While it lasts: the sensor of the user, to which all that last add, and what they have made of it.
+    _sensors: tuple[Sensor, Sensor] | None = None
+
     def __init__(self, delay: int = 0, missing: float = 0.0, *, begins: float = 0.0, ends: float | None = None) -> None:
         self.delay = checks.count("delay", delay, least=0, most=MOST_DELAY, cure="it is a number of ticks")
         self.missing = checks.number("missing", missing, least=0, most=1)
@@ -52,7 +59,6 @@ class UnreliableAwareness(EventSource):
             )
         if self.ends is not None and self.ends < self.now:
             raise ValueError(f"ends={self.ends:g}: has passed; the present tick is {self.now:g}, so give a later one")
-        self._before: Sensor | None = None
         if self.begins <= self.now:
             self.start()
         else:
@@ -62,37 +68,57 @@ class UnreliableAwareness(EventSource):
 
     def reset(self) -> None:
         """Give the group its sensor back, which stays at a reset."""
-        self._restore_sensor()
+        self._change(lasts=False)
 
     def end(self) -> None:
         """Make awareness reliable again."""
-        self._restore_sensor()
+        self._change(lasts=False)
 
     def start(self) -> None:
         """Make awareness unreliable from now on."""
-        if self._before is None:
-            sensors = self._its_group().sensors
-            self._before = sensors[TEAMMATES]
-            missed = 1.0 - (1.0 - self._before.missed) * (1.0 - self.missing)
-            delay = min(self._before.delay + self.delay, MOST_DELAY)
-            sensors[TEAMMATES] = replace(self._before, delay=delay, missed=missed)
-            self.log("awareness unreliable", delay=delay, missing=missed)
+        self._change(lasts=True)
+        self._log_sensor()
 
     def stop(self) -> None:
-        """Make awareness as reliable as before, from now on."""
-        if self._before is not None:
-            self._restore_sensor()
-            self.log("awareness reliable")
+        """Make awareness as reliable as without it, from now on."""
+        self._change(lasts=False)
+        self._log_sensor()
 
     def save(self) -> Any:
-        """Return the sensor that it has replaced."""
-        return self._before
+        """Return the sensors of the user and of the sources, while it lasts."""
+        return self._sensors
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
-        self._before = data
+        self._sensors = data
 
-    def _restore_sensor(self) -> None:
-        if self._before is not None:
-            self._its_group().sensors[TEAMMATES] = self._before
-            self._before = None
+    def _change(self, *, lasts: bool) -> None:
+        """Begin or end, and make the sensor anew from that of the user and all sources that last."""
+        if lasts == (self._sensors is not None):
+            return
+        sensors, before = self._its_group().sensors, self._lasting()
+        present = sensors[TEAMMATES]
+        # The same in all that last.
+        base, made = before[0]._sensors or (present, present) if before else (present, present)
+        if present != made:
+            base = present
+        self._sensors = (base, made) if lasts else None
+        together = self._lasting()
+        delay = min(base.delay + sum(one.delay for one in together), MOST_DELAY)
+        sensed = (1.0 - base.missed) * math.prod(1.0 - one.missing for one in together)
+        made = replace(base, delay=delay, missed=1.0 - sensed) if together else base
+        for one in together:
+            one._sensors = base, made
+        sensors[TEAMMATES] = made
+
+    def _lasting(self) -> list[UnreliableAwareness]:
+        """Return those that make the awareness of the group unreliable now."""
+        sources = [one for one in self.world.sources if isinstance(one, UnreliableAwareness)]
+        return [one for one in sources if one.group is self.group and one._sensors is not None]
+
+    def _log_sensor(self) -> None:
+        if self._lasting():
+            sensor = self._its_group().sensors[TEAMMATES]
+            self.log("awareness unreliable", delay=sensor.delay, missing=sensor.missed)
+        else:
+            self.log("awareness reliable")

@@ -102,6 +102,11 @@ class Vicinity(Watcher):
         self._drain.make_room()
         self.place = np.append(self.place, np.zeros(len(self._drain.level) - len(self.place), np.int64))
 
+    def release(self, member: int) -> None:
+        """Forget where a member is, so that it is found again."""
+        self.make_room()
+        self.place[member] = 0
+
     def bind(self, bound: Bound) -> None:
         """Pack the record from the present arrays."""
         self.make_room()

@@ -7,15 +7,15 @@ import inspect
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from teamsight.agents.group import Group
 from teamsight.core import checks
-from teamsight.world.noise import TICKS_A_BLOCK, Stream, stream_number, uniforms, uniforms_of_block
+from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
-    from teamsight.world.clock import Clock, Planned
+    from teamsight.world.clock import Clock
+    from teamsight.world.planned import Planned
 
 # The numbers of so many members are drawn at once: more cost hardly more time than one.
 _MEMBERS = 16
@@ -37,12 +37,18 @@ class EventSource:
     ----------
     needs_group : bool
         Declared by the class: whether it can only be attached to a group.
+    defers_interrupts : bool
+        Declared by the class: whether Ctrl-C waits until a call of one of its methods by an event is complete.
+        Otherwise that event may be lost, and with it all that it would have planned.
     world : World
         Its world, once it is attached.
     group : Group or None
         The group to which it is attached.
     number : int
         Its number in its world: 1, 2, … in the order in which sources were attached. No other source gets it later.
+    nth : int
+        Which of its kind it is: 0, 1, 2, … among the sources of this class that were attached to this group, those that
+        were detached included. Its random numbers depend on it, so no source of another kind changes them.
 
     Examples
     --------
@@ -62,14 +68,19 @@ class EventSource:
     """
 
     needs_group: ClassVar[bool] = True
+    defers_interrupts: ClassVar[bool] = True
     world: Any = None
     group: Group[Any] | None = None
     number: int = 0
+    nth: int = 0
 
     # What a subclass does.
 
     def begin(self) -> None:
         """Plan the first events; called when it is attached, and at each reset of the world, at tick 0."""
+
+    def check(self) -> None:
+        """Refuse, by an error, what cannot be in this world: called first when it is attached."""
 
     def connect(self) -> None:
         """Set up what it needs in the world, such as a watcher: called before `begin` when it is attached."""
@@ -91,6 +102,9 @@ class EventSource:
 
         Its pending events stay planned: cancel them here, or let them test whether `agent` returns None.
         """
+
+    def switched(self, agent: Body, member: int, channel: str | None, on: bool) -> None:
+        """Called before it is set whether an agent of the group is active, or its sensor of a channel works."""
 
     def save(self) -> Any:
         """Return its own data: all that changes in a run, except planned events; must be copied and pickled easily."""
@@ -156,7 +170,7 @@ class EventSource:
         TypeError, ValueError
             If the time has passed or is not a finite number, there is no such method, or an argument is something else.
         """
-        action = getattr(self, method, None)
+        action = getattr(self, method, None) if isinstance(method, str) else None
         if action is None or self.world is None:
             raise self._cannot_plan(method)
         for argument in arguments:
@@ -188,7 +202,10 @@ class EventSource:
         event.callbacks.append(When(self, method, arguments))
 
     def random(self, member: int, index: int) -> float:
-        """Return a uniform random number in (0, 1): a function of the world's seed, its number, member and index.
+        """Return a uniform random number in (0, 1).
+
+        It is a function of the world's seed, the name of its class, its group, which of its kind it is, member and
+        index. So what else is attached, as logs of contacts or batteries, does not change it.
 
         Parameters
         ----------
@@ -203,16 +220,10 @@ class EventSource:
             if len(blocks) >= _MOST_BLOCKS:
                 blocks.clear()
             members = np.arange(place[1] * _MEMBERS, (place[1] + 1) * _MEMBERS)
-            numbers = uniforms_of_block(self.world._data.key, self._stream, index, members, 1)
+            numbers = uniforms_of_block(self._key(), Stream.EVENTS, index, members, 1)
             block = blocks[place] = numbers[:, 0].tolist()
         number: float = block[index % TICKS_A_BLOCK][member % _MEMBERS]
         return number
-
-    def randoms(self, members: npt.ArrayLike, index: int) -> npt.NDArray[np.float64]:
-        """Return the numbers of `random` of many members, shape (n,)."""
-        numbers = uniforms(self.world._data.key, self._stream, index, np.asarray(members, np.int64), 1)
-        row: npt.NDArray[np.float64] = numbers[0]
-        return row
 
     def log(self, what: str, agent: Body | None = None, /, **details: str | float | np.generic | None) -> None:
         """Add an event to the log of the world, with the name of this class as its source; see `World.log`."""
@@ -220,11 +231,11 @@ class EventSource:
 
     # How it is attached.
 
-    def attached_copy(self, world: Any, group: Group[Any] | None, number: int) -> Self:
+    def attached_copy(self, world: Any, group: Group[Any] | None, number: int, nth: int) -> Self:
         """Return a copy that belongs to a world."""
         mine = copy.copy(self)
         # A subclass may be a frozen dataclass.
-        vars(mine).update(world=world, group=group, number=number, _numbers={})
+        vars(mine).update(world=world, group=group, number=number, nth=nth, _numbers={})
         return mine
 
     def forget_numbers(self) -> None:
@@ -248,9 +259,9 @@ class EventSource:
             )
         return vars(self)
 
-    @property
-    def _stream(self) -> int:
-        return stream_number(Stream.EVENTS, self.number)
+    def _key(self) -> Any:
+        group = -1 if self.group is None else self.group.number
+        return key_within(self.world._data.key, f"{type(self).__name__} {group} {self.nth}")
 
     def _its_group(self) -> Group[Any]:
         if self.group is None:
@@ -258,7 +269,12 @@ class EventSource:
             raise ValueError(f"{self!r}: has no group; attach it to one, as in world.attach({name}(…), robots)")
         return self.group
 
-    def _cannot_plan(self, method: str) -> Exception:
+    def _cannot_plan(self, method: Any) -> Exception:
+        if not isinstance(method, str):
+            return TypeError(
+                f"plan(…, {checks.shown(method)}): must be the name of a method of {type(self).__name__}, such as "
+                '"begin", so that a state can hold the call; for functions there is world.clock.at(time, function)'
+            )
         if self.world is None:
             return RuntimeError(f"{self!r}: belongs to no world; world.attach returns a copy that does")
         return TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")

@@ -44,7 +44,11 @@ class Sources:
         """Attach a copy of a source; see `World.attach`."""
         self._timeline.check_undecided("attach()", "plan it with world.clock.at(world.clock.now, …)")
         _check(world, source, group)
-        mine = source.attached_copy(world, group, self.following)
+        # Numbers from `following` on are of sources that could not begin, or that a restored state does not know.
+        earlier = [one for number, one in self.known.items() if number < self.following and one.group is group]
+        nth = sum(type(one).__name__ == type(source).__name__ for one in earlier)
+        mine = source.attached_copy(world, group, self.following, nth)
+        mine.check()
         self.attached.append(mine)
         self.known[mine.number] = mine
         self.following += 1
@@ -112,6 +116,13 @@ class Sources:
             if source.group is agent.group:
                 with self._acting(source):
                     source.left(agent, member)
+
+    def switched(self, agent: Any, channel: str | None, on: bool) -> None:
+        """Call the sources of an agent of which is set whether it is active, or whether a sensor of it works."""
+        group, member = agent.group, int(agent.group.bodies.member[agent.row])
+        for source in self.attached:
+            if source.group is group:
+                source.switched(agent, member, channel, on)
 
     def note(self, what: str, agent: Any, **details: Any) -> None:
         """Log that an agent has joined or left, once the run has begun: before, it belongs to the set-up."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import runpy
@@ -9,8 +10,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
+
+from teamsight.policies import CompiledPolicy, check_policy
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -20,6 +25,9 @@ SHORT = (
     "arrivals", "hidden_targets", "leader", "nearest_teammates", "noisy_sensor",
     "teammate_headings",
 )  # fmt: skip
+
+# Teams that sense each other in channels of their own, which the issue wants in under 60 lines.
+MIXED = "predators", "leader", "convoy", "patrol"
 
 Run = Callable[[str], str]
 
@@ -38,8 +46,31 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_an_example_is_short_and_tested(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
-    assert len(lines) < (40 if path.stem in SHORT else 80)
+    assert len(lines) <= (39 if path.stem in SHORT else 60 if path.stem in MIXED else 79)
     assert f'run("{path.stem}")' in Path(__file__).read_text(encoding="utf-8") or path.stem == "sweep"
+
+
+def _defined(path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Return what an example defines, without running it."""
+    module = ModuleType(path.stem)
+    monkeypatch.setitem(sys.modules, path.stem, module)
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    last = max((k for k, node in enumerate(tree.body) if isinstance(node, ast.ClassDef)), default=0)
+    tree.body = tree.body[: last + 1]
+    exec(compile(tree, str(path), "exec"), vars(module))
+    return vars(module)
+
+
+COMPILED = [path for path in EXAMPLES if "(CompiledPolicy)" in path.read_text(encoding="utf-8")]
+
+
+@pytest.mark.parametrize("path", COMPILED, ids=lambda path: path.stem)
+def test_the_compiled_policies_of_an_example_keep_the_contract(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [one for one in _defined(path, monkeypatch).values() if isinstance(one, type) and issubclass(one, CompiledPolicy)]
+    own = [one for one in found if one.__module__ == path.stem]
+    assert own
+    for policy in own:
+        check_policy(policy())
 
 
 @pytest.mark.short

@@ -147,6 +147,53 @@ def test_unreliable_awareness_adds_to_the_sensor_and_is_undone() -> None:
     assert robots.sensors["teammates"] == before
 
 
+def test_overlapping_sources_of_unreliable_awareness_add_up_and_leave_the_users_sensor() -> None:
+    def seen(world: World) -> list[tuple[int, float]]:
+        found = []
+        for tick in (10, 30, 60, 150):
+            world.run(tick - world.tick)
+            sensor = world.groups[0].sensors["teammates"]
+            found.append((sensor.delay, sensor.missed))
+        return found
+
+    for order in (0, 1):
+        world = make()
+        robots = world.groups[0]
+        both = [UnreliableAwareness(delay=2, ends=50), UnreliableAwareness(missing=0.5, begins=20, ends=100)]
+        for one in both[::-1] if order else both:
+            world.attach(one, robots)
+        expected = [(2, 0.0), (2, 0.5), (0, 0.5), (0, 0.0)]
+        assert seen(world) == expected
+        said = ["awareness unreliable"] * 3 + ["awareness reliable"]
+        assert world.events[world.events["source"] == "UnreliableAwareness"]["what"].tolist() == said
+        # In the middle of both, a reset and a state are no end of the sensor of the user.
+        world.reset()
+        world.run(30)
+        saved = world.state()
+        world.reset()
+        assert seen(world) == expected
+        world.restore(saved)
+        world.run(30)
+        assert robots.sensors["teammates"] == Sensor(missed=0.5)
+        world.detach(world.sources[1 - order])
+        assert robots.sensors["teammates"] == Sensor()
+
+
+def test_a_sensor_that_the_user_sets_meanwhile_stays() -> None:
+    world = make()
+    robots = world.groups[0]
+    world.attach(UnreliableAwareness(delay=2, ends=50), robots)
+    world.attach(UnreliableAwareness(delay=1, begins=20, ends=30), robots)
+    world.run(10)
+    robots.sensors["teammates"] = Sensor(missed=0.3)
+    world.run(5)
+    assert robots.sensors["teammates"] == Sensor(missed=0.3)
+    world.run(10)
+    assert (robots.sensors["teammates"].delay, robots.sensors["teammates"].missed) == (3, pytest.approx(0.3))
+    world.run(50)
+    assert robots.sensors["teammates"] == Sensor(missed=0.3)
+
+
 def test_sources_are_a_parameter_of_the_model() -> None:
     failures, batteries = Failures(20, 10), Batteries(30)
     for events in (failures, [failures, batteries]):

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Disc, Robot, Target, World
+from teamsight.agents import AgentLeftError
 from teamsight.agents.components import Batteries, Failures, Times
 from teamsight.agents.events import EventSource
 
@@ -211,6 +212,29 @@ def test_states_from_before_and_after_it_was_attached() -> None:
     assert robots.battery.tolist() == [1.5] * 6 + [1.875]  # type: ignore[attr-defined]
     world.run(20)
     assert not robots.active.any()
+
+
+@pytest.mark.short
+def test_waiting_for_the_battery_of_a_robot_that_leaves_raises_an_error() -> None:
+    world = make(Batteries(1000))
+    robots, (batteries,) = world.groups[0], world.sources
+    gone, told = robots[1], []
+
+    def wait(event: Any) -> Any:
+        try:
+            yield event
+        except AgentLeftError as error:
+            told.append((world.tick, str(error)))
+
+    for event in (batteries.low(gone), batteries.empty(gone), world.until.battery_empty(gone)):  # type: ignore[attr-defined]
+        world.clock.process(wait(event))
+    # Nobody waits for this one, which must not stop the run.
+    batteries.low(robots[2])  # type: ignore[attr-defined]
+    world.clock.at(5, gone.remove)
+    world.clock.at(6, robots[2].remove)
+    world.run(10)
+    assert [tick for tick, _ in told] == [5, 5, 5]
+    assert all("has left the world, and its battery with it" in text for _, text in told)
 
 
 @pytest.mark.short

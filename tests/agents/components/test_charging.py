@@ -233,3 +233,46 @@ def test_wrong_values_are_refused() -> None:
     with pytest.raises(ValueError, match=r"position=\(9\.0, 9\.0\): .*inside"):
         world.attach(ChargingPlaces((9, 9), rate=1), world.groups[0])
     assert (len(world.sources), len(world.groups)) == (1, 2)
+
+
+def test_several_sources_of_places_share_the_agents() -> None:
+    policy = SeekCharger()
+    places = ChargingPlaces((-2, 0), rate=1, policy=policy), ChargingPlaces((2, 0), rate=0.5)
+    world = make(Batteries(8, per_tick=0.05, low_level=4), *places)
+    robots, sources = world.groups[0], world.sources[1:]
+    used = set()
+    for _ in range(300):
+        world.run(2)
+        for robot in robots:
+            there = [agent for source in sources for agent in source.queue() + source.charging()]  # type: ignore[attr-defined]
+            assert len(there) == len(set(there))
+            # Whoever has enough has its own policy and moves; the level is that of the last event.
+            if robot.battery > 4 and robot not in there:  # type: ignore[attr-defined]
+                assert robot.policy is not policy
+                assert robot.speed > 0
+        used |= {k for k, source in enumerate(sources) if source.charging()}  # type: ignore[attr-defined]
+    assert used == {0, 1}
+    assert (world.events["what"] == "charged").sum() >= 12
+
+
+def test_a_robot_at_two_places_is_charged_at_one() -> None:
+    both = [ChargingPlaces((0, 0), rate=0.5, radius=1.0) for _ in range(2)]
+    world = make(Batteries(2.0, 0.0, per_tick=0.25, low_level=1.0), *both, robots=1)
+    robot = world.groups[0][0]
+    robot.position, speed = (0.0, 0.0), robot.speed
+    robot.speed = speed / 1000
+    world.run(40)
+    log = log_of(world, "queued", "charging", "charged")
+    # Low after 4 steps; charged within 2.
+    assert [(time, what) for time, what, _ in log[:6]] == [
+        (4.0, "queued"), (4.0, "charging"), (6.0, "charged"), (10.0, "queued"), (10.0, "charging"), (12.0, "charged"),
+    ]  # fmt: skip
+    assert robot.speed in (0.0, speed / 1000)
+
+
+def test_a_second_policy_for_low_batteries_is_refused() -> None:
+    world = make(Batteries(8), ChargingPlaces((-2, 0), rate=1, policy=SeekCharger()))
+    with pytest.raises(ValueError, match=r"other places of 'robots' give agents that are low .* leave policy out, since one"):
+        world.attach(ChargingPlaces((2, 0), rate=1, policy=SeekCharger()), world.groups[0])
+    assert len(world.sources) == 2
+    assert len(world.groups) == 3

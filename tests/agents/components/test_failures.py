@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 from teamsight import Disc, Robot, Target, World
-from teamsight.agents.components import Constant, Failures, SensorDropouts, Times, Weibull
+from teamsight.agents.components import Arrivals, Constant, Departures, Failures, SensorDropouts, Times, Weibull
 from teamsight.agents.events import EventSource
 
 
@@ -198,3 +199,62 @@ def test_wrong_values_are_refused() -> None:
     world.attach(Failures(Times([20, 40])), world.groups[0])
     world.run(1)
     assert np.count_nonzero(~world.groups[0].active) == 8
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("first", "then", "expected"),
+    [(0, None, False), (15, None, False), (15, 17, True), (20, None, False), (25, None, False), (None, 15, True), (None, 25, True)],
+)
+def test_what_the_user_sets_wins_over_failures_and_dropouts(
+    first: int | None, then: int | None, expected: bool
+) -> None:
+    # Two overlapping failures and dropouts, from 10 to 30 and from 20 to 40.
+    sources = [
+        kind(Times({0: [time]}), Constant(20), **more)
+        for kind, more in ((Failures, {}), (SensorDropouts, {"channel": "targets"}))
+        for time in (10, 20)
+    ]
+    world = make(*sources)
+    robot = world.groups[0][0]
+
+    def put(on: bool) -> None:
+        robot.active = on
+        (robot.repair_sensor if on else robot.break_sensor)("targets")
+
+    for time, on in ((first, False), (then, True)):
+        if time is not None:
+            world.clock.at(time, partial(put, on))
+    world.run(26)
+    failed = [robot in source.failed for source in world.sources[:2]]  # type: ignore[attr-defined]
+    # Whom the user has made active since has not failed.
+    assert failed == [then is None, then != 25]
+    saved = world.state()
+    world.run(25)
+    world.restore(saved)
+    world.run(25)
+    assert (robot.active, robot.sensor_works("targets")) == (expected, expected)
+    world.reset()
+    assert robot.active
+    assert robot.sensor_works("targets")
+
+
+@pytest.mark.short
+def test_times_for_members_that_cannot_be_there_are_refused() -> None:
+    for source in (Failures(Times({0: [5], 99: [5]})), Failures(5, Times({99: [5]})), Departures(Times({99: [5]}))):
+        world = make(robots=4)
+        with pytest.raises(ValueError, match=r"lists times for the members 99, which 'robots' does not have; .* or Arrivals"):
+            world.attach(source, world.groups[0])
+        assert world.sources == ()
+        world.run(2)
+        # Members that arrive are numbered on.
+        world.attach(Arrivals(Times([3])), world.groups[0])
+        world.attach(source, world.groups[0])
+    with pytest.raises(ValueError, match=r"interval=.*arrivals have one list, .*Times\(\[100, 250\]\)"):
+        Arrivals(Times({3: [5]}))
+    world = make(Failures(Times({2: [5]})), robots=4)
+    world.groups[0][2].remove()
+    # One that has left since it was attached stops no reset.
+    world.reset()
+    world.run(10)
+    assert world.events.empty

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, EventSource
-from teamsight.world.noise import Stream, key_of, stream_number, uniforms
+from teamsight import CMOMMT, Batteries, EventSource, Failures, SensorDropouts, Times
+from teamsight.world.noise import Stream, key_of, key_within, uniforms
 
 
 class Counting(EventSource):
@@ -110,16 +110,47 @@ def test_numbers_depend_on_seed_source_member_and_index_alone() -> None:
     places = [(member, index) for member in (0, 3, 63, 64, 1000) for index in (0, 1, 2, 3, 4, 17)]
     drawn = [one.random(*place) for place in places]
     expected = [
-        uniforms(key_of(1), stream_number(Stream.EVENTS, 1), index, np.array([member]), 1)[0, 0] for member, index in places
+        uniforms(key_within(key_of(1), "Counting 0 0"), Stream.EVENTS, index, np.array([member]), 1)[0, 0]
+        for member, index in places
     ]
     assert drawn == expected
     assert drawn == [one.random(*place) for place in places]
     assert len({*drawn, *(two.random(*place) for place in places)}) == 2 * len(places)
-    assert one.randoms([3, 0], 17).tolist() == [one.random(3, 17), one.random(0, 17)]
     world.reset(2)
     assert not set(drawn) & {one.random(*place) for place in places}
     world.reset(1)
     assert drawn == [one.random(*place) for place in places]
+
+
+@pytest.mark.short
+def test_what_else_is_attached_does_not_change_the_numbers_of_a_source() -> None:
+    def drawn(world: CMOMMT, *before: EventSource) -> list[tuple[float, int]]:
+        for one in before:
+            world.attach(one, world.robots)
+        world.attach(Failures(100, 30), world.robots)
+        world.attach(Failures(80, 30), world.targets)
+        world.run(200)
+        # Mesa's schedules let the events of the last tick happen at its end.
+        log = world.events[world.events["time"] < 199]
+        return list(zip(*(log[log["source"] == "Failures"][name] for name in ("time", "agent")), strict=True))
+
+    expected = drawn(CMOMMT(robots=5, rng=1))
+    assert len(expected) > 5
+    measured = CMOMMT(robots=5, rng=1)
+    measured.log_contacts(measured.robots)
+    measured.schedule_recurring(lambda: None, 50)
+    assert drawn(measured) == expected
+    assert drawn(CMOMMT(robots=5, rng=1), SensorDropouts(50, 5), Batteries(1e6), Counting()) == expected
+    # A second source of the same kind has numbers of its own; one that could not begin takes none.
+    world = CMOMMT(robots=5, rng=1)
+    world.run(1)
+    with pytest.raises(ValueError, match="has passed"):
+        world.attach(Failures(Times([0.5]), 1), world.robots)
+    one, two = (world.attach(Failures(100, 30), world.robots) for _ in range(2))
+    assert (one.nth, two.nth) == (0, 1)
+    world.detach(one)
+    three = world.attach(Failures(100, 30), world.robots)
+    assert len({source.random(0, 0) for source in (one, two, three)}) == 3
 
 
 def test_a_detached_source_does_nothing_more() -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Box, Robot, Sensor, Target, World
-from teamsight.agents.events.until import AgentLeftError
+from teamsight.agents import AgentLeftError
 
 STEPS = 40
 KINDS = ("observed", "lost", "contact", "contact any", "contact_ended", "contact_ended any", "sensed")
