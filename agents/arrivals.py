@@ -20,6 +20,7 @@ from teamsight.core import checks
 from teamsight.policies.interface import Action
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
+from teamsight.world.motion import limit_of_turn
 from teamsight.world.starts import Founders
 
 Integers = npt.NDArray[np.int64]
@@ -111,13 +112,17 @@ def _timetable(data: WorldData, group: Group, count: int, given: Any) -> Timetab
 def _usual(group: Group, name: str, present: Floats, first: Floats) -> float:
     """Return the ability that all agents of a group have; in an empty group, with which all have begun."""
     values = present if len(present) else first
+    _check_same(group, name, values)
+    return float(values[0])
+
+
+def _check_same(group: Group, name: str, values: Floats) -> None:
     if (values != values[0]).any():
         low, high = values.min(), values.max()
         raise ValueError(
             f"{name}: the agents of {group.name!r} have different ones, from {low:g} to {high:g}; give that of the new "
             f"ones, as in add(…, {name}={low:g})"
         )
-    return float(values[0])
 
 
 def _abilities(group: Group, count: int, given: dict[str, Any], limits: Limits) -> Abilities:
@@ -131,8 +136,9 @@ def _abilities(group: Group, count: int, given: dict[str, Any], limits: Limits) 
     values = {name: _usual(group, name, *pair) if given[name] is None else given[name] for name, pair in known.items()}
     if given["turn_limit"] is not None:
         return abilities_of(count, limits, turn_limit=given["turn_limit"], **values)
+    limited = bodies if len(bodies) else first
+    _check_same(group, "turn_limit", limit_of_turn(limited.turn_cosine, limited.turn_sine))
     # Not by way of the angle, which would round.
     own = abilities_of(count, limits, turn_limit=math.pi, **values)
-    for name in ("turn_cosine", "turn_sine"):
-        getattr(own, name)[:] = _usual(group, "turn_limit", getattr(bodies, name), getattr(first, name))
+    own.turn_cosine[:], own.turn_sine[:] = limited.turn_cosine[0], limited.turn_sine[0]
     return own

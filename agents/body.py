@@ -204,9 +204,15 @@ class Body(mesa_bases.Agent):
         return self.group.host.nearest_agents(self, k)
 
     def remove(self) -> None:
-        """Remove the agent from the world. Idempotent."""
+        """Remove the agent from the world.
+
+        Raises
+        ------
+        ValueError
+            If it was removed before; `pos` is None then.
+        """
         if self._row < 0:
-            return
+            raise ValueError(f"{self!r}: was removed already; test whether agent.pos is None before agent.remove()")
         leave = super().remove
         with deferred():
             self.group.host.remove(self, leave)

@@ -90,6 +90,7 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     group.founders, group.first_abilities = [founders], abilities
     group.time = data.time
     group.arrived_at[:] = data.timeline.tick
+    group.first_cycle = plan.cycle
     if plan.cycle != EVERY_STEP:
         put_timetable(group, new_timetable(data, group, plan.cycle))
     group.decides_alone = agent_class.decide is not Body.decide

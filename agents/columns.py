@@ -5,7 +5,8 @@ They are attributes too; see `teamsight.agents.column_attributes`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,9 @@ class Column(NDArrayOperatorsMixin):
         out = named.get("out", ())
         if out:
             named["out"] = tuple(part.values if isinstance(part, Column) else part for part in out)
-        result = getattr(ufunc, method)(*plain, **named)
+        changed = inputs[:1] if method == "at" else out
+        with _kept_if_refused([part for part in changed if isinstance(part, Column)]):
+            result = getattr(ufunc, method)(*plain, **named)
         return out[0] if len(out) == 1 else result
 
     def __getitem__(self, index: Any) -> Any:
@@ -98,6 +101,7 @@ class Columns(MutableMapping[str, Column]):
         self._group = group
         self._arrays: dict[str, Array] = {}
         self._fills: dict[str, Any] = {}
+        self._checks: dict[str, Callable[[Array], None]] = {}
 
     def array(self, name: str) -> Array:
         """Return the array that holds the present elements of a column."""
@@ -116,6 +120,7 @@ class Columns(MutableMapping[str, Column]):
             If the column cannot hold the value, or its shape does not fit. Nothing is changed then.
         """
         array = self.array(name)
+        self.check(name, value)
         try:
             _assign(name, array, index, value)
         except ValueError:
@@ -131,6 +136,15 @@ class Columns(MutableMapping[str, Column]):
         if fill:
             self._fills[name] = fill[0]
         return Column(self, name)
+
+    def limit(self, name: str, check: Callable[[Array], None]) -> None:
+        """Let ``check(values)`` refuse values of a column by an error."""
+        self._checks[name] = check
+
+    def check(self, name: str, value: Any) -> None:
+        """Refuse a value that the column does not take; see `limit`."""
+        if name in self._checks:
+            self._checks[name](np.asarray(value))
 
     def extended(self, count: int, given: Mapping[str, Any]) -> dict[str, Array]:
         """Return the arrays with elements for `count` new agents: those given, or the column's fill.
@@ -149,6 +163,7 @@ class Columns(MutableMapping[str, Column]):
                 )
             new = np.empty((count, *array.shape[1:]), array.dtype)
             value = given[name] if name in given else self._fills[name]
+            self.check(name, value)
             try:
                 _assign(name, new, ..., value)
             except ValueError:
@@ -180,12 +195,12 @@ class Columns(MutableMapping[str, Column]):
     def kept(self) -> Columns:
         """Return these columns with the same arrays, to `go_back` to."""
         other = Columns(self._group)
-        other._arrays, other._fills = self._arrays.copy(), self._fills.copy()
+        other._arrays, other._fills, other._checks = self._arrays.copy(), self._fills.copy(), self._checks.copy()
         return other
 
     def go_back(self, kept: Columns) -> None:
         """Be as they were when they were `kept`."""
-        self._arrays, self._fills = kept._arrays, kept._fills
+        self._arrays, self._fills, self._checks = kept._arrays, kept._fills, kept._checks
 
     def __getitem__(self, name: str) -> Column:
         self.array(name)
@@ -200,6 +215,7 @@ class Columns(MutableMapping[str, Column]):
         self.array(name)
         del self._arrays[name]
         self._fills.pop(name, None)
+        self._checks.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
@@ -226,6 +242,20 @@ def unwritable(row: npt.NDArray[Any]) -> Any:
     place = row.view(Place)
     place.flags.writeable = False
     return place
+
+
+@contextlib.contextmanager
+def _kept_if_refused(columns: list[Column]) -> Iterator[None]:
+    """Let columns be changed in place; if one does not take its new values, all go back."""
+    kept = [(column, column.values.copy()) for column in columns]
+    yield
+    try:
+        for column, _ in kept:
+            column._columns.check(column._name, column.values)
+    except BaseException:
+        for column, before in kept:
+            column.values[...] = before
+        raise
 
 
 def _assign(name: str, array: Array, index: Any, value: Any) -> None:

@@ -6,7 +6,7 @@ import inspect
 import itertools
 import math
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import mesa
 import numpy as np
@@ -27,6 +27,28 @@ class LazyGenerator:
 
     def __set__(self, model: Any, generator: np.random.Generator | None) -> None:
         model._generator = generator
+
+
+class Generators(NamedTuple):
+    """Where the random numbers of a model are: the state of `random`, and `rng`, None if it has not been used."""
+
+    random: Any
+    rng: np.random.Generator | None
+
+
+def generators(model: Any) -> Generators:
+    """Return where the random numbers of a model are; not a copy."""
+    return Generators(model.random.getstate(), model._generator)
+
+
+def put_generators(model: Any, saved: Generators) -> None:
+    """Go on from where the random numbers were; an `rng` of the same kind stays the same object."""
+    model.random.setstate(saved.random)
+    mine, theirs = (getattr(one, "bit_generator", None) for one in (model._generator, saved.rng))
+    if mine is not None and theirs is not None and type(mine) is type(theirs):
+        mine.state = theirs.state
+    else:
+        model.rng = saved.rng
 
 
 def take_over_step(model: mesa.Model) -> None:

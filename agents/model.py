@@ -306,8 +306,8 @@ class World(MesaEvents):
         Raises
         ------
         TypeError, ValueError
-            If `saved` is not a state, or is that of a world with another arena, other groups or other policies. Nothing
-            is changed then.
+            If `saved` is not a state, or is that of a world with another arena, other groups, policies or cycles.
+            Nothing is changed then.
         """
         self._states.restore(saved)
 

@@ -23,7 +23,7 @@ def lost_members(group: Group, member: npt.NDArray[np.int64]) -> list[int]:
 
 
 def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identity: npt.NDArray[np.int64]) -> None:
-    """Give a group the agents that are these members, in this order; the columns get rows for them.
+    """Give a group the agents that are these members, in this order, with these identities; columns get rows for them.
 
     An agent that has left and is still in use somewhere comes back itself; else a new one takes its place.
     """
@@ -38,13 +38,15 @@ def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identi
         group.departed[number] = agent
     agents = []
     for row, (number, unique_id) in enumerate(zip(wanted, identity.tolist(), strict=True)):
-        agent = present.get(number) or _returned(model, group, number, unique_id)
+        agent = present.get(number) or _returned(model, group, number)
+        # Here agents may have come in another order; and mesa may give those that return a new one.
+        agent.unique_id = unique_id
         agent.row = row
         agents.append(agent)
     group.agents = agents
 
 
-def _returned(model: Model, group: Group, number: int, unique_id: int) -> Any:
+def _returned(model: Model, group: Group, number: int) -> Any:
     agent = group.departed.pop(number, None)
     if agent is None:
         made: Any = group.agent_class
@@ -53,6 +55,4 @@ def _returned(model: Model, group: Group, number: int, unique_id: int) -> Any:
         Agent.__init__(agent, model)
     else:
         model.register_agent(agent)
-    # Both may give it a new number.
-    agent.unique_id = unique_id
     return agent

@@ -11,13 +11,14 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.condition import note_conditions
-from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.saved_policies import SavedPolicy, described, others_of
 from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.group import Group, first_state
+from teamsight.agents.mesa_compat import Generators
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
@@ -33,7 +34,7 @@ from teamsight.world.starts import Founders, Starts
 
 
 class GroupState(NamedTuple):
-    """The state of a group, and its description: name, policy, degree of awareness and first size.
+    """The state of a group, and its description: name, policy, degree of awareness, first size and first cycle.
 
     Attributes
     ----------
@@ -47,7 +48,7 @@ class GroupState(NamedTuple):
         How they begin a run; see `Group`.
     timetable : Timetable or None
         When each robot decides, and by which policy.
-    others : tuple of (str, object)
+    others : tuple of (SavedPolicy, object)
         The policies of single robots, and their states.
     """
 
@@ -55,6 +56,7 @@ class GroupState(NamedTuple):
     policy: str
     awareness: str
     first_size: int
+    first_cycle: str
     bodies: Bodies
     ranges: Any
     policy_state: Any
@@ -67,7 +69,7 @@ class GroupState(NamedTuple):
     founders: list[Founders]
     first_abilities: Abilities
     timetable: Timetable | None
-    others: tuple[tuple[str, Any], ...]
+    others: tuple[tuple[SavedPolicy, Any], ...]
 
 
 class State(NamedTuple):
@@ -87,6 +89,8 @@ class State(NamedTuple):
         The world's own data collector; None if the user has set another.
     events : SavedEvents
         The planned calls, the event sources and the event log.
+    generators : Generators
+        Where ``world.random`` and ``world.rng`` are.
     """
 
     seed: int
@@ -96,6 +100,7 @@ class State(NamedTuple):
     history: History
     collected: HistoryCollector | None
     events: SavedEvents
+    generators: Generators
 
 
 class StateKeeper:
@@ -112,7 +117,7 @@ class StateKeeper:
                 group.columns.arrays(), group.members_so_far,
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
                 group.founders, group.first_abilities,
-                group.timetable, tuple((_described(other.policy), other.state) for other in group.others),
+                group.timetable, tuple((SavedPolicy(other.policy, group), other.state) for other in group.others),
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -120,7 +125,10 @@ class StateKeeper:
         collected = collector if isinstance(collector, HistoryCollector) else None
         data = self._data
         events, arena = save_events(self._model, data, pending), _identified_arena(data.arena)
-        return copy.deepcopy(State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events))
+        generators = mesa_compat.generators(self._model)
+        return copy.deepcopy(
+            State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators)
+        )
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state; see `World.restore`."""
@@ -131,7 +139,6 @@ class StateKeeper:
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
                 bring_back(self._model, group, old.bodies.member, old.bodies.identity)
-                old.bodies.identity[:] = [agent.unique_id for agent in group.agents]
                 _begin_as(group, old)
                 group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
                 for name, sensor in old.sensors.items():
@@ -142,12 +149,12 @@ class StateKeeper:
                 group.columns.replace(old.columns)
                 group.arrived_at = old.arrived_at
                 group.timetable = old.timetable
-                known = zip(group.others, old.others, strict=False)
-                group.others = [OtherPolicy(one.policy, state) for one, (_, state) in known]
+                group.others = others_of(group, old.others)
                 group.begin(old.policy_state)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
+            mesa_compat.put_generators(self._model, saved.generators)
             restore_events(self._model, data, saved.events)
 
     def reset(self, rng: int | None = None) -> None:
@@ -184,7 +191,7 @@ class StateKeeper:
 
 
 def _check_fits(saved: State, data: WorldData) -> None:
-    """Refuse a state of a world with another arena, other groups or other policies."""
+    """Refuse a state of a world with another arena, other groups, policies or cycles."""
     if not isinstance(saved, State):
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.arena != _identified_arena(data.arena):
@@ -193,7 +200,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
             "it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
-    theirs = [old[:4] for old in saved.groups]
+    theirs = [old[:5] for old in saved.groups]
     if mine != theirs:
         raise ValueError(
             f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
@@ -211,12 +218,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(lost)} are "
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
-        names = [name for name, _ in old.others]
-        if names != [_described(other.policy) for other in group.others][: len(names)]:
-            raise ValueError(
-                f"restore(…): the state is of a world in which single {group.name} have the policies "
-                f"{', '.join(names)}; give them to robots first, in this order: robot.policy = …"
-            )
+        others_of(group, old.others)
         state = layout(first_state(group.rules[0], len(old.bodies)))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
@@ -244,15 +246,10 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _identified(group: Group) -> tuple[str, str, str, int]:
-    """Return the description of a group: its name, policy and degree of awareness, with their constants, and size."""
-    return group.name, _described(group.policy), repr(group.awareness), group.first_size
-
-
-def _described(policy: Any) -> str:
-    text = repr(policy)
-    # A repr that contains a memory address differs between processes.
-    return type(policy).__name__ if " at 0x" in text else text
+def _identified(group: Group) -> tuple[str, str, str, int, str]:
+    """Return the description of a group: its name, policy, degree of awareness, first size and first cycle."""
+    # A cycle that was set since is in the timetable.
+    return group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle)
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

@@ -77,6 +77,8 @@ class Stepper:
             self._warn_of_idle(end + timeline.jumps)
         try:
             self.finish_tick()
+            # The events of this tick may have added something that needs Python, here as in the loop.
+            reason = self.needs_python()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)
@@ -84,11 +86,12 @@ class Stepper:
                     # The wrapper of `mesa_compat.take_over_step`, which counts the step.
                     mesa_step: Callable[[], None] = model.step
                     mesa_step()
-                    if reason == WAITING:
+                    if not reason or reason == WAITING:
                         reason = self.needs_python()
                 else:
                     reason = self._run_to_next_event(left)
                     self.finish_tick()
+                    reason = reason or self.needs_python()
         finally:
             shown.close()
 
@@ -162,7 +165,7 @@ class Stepper:
         if all(group.is_compiled for group in self._data.groups):
             self._run_stretch(1)
         else:
-            self.begin_to_collect()
+            self._prepare_steps()
             self._collect(self._engine.step)
         if self._recording.callbacks:
             with self._timeline.calling("a recorder"):
@@ -173,9 +176,16 @@ class Stepper:
         self._test_conditions()
 
     def _run_stretch(self, steps: int) -> None:
-        self.begin_to_collect()
+        self._prepare_steps()
         with deferred():
             self._collect(self._engine.run, steps)
+
+    def _prepare_steps(self) -> None:
+        self.begin_to_collect()
+        if self._recording.before_steps:
+            with self._timeline.calling("a recorder"):
+                for callback in list(self._recording.before_steps):
+                    callback(self._model)
 
     def begin_to_collect(self) -> None:
         """Prepare a step, and collect the present values before the first."""

@@ -104,10 +104,12 @@ def neighbours(groups: list[Group]) -> NeighbourList:
 
 
 def are_all_sensed(groups: list[Group], arena: Arena) -> bool:
-    """Return whether all robots sense every neighbour: whether no sensor and no obstacle keeps them from it."""
+    """Return whether all robots sense every neighbour: whether no sensor and no obstacle keeps them from it.
+
+    A robot whose sensor is out of order has no neighbours.
+    """
     channels = [group.channels[TEAMMATES] for group in on_teams(groups)]
-    are_in_order = all(channel.works.all() for channel in channels)
-    return are_in_order and not any(needs_detection(channel.sensor or Sensor(), arena) for channel in channels)
+    return not any(needs_detection(channel.sensor or Sensor(), arena) for channel in channels)
 
 
 def sensed_teammates(groups: list[Group], arena: Arena) -> NeighbourList:

@@ -1,4 +1,4 @@
-"""The clock: a SimPy environment whose unit is the tick. No other file imports simpy."""
+"""The clock: a SimPy environment whose unit is the tick. Only it and `planned` import simpy."""
 
 from __future__ import annotations
 
@@ -12,64 +12,19 @@ from typing import Any
 import simpy
 
 from teamsight.core import checks
+from teamsight.core.interrupts import deferred
+from teamsight.world.checked_process import CheckedGenerator
+from teamsight.world.planned import Planned, callbacks_of, check_does_not_yield, is_whole
 
 # SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
 _ROUNDING = 1e-9
 # Cancelled calls stay in the queue until they are due, or until they are more than this and more than half of it.
 _MOST_CANCELLED = 64
+# Events in a row at one time; see `links_to`.
+_MOST_LINKS = 100_000
 
 NORMAL = simpy.events.NORMAL
 Event = simpy.Event
-
-
-class Planned(simpy.Event):  # type: ignore[misc]
-    """A call that is planned on a clock. It can be cancelled before it happens, and processes can wait for it.
-
-    Attributes
-    ----------
-    time : float
-        The time of the call [ticks].
-    priority, order : float, int
-        Of simultaneous calls, that with the lowest priority comes first; of these, that with the lowest order: the one
-        that was planned first.
-    action, arguments : callable, tuple
-        What is called.
-    is_cancelled : bool
-        Whether it was cancelled.
-    """
-
-    _ok = True
-    _value = None
-    callbacks: Any
-    is_cancelled = False
-
-    def __init__(
-        self, clock: Clock, time: float, priority: float, order: int, action: Callable[..., Any], arguments: Any
-    ) -> None:
-        self.env, self.callbacks = clock, [_call]
-        self.time, self.priority, self.order = time, priority, order
-        self.action, self.arguments = action, arguments
-        heappush(clock._queue, (time, priority, order, self))
-
-    def cancel(self) -> None:
-        """Take the call back. It has no effect on one that has happened or was cancelled before."""
-        if self.callbacks is not None:
-            self.callbacks, self.is_cancelled = None, True
-            self.env.forget_cancelled()
-
-    def __repr__(self) -> str:
-        name = getattr(self.action, "__name__", type(self.action).__name__)
-        past = " (cancelled)" if self.is_cancelled else " (happened)" if self.callbacks is None else ""
-        return f"<{name}{self.arguments or '()'} planned at {self.time:g}{past}>"
-
-
-def _call(planned: Planned) -> None:
-    clock, action = planned.env, planned.action
-    clock.caller = getattr(action, "__self__", None)
-    try:
-        action(*planned.arguments)
-    finally:
-        clock.caller = None
 
 
 class Clock(simpy.Environment):  # type: ignore[misc]
@@ -87,6 +42,10 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     def __init__(self) -> None:
         super().__init__()
         self._cancelled = 0
+        # The number of times that it was begun again, as at each reset.
+        self.beginnings = 0
+        # Of the last event; see `links_to`.
+        self._links, self._linked_at = 0, -math.inf
         # The tick up to which events are being processed.
         self._limit = 0
         # Those that wait for something that nobody else refers to are gone, and will never continue.
@@ -112,11 +71,12 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         ValueError
             If `time` is not finite or has passed.
         TypeError
-            If `action` cannot be called, or `time` is not a number.
+            If `action` cannot be called or yields, or `time` is not a number.
         """
         if not callable(action):
             shown = f"at({checks.shown(time)}, {checks.shown(action)})"
             raise TypeError(f"{shown}: the second argument must be callable, such as a function")
+        check_does_not_yield(action)
         return self.plan(time, action)
 
     def plan(self, time: float, action: Callable[..., Any], *arguments: Any, priority: float = NORMAL) -> Planned:
@@ -142,13 +102,11 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If it is not a generator. A process that yields what is no event receives a TypeError there.
+            If it is not a generator. A process that yields what is no event of this clock receives a TypeError there.
+        ValueError
+            If a process was started with this generator before.
         """
-        if not hasattr(generator, "throw"):
-            raise TypeError(
-                f"process({checks.shown(generator)}): must be a generator; call the function that yields: process(f(…))"
-            )
-        return simpy.Process(self, generator)
+        return simpy.Process(self, CheckedGenerator(self, generator))
 
     def timeout(self, delay: float, value: Any = None) -> Any:
         """Return an event that happens after `delay` [ticks], for use in a process.
@@ -187,6 +145,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             raise ValueError(f"delay={delay}: must be a finite number, at least 0")
         if type(event) is simpy.events.Initialize:
             self._processes.add(event.callbacks[0].__self__)
+        event.links = self.links_to(self._now + delay)
         super().schedule(event, priority, delay)
 
     def step(self) -> None:
@@ -228,17 +187,25 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         return happened
 
     def _process_next(self) -> None:
+        """Process the next event; what a source does in it is done completely, whenever Ctrl-C comes."""
+        if is_whole(self._queue[0][3]):
+            with deferred():
+                self._process()
+        else:
+            self._process()
+
+    def _process(self) -> None:
         """Process the next event. SimPy's own `step` would raise a copy of an exception, without its traceback."""
         self._now, _, _, event = heappop(self._queue)
         callbacks, event.callbacks = event.callbacks, None
+        self._links, self._linked_at = getattr(event, "links", 0), self._now
+        if self._links > _MOST_LINKS:
+            self._stop_chain(event, callbacks)
+            return
         for number, callback in enumerate(callbacks, 1):
             try:
                 callback(event)
-            except BaseException as error:
-                process = _process_of(callback)
-                if process is not None and process.is_alive and type(error) is RuntimeError:
-                    self._refuse_yield(process, error)
-                    continue
+            except BaseException:
                 if callbacks[number:]:
                     event.callbacks = callbacks[number:]
                     heappush(self._queue, (self._now, -1, next(self._eid), event))
@@ -246,27 +213,38 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         if not event._ok and not hasattr(event, "_defused"):
             raise event._value
 
-    def _refuse_yield(self, process: Any, error: BaseException) -> None:
-        """Raise a TypeError in a process, at its yield."""
-        trace: Any = error.__traceback__
-        while trace.tb_next is not None:
-            trace = trace.tb_next
-        # SimPy's message has its text only.
-        value = trace.tb_frame.f_locals.get("event")
-        refused = simpy.Event(self)
-        refused._ok, refused._defused = False, True
-        refused._value = TypeError(
-            f"process {process.name}: yielded {checks.shown(value)}, which is no event; yield one, such as "
-            "world.clock.timeout(10), world.clock.process(…) or a request of a resource"
+    def _stop_chain(self, event: Any, callbacks: list[Any]) -> None:
+        """Raise an error about an endless chain of events and drop the event; in a process, raise it at its yield."""
+        self._links = 0
+        process = next(filter(None, map(_process_of, callbacks)), None)
+        action = next((one.action for one in (event, *callbacks) if hasattr(one, "action")), event)
+        what = f"the planned call {getattr(action, '__qualname__', action)}"
+        if process is not None:
+            what = f"process {process.name}"
+        error = RuntimeError(
+            f"{what}: more than {_MOST_LINKS:,} events in a row at time {self._now:g}, each planned by the one before; "
+            "let time pass in between, as by clock.timeout(1), or by until.lost(…) after until.observed(…)"
         )
-        process._resume(refused)
+        if process is None:
+            raise error
+        if process.target.callbacks is not None:
+            process.target.callbacks.remove(process._resume)
+        failed = simpy.Event(self)
+        failed._ok, failed._value = False, error
+        process._resume(failed)
+
+    def links_to(self, time: float) -> int:
+        """Return how many events, each planned by the one before without delay, lead to one planned now for `time`."""
+        stands_still = time - self._now <= _ROUNDING and self._now - self._linked_at <= _ROUNDING
+        return self._links + 1 if stands_still else 0
 
     def begin(self, tick: int) -> None:
         """Drop all events and set the time to `tick`. Resources stay usable; waiting processes never continue."""
         self._queue.clear()
         self._processes.clear()
-        self._cancelled = 0
+        self._cancelled = self._links = 0
         self._now = self._limit = tick
+        self.beginnings += 1
 
     def set(self, tick: int) -> None:
         """Set the time to `tick`, between two steps; the next `advance` processes the events due by then."""
@@ -302,14 +280,11 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         self._eid = itertools.count(order)
 
 
-def callbacks_of(event: Any) -> list[Any]:
-    """Return what an event calls, except SimPy's resources, which have done their part when it is in the queue."""
-    resource = simpy.resources.base.BaseResource
-    return [one for one in event.callbacks or () if not isinstance(getattr(one, "__self__", None), resource)]
-
-
 def _process_of(callback: Any) -> Any:
-    """Return the process that a callback continues or interrupts; None for others."""
+    """Return the process that a callback continues or interrupts, or would by a condition; None for others."""
     owner = getattr(callback, "__self__", None)
     owner = getattr(owner, "process", owner)
-    return owner if isinstance(owner, simpy.Process) else None
+    if isinstance(owner, simpy.events.Condition):
+        above = [one for one in owner.callbacks or () if getattr(one, "__self__", None) is not owner]
+        return next(filter(None, map(_process_of, above)), None)
+    return owner if isinstance(owner, simpy.Process) and owner.is_alive else None

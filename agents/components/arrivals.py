@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.arrivals import forget_members
+from teamsight.agents.arguments import OWN_OF_GROUP, divided
+from teamsight.agents.arrivals import extended, forget_members
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
 from teamsight.agents.components.listed_members import Coming, check_members
 from teamsight.agents.events.source import EventSource
@@ -41,7 +44,8 @@ class Arrivals(Coming):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits; when attached, if a listed time has passed.
+        If a value is of the wrong type or outside its limits; when attached, if a listed time has passed, or if
+        `Group.add` would refuse an arrival, as it does a value for a column that has not been added.
 
     Notes
     -----
@@ -71,8 +75,9 @@ class Arrivals(Coming):
         self.abilities = abilities
 
     def connect(self) -> None:
-        """Note who is there before anybody arrives."""
+        """Note who is there before anybody arrives, and refuse arguments that none who arrives could have."""
         if "_first" not in vars(self):
+            self._check()
             self._first = self._its_group().members_so_far, next_identity(self.world)
 
     def reset(self) -> None:
@@ -97,7 +102,8 @@ class Arrivals(Coming):
         if self.most is not None and len(group) >= self.most:
             self.log("turned away", present=len(group))
         else:
-            (agent,) = group.add(1, **self._given())
+            with _naming_arrivals():
+                (agent,) = group.add(1, **self._given())
             member = self.member(agent)
             self._arrived.append(member)
             stay = self._drawn(self.stay, number, 2 * number + 1)
@@ -124,6 +130,15 @@ class Arrivals(Coming):
         """Go back to what `save` returned."""
         self._arrived = list(data)
 
+    def _check(self) -> None:
+        """Compute an arrival that does not take place."""
+        group, given = self._its_group(), self._given()
+        arguments = {name: value for name, value in given.items() if name not in OWN_OF_GROUP}
+        with _naming_arrivals():
+            own = divided(group.agent_class, 1, arguments, OWN_OF_GROUP, group.columns)
+            full = {**dict.fromkeys(OWN_OF_GROUP), "placement": "uniform", **given}
+            extended(self.world._data, group, 1, full, own.columns)
+
     def _given(self) -> dict[str, Any]:
         """Return the arguments of `Group.add`."""
         given = dict(self.abilities)
@@ -149,6 +164,19 @@ class Arrivals(Coming):
         if isinstance(duration, Times):
             return duration.lasting(number, 0)
         return duration.draw(self.random(0, index))
+
+
+@contextlib.contextmanager
+def _naming_arrivals() -> Iterator[None]:
+    """Let errors of `Group.add` say where its arguments are given."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        text = str(error).replace("add(…", "Arrivals(…").replace("to add,", "to Arrivals,")
+        text = text.replace("add itself takes", "Arrivals itself takes")
+        if text == str(error) or type(error) not in (TypeError, ValueError):
+            raise
+        raise type(error)(text) from error
 
 
 class Departures(EventSource):

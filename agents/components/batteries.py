@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.columns import Column
 from teamsight.agents.components.disabling import Disabling
@@ -22,9 +23,10 @@ BATTERY = "battery"
 class Batteries(Disabling):
     """Each agent has a battery; one whose battery is empty is inactive until it is charged.
 
-    The charge is the column "battery" of the group: ``robot.battery``, ``robots.battery``. It can be set; what follows
-    from it, follows after the next step. All batteries are full when the source is attached and at each reset, and
-    those of agents that come later are, unless ``group.add(battery=…)`` says otherwise. The log says "low" and "empty".
+    The charge is the column "battery" of the group: ``robot.battery``, ``robots.battery``. It can be set, from 0 to
+    the capacity; what follows from it, follows after the next step. All batteries are full when the source is attached
+    and at each reset, and those of agents that come later are, unless ``group.add(battery=…)`` says otherwise. The log
+    says "low" and "empty".
 
     Parameters
     ----------
@@ -83,6 +85,7 @@ class Batteries(Disabling):
             group.columns.create(BATTERY, group.columns.array(BATTERY), self.capacity)
         else:
             group.add_column(BATTERY, self.capacity)
+        group.columns.limit(BATTERY, self._check_charge)
         self.world._engine.watch(self.drain)
 
     def disconnect(self) -> None:
@@ -174,6 +177,16 @@ class Batteries(Disabling):
         self.drain.level, self.drain.supply, self._reported = level.copy(), supply.copy(), reported.copy()
         super().load(disabled)
         self._awaited = {}
+
+    def _check_charge(self, charge: npt.NDArray[Any]) -> None:
+        """Refuse charges that a battery cannot have. What is no number at all, columns refuse."""
+        given = np.ravel(charge) if charge.dtype.kind in "iuf" else np.zeros(0)
+        wrong = given[~((given >= 0) & (given <= self.capacity))]
+        if len(wrong):
+            raise ValueError(
+                f"battery={wrong[0]:g}: must be at least 0 and at most the capacity, {self.capacity:g}; give "
+                f"min(max(charge, 0), {self.capacity:g}), or attach Batteries with a larger capacity"
+            )
 
     def _event(self, agent: Body, level: int) -> Any:
         group = self._its_group()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.settings import Settings
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Policy
@@ -34,6 +35,8 @@ class Deciding(Settings):
         When robots decide and by which policy, if not all at every step and by the group's.
     due : DueArrays or None
         The arrays with the robots that are due, once they are bound.
+    first_cycle : Cycle
+        The cycle with which the group was added.
     arrived_at : ndarray, shape (members,), int64
         The tick at which each agent came, by member.
     time : ndarray, shape (1,), float64
@@ -48,6 +51,7 @@ class Deciding(Settings):
     others: list[OtherPolicy]
     timetable: Timetable | None
     due: DueArrays | None
+    first_cycle: Cycle = EVERY_STEP
     arrived_at: Integers
     time: npt.NDArray[np.float64]
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.records import (
     GROUP,
@@ -29,7 +30,7 @@ from teamsight.agents.engine.records import (
 )
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.relaying import delay_of, relays_of
-from teamsight.agents.engine.relays import RelayArrays
+from teamsight.agents.engine.relays import SHOW_LATE, RelayArrays
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Stretch
@@ -92,6 +93,8 @@ class Binding:
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
             np.zeros((bodies if is_undoable else 0, 6)),
             list(self._relays.values()),
+            HIDE if any(relation.is_conditional for relation in relations) else None,
+            SHOW_LATE if self._relays else None,
             self._watchers(),
         ))  # fmt: skip
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 from teamsight.agents.engine.records import group_at, relation_at
-from teamsight.core.kernel import kernel
+from teamsight.core.kernel import Entry, kernel
 from teamsight.world.motion import move_at
 
 
-@kernel
-def hide(address: int) -> None:
+def _hide(address: int) -> int:
     """Put the inactive bodies of a relation where nobody finds them, and write how far each observer senses."""
     relation = relation_at(address)
     at = 0
@@ -25,6 +24,10 @@ def hide(address: int) -> None:
     for i in range(conditions.reach.shape[0]):
         senses = conditions.active[i] and conditions.works[i]
         conditions.reach[i] = conditions.full[i] if senses else -1.0
+    return 0
+
+
+HIDE = Entry(_hide)
 
 
 @kernel

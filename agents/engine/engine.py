@@ -148,9 +148,10 @@ class Engine:
         self.prepare()
         if self._is_watched:
             return False
-        self._is_watched = True
-        self._call(LOOK)
-        return report(self._binding.watchers, self._binding.world.value)
+        with deferred():
+            self._is_watched = True
+            self._call(LOOK)
+            return report(self._binding.watchers, self._binding.world.value)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""

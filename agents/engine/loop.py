@@ -7,7 +7,6 @@ there are. Kernels here take the address of the world's record; see `teamsight.a
 
 from __future__ import annotations
 
-from teamsight.agents.engine.conditions import hide
 from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.due import decide_due, list_due, perceive_due
 from teamsight.agents.engine.records import (
@@ -22,7 +21,6 @@ from teamsight.agents.engine.records import (
     relation_at,
     world_at,
 )
-from teamsight.agents.engine.relays import relay
 from teamsight.agents.engine.step_records import leave_trail, record_present, record_relation
 from teamsight.agents.recording.transition_kernels import record_after, record_before
 from teamsight.core.kernel import Entry, call, kernel, plain
@@ -141,7 +139,7 @@ def _find_neighbours(address: int, tick: int) -> int:
                 relation.y[at + j] = position[j, 1]
             at += position.shape[0]
         if relation.conditions.reach.shape[0] > 0:
-            hide(world.relations[r])
+            call(world.hide, world.relations[r])
         edges = search(relation.search)
         if edges > relation.identity.shape[0]:
             world.progress[0].where = r
@@ -159,7 +157,7 @@ def _find_neighbours(address: int, tick: int) -> int:
                 world.progress[0].need = need
                 return GROW_DETECTION
     for number in range(world.relays.shape[0]):
-        relay(world.relays[number])
+        call(world.show_late, world.relays[number])
     return DONE
 
 

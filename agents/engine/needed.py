@@ -7,8 +7,11 @@ from collections.abc import Callable
 
 from teamsight.agents.awareness.binding import perceive_entry, situate_entry
 from teamsight.agents.engine.condition_changes import CHANGE
+from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.relation import needs_detection
+from teamsight.agents.engine.relaying import delay_of
+from teamsight.agents.engine.relays import SHOW_LATE
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.binding import sense_entry
 from teamsight.agents.sensing.sensor import Sensor
@@ -37,7 +40,9 @@ def _entries_of(data: WorldData) -> list[Entry]:
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         found += [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
     if any(group.has_conditions for group in groups):
-        found.append(CHANGE)
+        found += [HIDE, CHANGE]
+    if any(delay_of(group) for group in groups):
+        found.append(SHOW_LATE)
     if data.watchers:
         found += [LOOK, *(watcher.entry for watcher in data.watchers)]
     return list(dict.fromkeys(found))

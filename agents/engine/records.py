@@ -219,6 +219,8 @@ class WorldArrays(NamedTuple):
         or a sensor then fails; empty if arena and sensors are the package's own.
     relays : list of Packed of RelayArrays
         What teammates learn late.
+    hide, show_late
+        The kernels for relations with conditions, and for relays; compiled only where there are any.
     watchers : ndarray, shape (watchers, 4), int64
         For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
     """
@@ -236,6 +238,8 @@ class WorldArrays(NamedTuple):
     trail: Annotated[Floats, "kept steps", "bodies", 2]
     undo: Annotated[Floats, "watched", 6]
     relays: list[Packed[RelayArrays]]
+    hide: Entry | None
+    show_late: Entry | None
     watchers: Annotated[Integers, "watchers", 4]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.engine.readings import Integers, ReadingArrays, Readings
-from teamsight.core.kernel import Record, kernel
+from teamsight.core.kernel import Entry, Record, kernel
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.proximity.edges import append
 
@@ -57,8 +57,7 @@ RELAY = Record(RelayArrays)
 _relay_at = RELAY.at
 
 
-@kernel
-def relay(address: int) -> None:
+def _relay(address: int) -> int:
     """Keep the present targets and headings of a group, and show those that are due; none if there were none then."""
     here = _relay_at(address)
     slots = here.readings.tick.shape[0]
@@ -68,6 +67,7 @@ def relay(address: int) -> None:
     due = here.tick[0] - here.delay
     is_there = due >= 0 and here.readings.tick[due % slots] == due
     _show(here, due % slots, is_there)
+    return 0
 
 
 @kernel
@@ -105,6 +105,9 @@ def _show(here: Any, slot: int, is_there: bool) -> None:
                 append(shown, at, kept.identity[slot, k], x, y, kept.distance[slot, k])
                 at += 1
         shown.start[i + 1] = at
+
+
+SHOW_LATE = Entry(_relay)
 
 
 class RelayReadings(Readings):

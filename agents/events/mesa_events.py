@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.events.event_methods import EventMethods
 from teamsight.core import checks
+from teamsight.world.planned import check_does_not_yield
 
 if TYPE_CHECKING:
     from teamsight.agents.events.recurring import Recurring, Schedule
-    from teamsight.world.clock import Planned
+    from teamsight.world.planned import Planned
 
 # mesa's default priority; 1 is high and 10 is low.
 _DEFAULT = 5
@@ -89,7 +90,7 @@ class MesaEvents(EventMethods):
         Raises
         ------
         TypeError, ValueError
-            If the interval is not above 0, the start has passed, or the function cannot be called.
+            If the interval is below 1e-6, the start has passed, or the function cannot be called.
         """
         from teamsight.agents.events.recurring import Recurring
 
@@ -121,3 +122,4 @@ def clock_priority(priority: Any) -> float:
 def _check_callable(method: str, function: Any) -> None:
     if not callable(function):
         raise TypeError(f"{method}({checks.shown(function)}): must be callable, such as a function or world.rain")
+    check_does_not_yield(function)

@@ -7,7 +7,10 @@ from typing import Any, ClassVar, Protocol
 
 from teamsight.agents.events.source import EventSource
 from teamsight.core import checks
-from teamsight.world.clock import Planned
+from teamsight.world.planned import Planned
+
+# Shorter intervals would let the clock stand still.
+_LEAST = 1e-6
 
 
 class Schedule(Protocol):
@@ -39,16 +42,18 @@ class Recurring(EventSource):
     Raises
     ------
     TypeError, ValueError
-        If the interval is not a number above 0.
+        If the interval is not a number of at least 1e-6.
     """
 
     needs_group: ClassVar[bool] = False
+    # The user's function may never return.
+    defers_interrupts: ClassVar[bool] = False
 
     def __init__(self, function: Callable[[], Any], schedule: float | Schedule, priority: float) -> None:
         self.function, self.schedule, self.priority = function, schedule, priority
         self._interval: Any = getattr(schedule, "interval", schedule)
         if not callable(self._interval):
-            self._interval = checks.number("interval", self._interval, above=0)
+            self._interval = checks.number("interval", self._interval, least=_LEAST)
         self._next: Planned | None = None
         self._count, self._is_active, self._is_paused = 0, False, False
 
@@ -119,7 +124,7 @@ class Recurring(EventSource):
 
     def _wait(self) -> float:
         interval = self._interval
-        return checks.number("interval", interval(self.world), above=0) if callable(interval) else interval
+        return checks.number("interval", interval(self.world), least=_LEAST) if callable(interval) else interval
 
     def _plan_next(self) -> None:
         time = self.world._mesa_time + self._wait()

@@ -14,7 +14,8 @@ from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
-    from teamsight.world.clock import Clock, Planned
+    from teamsight.world.clock import Clock
+    from teamsight.world.planned import Planned
 
 # The numbers of so many members are drawn at once: more cost hardly more time than one.
 _MEMBERS = 16
@@ -36,6 +37,9 @@ class EventSource:
     ----------
     needs_group : bool
         Declared by the class: whether it can only be attached to a group.
+    defers_interrupts : bool
+        Declared by the class: whether Ctrl-C waits until a call of one of its methods by an event is complete.
+        Otherwise that event may be lost, and with it all that it would have planned.
     world : World
         Its world, once it is attached.
     group : Group or None
@@ -64,6 +68,7 @@ class EventSource:
     """
 
     needs_group: ClassVar[bool] = True
+    defers_interrupts: ClassVar[bool] = True
     world: Any = None
     group: Group[Any] | None = None
     number: int = 0
@@ -165,7 +170,7 @@ class EventSource:
         TypeError, ValueError
             If the time has passed or is not a finite number, there is no such method, or an argument is something else.
         """
-        action = getattr(self, method, None)
+        action = getattr(self, method, None) if isinstance(method, str) else None
         if action is None or self.world is None:
             raise self._cannot_plan(method)
         for argument in arguments:
@@ -264,7 +269,12 @@ class EventSource:
             raise ValueError(f"{self!r}: has no group; attach it to one, as in world.attach({name}(…), robots)")
         return self.group
 
-    def _cannot_plan(self, method: str) -> Exception:
+    def _cannot_plan(self, method: Any) -> Exception:
+        if not isinstance(method, str):
+            return TypeError(
+                f"plan(…, {checks.shown(method)}): must be the name of a method of {type(self).__name__}, such as "
+                '"begin", so that a state can hold the call; for functions there is world.clock.at(time, function)'
+            )
         if self.world is None:
             return RuntimeError(f"{self!r}: belongs to no world; world.attach returns a copy that does")
         return TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")

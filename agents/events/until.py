@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from typing import Any
 
 from teamsight.agents.body import Body
@@ -195,6 +195,11 @@ class Until:
         ----------
         condition : callable
             Called without arguments.
+
+        Raises
+        ------
+        TypeError
+            If it cannot be called, or returns a generator or an event, which would be true at once.
         """
         if not callable(condition):
             raise TypeError(
@@ -204,6 +209,11 @@ class Until:
         event = self._data.timeline.clock.event()
         with self._data.timeline.calling(CONDITION):
             value = condition()
+        if isinstance(value, Generator | Event):
+            raise TypeError(
+                f"until({checks.shown(condition)}): returned {checks.shown(value)}, which counts as true at once; a "
+                "process waits for an event by yield event, and for a function that yields by yield from f()"
+            )
         if value:
             return event.succeed(value)
         self._data.conditions.append(Condition(condition, event, self._data.conditions))
@@ -245,10 +255,22 @@ class Until:
         if channel not in channels:
             have = ", ".join(map(repr, channels)) or "none"
             raise ValueError(f"{shown}: {robot.group.name} have no such channel, but {have}; declare it with senses()")
+        if other is None:
+            return
+        if other is robot:
+            raise ValueError(f"{shown}: no robot senses itself; give another agent, or none for any")
         seen = channels[channel].observed
-        if other is robot or (other is not None and not any(group is other.group for group in seen)):
+        if not any(group is other.group for group in seen):
             names = ", ".join(group.name for group in seen) or "no group"
-            raise ValueError(f"{shown}: {robot.group.name} sense {names} in this channel, and no robot senses itself")
+            fitting = [name for name, one in channels.items() if any(group is other.group for group in one.observed)]
+            cure = (
+                f"give channel={fitting[0]!r}"
+                if fitting
+                else f"declare it: world.senses({robot.group.name}, {other.group.name})"
+            )
+            raise ValueError(
+                f"{shown}: {robot.group.name} sense {names} in this channel, not {other.group.name}; {cure}"
+            )
 
 
 class Condition:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,14 @@ class Stretch:
     def reading(self, name: str, is_recorded: bool) -> float:
         """Return `observed` or `mean_neighbours` of the last row, or of the present before it is recorded."""
         row = self.buffer.array[self.rows - 1] if is_recorded else self.present
-        return float(self._columns(row[np.newaxis])[name][0])
+        # Number by number: for one row that takes a fifth of the time of `columns`, and every run begins with it.
+        if name == "observed":
+            relations, counted, active, size = self._targets, _OBSERVED, _ACTIVE_OBSERVED, self.targets
+        else:
+            relations, counted, active, size = self._teammates, _EDGES, _ACTIVE, self.robots
+        if self._is_conditional:
+            size = sum(int(row[r, active]) for r in relations)
+        return float(sum(int(row[r, counted]) for r in relations) / (size or math.nan))
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""

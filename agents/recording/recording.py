@@ -24,6 +24,9 @@ class Recording:
     ----------
     callbacks : list of callable
         Functions that are called with the world after each step. Steps are then made one by one.
+    before_steps : list of callable
+        Functions that are called with the world before steps are made, after all events that precede them: before each
+        step of ``run(1)``, and once for all steps that one compiled call makes. They must change nothing.
     collector : mesa.DataCollector
         The data collector of the world; see `World.datacollector`.
     """
@@ -31,6 +34,7 @@ class Recording:
     def __init__(self, data: WorldData, engine: Engine) -> None:
         self._data, self._engine = data, engine
         self.callbacks: list[Callable[[Any], Any]] = []
+        self.before_steps: list[Callable[[Any], Any]] = []
         self.collector: mesa.DataCollector = HistoryCollector()
 
     @property

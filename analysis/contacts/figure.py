@@ -53,7 +53,7 @@ def draw_on_canvas(graph: TemporalGraph, percolation: Percolation | None = None,
     draw_components(panels[1], graph)
     draw_since_contact(panels[2], graph)
     if percolation is not None:
-        draw_percolation(panels[3], percolation)
+        draw_percolation(panels[3], percolation, graph.awareness_range)
     else:
         panels[3].set_visible(False)
     return figure
@@ -76,7 +76,7 @@ def draw_durations(axes: Axes, graph: TemporalGraph) -> None:
             _steps(axes, curve, colour, f"{text}  (n = {len(duration):,})")
     axes.set_xscale("log")
     axes.set_ylim(0.0, 1.03)
-    axes.set_xlabel("duration  [time]")
+    axes.set_xlabel(_with_unit("duration", graph))
     axes.set_ylabel("share that is longer")
     axes.set_title("Link durations and inter-contact times (Kaplan–Meier)", loc="left", size=11, color=INK)
     if axes.lines:
@@ -97,7 +97,7 @@ def draw_components(axes: Axes, graph: TemporalGraph) -> None:
     share = table["isolated"] / table["robots"].where(table["robots"] > 0)
     axes.plot(table["time"], share, color=_GREEN, linewidth=1.0, label="without any neighbour")
     axes.set_ylim(0.0, 1.03)
-    axes.set_xlabel("time")
+    axes.set_xlabel(_with_unit("time", graph))
     axes.set_ylabel("share of the robots")
     middle = table["components"].mean() if len(table) else np.nan
     axes.set_title(f"Components: {middle:.1f} on average", loc="left", size=11, color=INK)
@@ -116,15 +116,20 @@ def draw_since_contact(axes: Axes, graph: TemporalGraph) -> None:
             values[some] = np.nanquantile(since[some], quantile, axis=1)
         label = {0.5: "median robot", 0.9: "90 % of the robots", 1.0: "longest"}[quantile]
         axes.plot(time, values, color=colour, linewidth=1.3, label=label)
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("time")
-    axes.set_ylabel("time since last contact")
+    # In a crowd the median is 0: the axis begins below, so that its line is seen.
+    axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
+    axes.set_xlabel(_with_unit("time", graph))
+    axes.set_ylabel(_with_unit("time since last contact", graph))
     axes.set_title("Time since a robot's last contact", loc="left", size=11, color=INK)
     axes.legend(frameon=False, loc="best")
 
 
-def draw_percolation(axes: Axes, found: Percolation) -> None:
-    """Draw the share of the robots in the largest component, and the mean degree, against the range."""
+def _with_unit(name: str, graph: TemporalGraph) -> str:
+    return f"{name}  [{graph.unit}]" if graph.unit else name
+
+
+def draw_percolation(axes: Axes, found: Percolation, awareness_range: float | None = None) -> None:
+    """Draw the share of the robots in the largest component, and the mean degree, against the range; mark one range."""
     curve = found.curve
     if (curve["high"] - curve["low"]).max() < 1.0:
         axes.fill_between(curve["range"], curve["low"], curve["high"], color=_BLUE, alpha=0.18, linewidth=0)
@@ -138,6 +143,10 @@ def draw_percolation(axes: Axes, found: Percolation) -> None:
         )
         if np.isfinite(one.low):
             axes.axvspan(one.low, one.high, color=colour, alpha=0.18, linewidth=0)
+    if awareness_range is not None:
+        axes.axvline(
+            awareness_range, color=INK, linewidth=1.2, linestyle="-.", label=f"awareness range: {awareness_range:g}"
+        )
     axes.set_ylim(0.0, 1.03)
     axes.set_xlim(left=0.0)
     axes.set_xlabel("range  [length]")

@@ -14,7 +14,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 # Why a contact begins or ends.
-_CAUSES = ["range", "presence", "record"]
+_CAUSES = ["range", "presence", "record", "unknown"]
 
 
 class Spans(NamedTuple):
@@ -55,15 +55,17 @@ def spans(edges: Edges, size: int, frames: int) -> Spans:
 
 
 def contact_table(
-    found: Spans, time: Floats, present: NDArray[np.bool_], identity: NDArray[np.generic]
+    found: Spans, time: Floats, present: NDArray[np.bool_] | None, identity: NDArray[np.generic]
 ) -> pd.DataFrame:
-    """Return one row for each contact; see `TemporalGraph.contacts`."""
+    """Return one row for each contact; see `TemporalGraph.contacts`. `present` is None if nobody knows who is there."""
     end = len(time) - 1
     before, after = np.maximum(found.first - 1, 0), np.minimum(found.last + 1, end)
 
     def cause(frame: Ints, at_edge: NDArray[np.bool_]) -> pd.Categorical[str]:
-        both = present[frame, found.one] & present[frame, found.other]
-        return pd.Categorical(np.where(at_edge, "record", np.where(both, "range", "presence")), _CAUSES)
+        why: NDArray[np.str_] = np.full(len(frame), "unknown")
+        if present is not None:
+            why = np.where(present[frame, found.one] & present[frame, found.other], "range", "presence")
+        return pd.Categorical(np.where(at_edge, "record", why), _CAUSES)
 
     return pd.DataFrame(
         {
@@ -78,8 +80,10 @@ def contact_table(
     )
 
 
-def gap_table(found: Spans, time: Floats, present: NDArray[np.bool_], identity: NDArray[np.generic]) -> pd.DataFrame:
-    """Return one row for each time between contacts of two robots; see `TemporalGraph.gaps`."""
+def gap_table(
+    found: Spans, time: Floats, present: NDArray[np.bool_] | None, identity: NDArray[np.generic]
+) -> pd.DataFrame:
+    """Return one row for each time between contacts of two robots; see `TemporalGraph.gaps` and `contact_table`."""
     end = len(time) - 1
     new = (np.diff(found.one, prepend=-1) != 0) | (np.diff(found.other, prepend=-1) != 0)
     last = np.append(new[1:], True)[: len(new)]
@@ -90,9 +94,8 @@ def gap_table(found: Spans, time: Floats, present: NDArray[np.bool_], identity: 
     begin = np.concatenate([np.zeros(lead.sum(), np.int64), found.last[between - 1] + 1, found.last[tail] + 1])
     until = np.concatenate([found.first[lead], found.first[between], np.full(tail.sum(), end)])
     one, other = found.one[row], found.other[row]
-    absent = np.zeros((len(time) + 1, present.shape[1]), np.int64)
-    np.cumsum(~present, axis=0, out=absent[1:])
-    away = sum(absent[until, side] - absent[begin, side] for side in (one, other))
+    unknown = pd.array([pd.NA] * len(row), "boolean")
+    absence = unknown if present is None else _absence(present, begin, until, one, other)
     table = pd.DataFrame(
         {
             "one": identity[one],
@@ -102,7 +105,14 @@ def gap_table(found: Spans, time: Floats, present: NDArray[np.bool_], identity: 
             "duration": time[until] - time[begin],
             "left_censored": np.repeat([True, False, False], [lead.sum(), len(between), tail.sum()]),
             "right_censored": np.repeat([False, False, True], [lead.sum(), len(between), tail.sum()]),
-            "absence": np.asarray(away) > 0,
+            "absence": absence,
         }
     )
     return table.iloc[np.lexsort((begin, other, one))].reset_index(drop=True)
+
+
+def _absence(present: NDArray[np.bool_], begin: Ints, until: Ints, one: Ints, other: Ints) -> NDArray[np.bool_]:
+    """Return whether one of two robots was not there in any frame from `begin` to before `until`."""
+    absent = np.zeros((len(present) + 1, present.shape[1]), np.int64)
+    np.cumsum(~present, axis=0, out=absent[1:])
+    return np.asarray(sum(absent[until, side] - absent[begin, side] for side in (one, other))) > 0

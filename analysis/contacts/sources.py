@@ -71,7 +71,8 @@ def of_positions(
     names = np.arange(size) if identity is None else _one_each("identity", np.asarray(identity), size)
     teams = None if team is None else np.unique(_one_each("team", np.asarray(team), size), return_inverse=True)[1]
     edges = all_edges(FrameSearch(place, reach, arena), teams, directed=directed)
-    return TemporalGraph(when, names, place, edges, directed=directed)
+    same = float(reach[0]) if size and reach.min() == reach.max() else None
+    return TemporalGraph(when, names, place, edges, directed=directed, awareness_range=same)
 
 
 def _one_each(name: str, given: NDArray[np.generic], size: int) -> NDArray[np.generic]:
@@ -199,7 +200,9 @@ def of_world(world: World, team: str | None = None, *, directed: bool = False) -
                     "contacts.of_trajectory"
                 )
             ranges[group.name], teams[group.name] = float(reach[0]), str(group.team)
-    return of_trajectory(trajectory, ranges, world.arena, team=teams, directed=directed)
+    graph = of_trajectory(trajectory, ranges, world.arena, team=teams, directed=directed)
+    graph.unit = "ticks"
+    return graph
 
 
 def of_log(log: Contacts, identity: ArrayLike | None = None, *, directed: bool = False) -> TemporalGraph:
@@ -221,7 +224,11 @@ def of_log(log: Contacts, identity: ArrayLike | None = None, *, directed: bool =
 
     Notes
     -----
-    All robots count as present: a log does not say why a contact ends.
+    A log does not say why a contact begins or ends: all robots count as present, also those that have failed, and
+    causes are "unknown". It differs from `of_world` in two ways. Its first frame is `log.since`, before any step, while
+    positions are recorded after steps. And it holds what robots perceive: what an event before the step from tick t
+    changes (a failure, a repair, an arrival) is in the frame of t, while the positions after that step show it in the
+    frame of t + 1.
     """
     met = np.unique(np.concatenate([log.observer, log.observed]))
     names = met if identity is None else np.unique(np.asarray(identity))
@@ -250,5 +257,6 @@ def of_log(log: Contacts, identity: ArrayLike | None = None, *, directed: bool =
         np.full((*shape, 2), np.nan),
         edges if directed else mutual(edges, size),
         directed=directed,
-        present=np.ones(shape, bool),
+        knows_presence=False,
+        unit="ticks",
     )

@@ -33,6 +33,12 @@ class TemporalGraph:
         The edges of all frames, by row.
     directed : bool
         Whether edges lead from the robot that senses to the one that is sensed; otherwise they are the mutual ones.
+    knows_presence : bool
+        Whether the record shows who is there; a log of contacts does not, and all count as present.
+    unit : str
+        The unit of time on axes: "ticks" for worlds and logs, "" if nobody has said.
+    awareness_range : float or None
+        The range of all robots [length]; None if they differ or it is unknown.
     """
 
     def __init__(
@@ -43,10 +49,14 @@ class TemporalGraph:
         edges: Edges,
         *,
         directed: bool,
-        present: NDArray[np.bool_] | None = None,
+        knows_presence: bool = True,
+        unit: str = "",
+        awareness_range: float | None = None,
     ) -> None:
+        self.unit, self.awareness_range = unit, awareness_range
         self.time, self.identity, self.position = time, identity, position
-        self.present = ~np.isnan(position[..., 0]) if present is None else present
+        self.knows_presence = knows_presence
+        self.present = ~np.isnan(position[..., 0]) if knows_presence else np.ones(position.shape[:2], bool)
         self.edges, self.directed = edges, directed
         self._first = np.searchsorted(edges.frame, np.arange(len(time) + 1))
 
@@ -75,20 +85,20 @@ class TemporalGraph:
 
         Columns: one, other (names; of directed edges the one that senses first); begin, end, duration [time];
         began_by, ended_by: "range" for robots that come into or out of range, "presence" for one that arrives, is
-        repaired, fails or leaves, "record" for contacts that are older than the record or outlast it. Durations with
-        "record" are censored: the true ones are longer.
+        repaired, fails or leaves, "record" for contacts that are older than the record or outlast it, "unknown" for
+        range or presence in a log, which does not say. Durations with "record" are censored: the true ones are longer.
         """
-        return intervals.contact_table(self._spans, self.time, self.present, self.identity)
+        return intervals.contact_table(self._spans, self.time, self._known_presence, self.identity)
 
     @cached_property
     def gaps(self) -> pd.DataFrame:
         """One row an inter-contact time, between two contacts of the same two robots.
 
         Columns: one, other; begin, end, duration [time]; left_censored, right_censored: the time before their first
-        contact, and after their last one; absence: one of them was not there for a part of the time. Robots that never
-        meet have no row.
+        contact, and after their last one; absence: one of them was not there for a part of the time, NA for a log,
+        which does not say. Robots that never meet have no row.
         """
-        return intervals.gap_table(self._spans, self.time, self.present, self.identity)
+        return intervals.gap_table(self._spans, self.time, self._known_presence, self.identity)
 
     @cached_property
     def components(self) -> pd.DataFrame:
@@ -140,6 +150,10 @@ class TemporalGraph:
             known = ", ".join(map(str, self.identity[:8].tolist())) + ", …" * (self.robots > 8)
             raise ValueError(f"robot={checks.shown(robot)}: not in the record; known are {known}")
         return int(found[0])
+
+    @property
+    def _known_presence(self) -> NDArray[np.bool_] | None:
+        return self.present if self.knows_presence else None
 
     @cached_property
     def _spans(self) -> intervals.Spans:

@@ -87,7 +87,8 @@ def choose_delta(
     Notes
     -----
     All agents that are on a team count, whatever their group. Steps that a factory has already made do not. Neighbours
-    are all teammates within the awareness range, whether or not a robot's sensor detects them.
+    of a robot are all active teammates within its awareness range, whether or not its sensor detects them. A robot has
+    none while it is inactive or its sensor for teammates is out of order: then it senses nobody.
 
     *Source:* §4 takes the largest number of neighbours in 5 runs of 600 steps for δ; §10 recommends to choose δ "in the
     beginning of the learning phase (exploration)".

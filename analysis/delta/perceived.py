@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from teamsight.agents.teammates import of_team
 from teamsight.analysis.teams import team_graph
 
 if TYPE_CHECKING:
+    from teamsight.agents.group import Group
     from teamsight.agents.model import World
 
 Ints = NDArray[np.int64]
@@ -33,29 +35,40 @@ def run_perceiving(world: World, steps: int, team: str | None, largest: dict[tup
 
     Notes
     -----
-    Neighbours are counted by the last event before a step, after all others at that time: robots perceive what there is
-    then. Sensors do not count, as elsewhere: neighbours are those within the awareness range.
+    Neighbours are counted after all events that precede a step, in whatever order these were planned: robots perceive
+    what there is then. Neighbours are those of `CountDegrees`.
     """
-    found: dict[tuple[str, str], Ints] = {}
+    found: dict[tuple[str, str], tuple[Ints, int]] = {}
 
-    def count() -> None:
-        degree, row = team_graph(world, team).degree, 0
-        for group in of_team(world.groups, team):
-            found[group.name, str(group.team)] = degree[row : row + len(group)].copy()
+    def count(model: World) -> None:
+        degree, row = team_graph(model, team).degree, 0
+        for group in of_team(model.groups, team):
+            found[group.name, str(group.team)] = degree[row : row + len(group)].copy(), model.tick
             row += len(group)
 
-    with warnings.catch_warnings():
-        # Single steps of robots that sense rarely have no decision.
-        warnings.filterwarnings("ignore", "none of .* decides before", UserWarning)
-        for _ in range(steps):
-            if not world.running:
-                return
-            tick = world.tick
-            found.clear()
-            world.clock.at(world.clock.now, count)
-            world.run(1)
-            for group in of_team(world.groups, team):
-                name = group.name, str(group.team)
-                if name in found:
-                    deciding = found[name][group.decided_at == tick]
-                    largest[name] = max(largest.get(name, 0), int(deciding.max(initial=0)))
+    world.recording.before_steps.append(count)
+    try:
+        with warnings.catch_warnings():
+            # Single steps of robots that sense rarely have no decision.
+            warnings.filterwarnings("ignore", "none of .* decides before", UserWarning)
+            for _ in range(steps):
+                if not world.running:
+                    return
+                found.clear()
+                world.run(1)
+                _note(of_team(world.groups, team), found, largest)
+    finally:
+        world.recording.before_steps.remove(count)
+
+
+def _note(
+    groups: Iterable[Group[Any]],
+    found: dict[tuple[str, str], tuple[Ints, int]],
+    largest: dict[tuple[str, str], int],
+) -> None:
+    """Raise the largest numbers by those of the robots that decided in the step since the count."""
+    for group in groups:
+        name = group.name, str(group.team)
+        if name in found:
+            degree, tick = found[name]
+            largest[name] = max(largest.get(name, 0), int(degree[group.decided_at == tick].max(initial=0)))

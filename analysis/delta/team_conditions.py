@@ -20,8 +20,8 @@ class Conditions(NamedTuple):
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
     if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
-    ``is_sensed`` is False if a sensor or an obstacle may hide teammates within the range, ``is_reliable`` if a robot
-    has been inactive or one of its sensors out of order.
+    ``is_sensed`` is False if a sensor in order or an obstacle may hide teammates within the range, ``is_reliable`` if a
+    robot has been inactive or one of its sensors out of order.
     """
 
     robots: int
@@ -109,12 +109,12 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
         said.append(f"The number of robots changes: N = {size} is the largest number in one team at any time.")
     if not all(one.is_reliable for one in met):
         said.append(
-            "Robots fail, or their sensors do: a robot has neighbours while it is active and can sense, and "
-            "only active robots are neighbours. N counts all."
+            "Robots fail, or their sensors do: a robot has neighbours while it is active and its sensor for teammates "
+            "is in order, and only active robots are neighbours. N counts all."
         )
     if not all(one.is_sensed for one in met):
         said.append(
-            "Neighbours are teammates within the awareness range, also those that a robot does not sense because of "
-            "its sensor or an obstacle: the number that it really senses is at most as large."
+            "Neighbours are teammates within the awareness range, also those that a sensor in order misses or an "
+            "obstacle hides: the number that a robot really senses is at most as large."
         )
     return tuple(said)

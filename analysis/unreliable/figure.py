@@ -62,7 +62,7 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
             left, width = 0.065 + column * 0.93 / columns, 0.8 / columns
             bottom = 1 - (_HEAD + row * (_PANEL + _BETWEEN) + _PANEL) / _HEIGHT
             shared: dict[str, Any] = {"sharex": axes[0, column]} if row else {}
-            shared |= {"sharey": axes[row, 0]} if column and row < 2 else {}
+            shared |= {"sharey": axes[row, 0]} if column else {}
             panel = axes[row, column] = figure.add_axes((left, bottom, width, _PANEL / _HEIGHT), **shared)
             plain(panel)
             panel.tick_params(colors=FAINT)
@@ -75,6 +75,8 @@ def draw_on_canvas(points: pd.DataFrame, sweep: str, plan: Plan) -> Canvas:
                 panel.set_xlabel(_LABELS[sweep])
             if column == 0:
                 panel.set_ylabel(_ROWS[row])
+    # One axis for all panels of a row: teams are compared across them.
+    axes[-1, 0].set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, bbox_to_anchor=(0.5, 0.005))
     return figure
@@ -128,7 +130,6 @@ def _draw_delta(axes: Axes, of: pd.DataFrame) -> None:
             "capsize": 3,
         }
         axes.errorbar(place, rows["delta"], reach, **style)
-    axes.set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 

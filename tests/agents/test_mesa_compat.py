@@ -161,11 +161,12 @@ def test_removing_everybody() -> None:
     assert len(model.neighbours.start) == 1
 
 
-def test_removing_twice_takes_nobody_else() -> None:
+def test_removing_twice_is_refused_and_takes_nobody_else() -> None:
     model = CMOMMT(robots=5, rng=1)
     gone = model.robots[2]
     gone.remove()
-    gone.remove()
+    with pytest.raises(ValueError, match="was removed already; test whether agent.pos is None"):
+        gone.remove()
     assert len(model.robots) == len(model.agents_by_type[Robot]) == 4
 
 

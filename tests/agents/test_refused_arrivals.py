@@ -89,3 +89,13 @@ def test_what_init_did_to_other_groups_is_undone_if_it_fails() -> None:
     assert bits(worlds[0]) == bits(worlds[1])
     assert worlds[0].groups[0].identity.tolist() == worlds[1].groups[0].identity.tolist()
     assert len(robots) == 4
+
+
+@pytest.mark.parametrize(("limits", "least"), [([0.5, 1.0], "0.5"), ([1.0, 6.0], "1")])
+def test_different_turning_limits_are_named_as_they_were_given(limits: list[float], least: str) -> None:
+    robots = World(Disc(2.0), rng=1).add(Robot, 2, policy="random-walk", turn_limit=limits)
+    with pytest.raises(ValueError, match=rf"turn_limit: .* from {least} to .*add\(…, turn_limit={least}\)") as error:
+        robots.add(1)
+    # The cure is one.
+    robots.add(1, turn_limit=float(str(error.value).split("=")[-1].rstrip(")")))
+    assert robots.turn_limit[2] == limits[0]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Disc, Robot, World
+from teamsight import CMOMMT, Arrivals, Constant, Disc, Robot, World
 
 changes = st.lists(st.tuples(st.sampled_from(["add", "remove", "run", "save", "restore"]), st.integers(0, 5)), max_size=14)
 
@@ -94,3 +94,30 @@ def test_columns_that_are_younger_than_a_state_have_values_for_those_that_come_b
     world.restore(saved)
     assert world.robots.fuel.tolist() == [2.0, 2.0, 2.0]
     assert np.array_equal(world.robots.rank, [0, 5, 6])
+
+
+def with_arrivals() -> CMOMMT:
+    world = CMOMMT(robots=2, targets=2, rng=1)
+    world.attach(Arrivals(Constant(5)), world.targets)
+    return world
+
+
+@pytest.mark.short
+def test_a_state_brings_back_its_identities_where_agents_came_in_another_order() -> None:
+    first, other = with_arrivals(), with_arrivals()
+    first.run(2)
+    first.robots.add(1)
+    first.run(10)
+    saved = first.state()
+    other.run(12)
+    # The same members, with other identities.
+    other.robots.add(1)
+    other.restore(saved)
+    found = []
+    for world in (first, other):
+        world.run(10)
+        ids = [agent.unique_id for group in world.groups for agent in group]
+        assert ids == [int(one) for group in world.groups for one in group.bodies.identity]
+        assert len(set(ids)) == len(ids)
+        found.append((ids, world.events.to_json()))
+    assert found[0] == found[1]

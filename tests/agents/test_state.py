@@ -157,3 +157,32 @@ def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
     forged = saved._replace(groups=(group._replace(policy_state=shorter), *saved.groups[1:]))
     with pytest.raises(ValueError, match=r"restore\(…\): the policy of robots has the state .*\[10, 2, 4\].*\[10, 16, 4\]"):
         CMOMMT(rng=1).restore(forged)
+
+
+class Drawing(CMOMMT):
+    """A model whose planned method draws from both generators of the model."""
+
+    def draw(self) -> None:
+        self.log("drawn", rng=float(self.rng.random()), random=self.random.random(), row=self.random.choice(range(9)))
+        self.clock.at(self.clock.now + 3.5, self.draw)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("tick", [1, 6])
+def test_a_state_holds_where_the_random_numbers_of_the_model_are(tick: int) -> None:
+    worlds = [Drawing(rng=seed) for seed in (5, 5, 8)]
+    for world in worlds:
+        world.clock.at(2, world.draw)
+        world.run(tick)
+    first = worlds[0]
+    saved = pickle.loads(pickle.dumps(first.state()))
+    kept = first.rng
+    first.run(20)
+    expected = first.events.to_json()
+    for world in worlds:
+        world.restore(saved)
+        world.run(20)
+        assert world.events.to_json() == expected
+    if tick > 2:
+        # Whoever keeps the generator goes on with it.
+        assert first.rng is kept

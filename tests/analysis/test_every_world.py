@@ -127,7 +127,7 @@ def test_the_graph_of_whom_robots_really_sense() -> None:
 
 def test_delta_says_that_a_sensor_shows_fewer_than_the_neighbours() -> None:
     report = choose_delta(half_blind, runs=2, steps=5, risk=0.9, rng=1)
-    hidden = "also those that a robot does not sense because of its sensor or an obstacle"
+    hidden = "also those that a sensor in order misses or an obstacle hides"
     assert hidden in " ".join(report.notes)
     assert choose_delta(Two, runs=2, steps=5, risk=0.9, rng=1).notes == ()
     annulus = choose_delta(obstructed, runs=2, steps=5, risk=0.9, rng=1)

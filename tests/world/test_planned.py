@@ -177,3 +177,82 @@ def test_an_event_may_begin_another_run() -> None:
     assert (log, clock.now) == ([("at 0", 0)], 0)
     clock.advance(3)
     assert log[1:] == [("at 3", 3)]
+
+
+@pytest.mark.short
+def test_an_event_of_another_clock_is_refused_at_its_yield() -> None:
+    clock, other = Clock(), Clock()
+    for event in (other.timeout(5), simpy.Environment().timeout(5), simpy.Resource(other).request()):
+
+        def patrol(event: Any = event) -> Generator[Any, Any, None]:
+            yield clock.timeout(1)
+            yield event  # here
+
+        clock.process(patrol())
+        with pytest.raises(TypeError, match=r"process patrol: yielded <.*of another clock.*such as world.clock.timeout") as raised:
+            clock.advance(int(clock.now) + 2)
+        assert traceback.extract_tb(raised.value.__traceback__)[-1].line == "yield event  # here"
+    assert clock.processes == []
+
+
+@pytest.mark.short
+def test_a_function_that_yields_is_not_planned() -> None:
+    clock = Clock()
+
+    def patrol() -> Generator[Any, Any, None]:
+        yield clock.timeout(1)
+
+    with pytest.raises(TypeError, match=r"call patrol yields, so it does nothing; start a process: clock.process\(patrol\(\)\)"):
+        clock.at(3, patrol)
+    assert not clock.pending
+    clock.at(3, lambda: patrol())
+    with pytest.raises(TypeError, match=r"the planned call <lambda> yields"):
+        clock.advance(3)
+    clock.at(4, lambda: clock.process(patrol()))
+    clock.advance(6)
+
+
+def test_a_generator_makes_one_process() -> None:
+    clock, log = Clock(), []
+
+    def patrol() -> Generator[Any, Any, None]:
+        log.append(clock.now)
+        yield clock.timeout(1)
+        log.append(clock.now)
+
+    generator = patrol()
+    clock.process(generator)
+    with pytest.raises(ValueError, match=r"a process of this generator was started already.*process\(patrol\(…\)\)"):
+        clock.process(generator)
+    clock.advance(3)
+    assert log == [0, 1]
+    with pytest.raises(ValueError, match="started already"):
+        Clock().process(generator)
+
+
+@pytest.mark.short
+def test_a_process_in_which_the_clock_begins_again_ends_at_its_yield() -> None:
+    clock, log = Clock(), []
+
+    def boss() -> Generator[Any, Any, None]:
+        try:
+            yield clock.timeout(1)
+            clock.begin(0)
+            log.append("begun")
+            yield clock.timeout(1)
+            log.append("lives on")
+        finally:
+            log.append("tidied up")
+
+    def assistant() -> Generator[Any, Any, None]:
+        yield process
+        log.append("continued")
+
+    process = clock.process(boss())
+    clock.process(assistant())
+    clock.advance(2)
+    for tick in range(6):
+        clock.advance(tick)
+    assert log == ["begun", "tidied up"]
+    assert not process.is_alive
+    assert clock.processes == []

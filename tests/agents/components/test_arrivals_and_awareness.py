@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import mesa
 import numpy as np
@@ -237,3 +238,39 @@ def test_wrong_values_are_refused() -> None:
     with pytest.raises(ValueError, match=r"'targets' is on no team .*world\.add\(…, team='robots'\)"):
         world.attach(UnreliableAwareness(1), world.groups[1])
     assert world.sources == ()
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"spede": 3}, r"spede=3: unknown; .*; Arrivals itself takes sensing_range"),
+        ({"position": (99, 0)}, r"position"),
+        ({"speed": -1}, r"speed=-1"),
+        ({"fuel": "much"}, r"fuel='much': the column has the type float64"),
+        ({"turn_limit": None}, r"turn_limit: the agents of 'robots' have different ones, from 0\.5 to 1; .*Arrivals\(…, turn_limit=0\.5\)"),
+        ({"cycle": None}, r"cycle: the agents of 'robots' have different ones; .* as in Arrivals\(…, cycle=5\)"),
+    ],
+)
+def test_arrivals_that_cannot_come_are_refused_when_attached(given: dict[str, Any], message: str) -> None:
+    world = make()
+    robots = world.groups[0]
+    robots.add_column("fuel", 1.0)
+    if "turn_limit" in given:
+        robots.turn_limit = [0.5, 1.0] * 3
+    if "cycle" in given:
+        robots[0].cycle = 3
+    with pytest.raises((TypeError, ValueError), match=message):
+        world.attach(Arrivals(Constant(2), **given), robots)
+    assert (len(robots), world.sources) == (6, ())
+    world.run(5)
+    assert len(robots) == 6
+    sound = Arrivals(Constant(2), position=(1, 0), cycle=4, turn_limit=0.5, fuel=3.0)
+    attached = world.attach(sound, robots)
+    assert len(robots) == 6
+    # What makes an arrival impossible later shows when it comes.
+    world.detach(attached)
+    world.attach(Arrivals(Constant(2), turn_limit=1.0, cycle=2), robots)
+    robots[1].sensing_range = 2.0
+    with pytest.raises(ValueError, match=r"sensing_range: .*Arrivals\(…, sensing_range="):
+        world.run(5)

@@ -235,3 +235,35 @@ def test_waiting_for_the_battery_of_a_robot_that_leaves_raises_an_error() -> Non
     world.run(10)
     assert [tick for tick, _ in errors] == [5, 5, 5]
     assert all("has left the world, and its battery with it" in text for _, text in errors)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -3, 10.5, np.float64(1e9)])
+def test_a_charge_that_no_battery_has_is_refused_and_changes_nothing(value: float) -> None:
+    world = make(Batteries(10.0))
+    robots: Any = world.groups[0]
+    world.run(2)
+    before = robots.battery.tolist()
+
+    def in_place() -> None:
+        robots.battery += value - robots.battery[0] if value == value else value
+
+    def assign(name: str, given: Any) -> None:
+        (robots if name == "battery" else robots[0]).battery = given
+
+    for change in (
+        lambda: assign("robot", value), lambda: assign("battery", value), lambda: assign("battery", [value, *[1.0] * 5]),
+        lambda: robots.battery.__setitem__(slice(2, 4), value), in_place, lambda: np.add.at(robots.battery, [1], 100 * value),
+        lambda: robots.add(1, battery=value),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=r"battery=\S+: must be at least 0 and at most the capacity, 10; give min"):
+            change()
+        assert (robots.battery.tolist(), len(robots)) == (before, 6)
+    robots[0].battery = 10
+    robots.battery[1:3] = 0
+    world.restore(world.state())
+    with pytest.raises(ValueError, match="battery="):
+        robots[0].battery = value
+    world.detach(world.sources[0])
+    robots.add_column("battery", 0.0)
+    robots[0].battery = -1.0

@@ -416,3 +416,20 @@ def test_a_step_that_fails_changes_no_timetable(delay: int) -> None:
         found.append((ticks, bits(world)))
     assert found[0][0]
     assert found[0] == found[1]
+
+
+@pytest.mark.short
+def test_a_state_of_a_world_with_another_cycle_is_refused_and_one_with_a_changed_cycle_is_not() -> None:
+    first, alike, other = (CMOMMT(robots=4, targets=3, rng=2, cycle=cycle) for cycle in (3, Cycle(3), 4))
+    first.run(5)
+    with pytest.raises(ValueError, match=r"robots that have .*period=3\.0.*robots have .*period=4\.0.* here"):
+        other.restore(first.state())
+    with pytest.raises(ValueError, match=r"period=3\.0"):
+        CMOMMT(robots=4, targets=3, rng=2).restore(first.state())
+    first.robots.cycle = 7
+    first.run(5)
+    alike.restore(first.state())
+    assert alike.robots.cycle == Cycle(7)
+    for world in (first, alike):
+        world.run(20)
+    assert bits(first) == bits(alike)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -125,13 +126,43 @@ def test_state_holds_the_policies_of_robots() -> None:
     assert isinstance(world.robots[4].policy, ACmommt)
     world.run(9)
     assert bits(world) == expected
-    other = model()
-    with pytest.raises(ValueError, match=r"robots have the policies RandomWalk.*robot\.policy = "):
-        other.restore(saved)
+    # A world that has never had it, and one that has it after another.
+    new, other = model(rng=8), model()
+    other.robots[2].policy = "centroid"
     other.robots[5].policy = "random-walk"
-    other.restore(saved)
-    other.run(9)
-    assert bits(other) == expected
+    for one in (new, other):
+        one.restore(pickle.loads(pickle.dumps(saved)))
+        assert [type(robot.policy).__name__ for robot in one.robots] == ["ACmommt", "RandomWalk", *["ACmommt"] * 4]
+        one.run(9)
+        assert bits(one) == expected
+
+
+@pytest.mark.short
+def test_policies_that_cannot_be_pickled_are_given_first() -> None:
+    class Local(Halves):
+        pass
+
+    worlds = model(), model()
+    worlds[0].targets[1].policy = own = Local()
+    worlds[0].run(4)
+    saved = worlds[0].state()
+    worlds[0].run(6)
+    message = r"single targets have the policy .*Local.*could not be pickled.*as in targets\[0\]\.policy = "
+    for one in (saved, pickle.loads(pickle.dumps(saved))):
+        with pytest.raises(ValueError, match=message):
+            worlds[1].restore(one)
+    worlds[1].run(1)
+    worlds[1].targets[3].policy = Local()
+    worlds[1].restore(pickle.loads(pickle.dumps(saved)))
+    worlds[1].run(6)
+    assert bits(worlds[1]) == bits(worlds[0])
+    # The world itself goes back with the policy itself, also if it has lost it.
+    worlds[0].targets.policy = worlds[0].targets.policy
+    assert worlds[0].targets[1].policy is not own
+    worlds[0].restore(saved)
+    assert worlds[0].targets[1].policy is own
+    worlds[0].run(6)
+    assert bits(worlds[1]) == bits(worlds[0])
 
 
 def test_agents_that_come_and_go_keep_the_policies_of_the_others() -> None:

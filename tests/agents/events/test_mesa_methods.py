@@ -45,6 +45,10 @@ ADVANCES: list[Callable[[CMOMMT, int], Any]] = [
 ]
 
 
+def yielding() -> Any:
+    yield
+
+
 @pytest.mark.short
 @pytest.mark.parametrize("advance", ADVANCES)
 def test_recurring_events_happen_at_exact_times_and_at_the_end_of_their_steps(advance: Any) -> None:
@@ -156,9 +160,12 @@ def test_events_of_one_time_come_in_the_order_of_priority_and_then_of_planning()
         (lambda w: w.schedule_event(None, at=5), r"schedule_event\(None\): must be callable"),
         (lambda w: w.schedule_event(print, at=5, priority="high"), r"priority='high': must be a number"),
         (lambda w: w.schedule_recurring(5, 2), r"schedule_recurring\(5\): must be callable"),
-        (lambda w: w.schedule_recurring(print, 0), r"interval=0.*above 0"),
-        (lambda w: w.schedule_recurring(print, -2.5), r"interval=-2.5.*above 0"),
-        (lambda w: w.schedule_recurring(print, SimpleNamespace(interval=lambda model: 0)), r"interval=0.*above 0"),
+        (lambda w: w.schedule_recurring(print, 1e-14), r"interval=1e-14.*at least 1e-06"),
+        (lambda w: w.schedule_recurring(yielding, 2), r"planned call yielding yields, so it does nothing; start a process"),
+        (lambda w: w.schedule_event(yielding, at=5), r"clock.process\(yielding\(\)\)"),
+        (lambda w: w.schedule_recurring(print, 0), r"interval=0.*at least 1e-06"),
+        (lambda w: w.schedule_recurring(print, -2.5), r"interval=-2.5.*at least 1e-06"),
+        (lambda w: w.schedule_recurring(print, SimpleNamespace(interval=lambda model: 0)), r"interval=0.*at least 1e-06"),
         (lambda w: w.schedule_recurring(print, SimpleNamespace(interval=1, start=1)), r"time=1: has passed"),
         (lambda w: w.run_until(1), r"end_time=1: must be at least 2; reset\(\) goes back"),
         (lambda w: w.run_until(2.5), r"end_time=2.5: must be a whole number"),

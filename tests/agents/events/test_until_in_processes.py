@@ -391,6 +391,10 @@ def test_a_process_cannot_make_steps() -> None:
     assert world.tick == 1
 
 
+def waiting() -> Process:
+    yield
+
+
 @pytest.mark.short
 def test_wrong_arguments_are_named() -> None:
     world, other = world_of([(0, 0), (5, 5)], [(3, 3)]), world_of([(0, 0)], [])
@@ -408,6 +412,14 @@ def test_wrong_arguments_are_named() -> None:
         until.contact(robots[0], channel="beacons")
     with pytest.raises(ValueError, match="robots sense targets in this channel"):
         until.contact(robots[0], robots[1], "targets")
+    with pytest.raises(ValueError, match="robots sense robots in this channel, not targets; give channel='targets'"):
+        until.contact(robots[0], targets[0])
+    with pytest.raises(ValueError, match=r"targets have no such channel, but none"):
+        until.contact(targets[0], robots[0])
+    with pytest.raises(TypeError, match=r"returned <generator object .*, which counts as true at once"):
+        until(waiting)
+    with pytest.raises(TypeError, match=r"returned <Event.*which counts as true at once.*by yield event"):
+        until(lambda: until.observed(targets[0]))
     with pytest.raises(ValueError, match="no robot senses itself"):
         until.contact(robots[0], robots[0])
     with pytest.raises(TypeError, match=r"until\(True\): must be a function"):

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
+from teamsight.agents.components import Failures
 from teamsight.analysis import contacts
 from teamsight.analysis.contacts import (
     TemporalGraph,
@@ -208,6 +209,31 @@ def test_a_log_of_contacts_is_the_graph_of_the_positions(directed: bool) -> None
         of_log(log.contacts, [1])
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_log_shows_failures_one_frame_before_the_positions(seed: int) -> None:
+    model = CMOMMT(robots=10, radius=2.0, policy="random-walk", rng=seed)
+    model.attach(Failures(30.0, 15.0), model.robots)
+    model.recording.record_positions()
+    links = model.log_contacts(model.robots)
+    model.run(100)
+    world, log = of_world(model), of_log(links.contacts, model.robots.identity)
+    assert (world.time[0], log.time[0], world.time[-1], log.time[-1]) == (1, 0, 100, 100)
+    # After a step and its events: two are in contact at t if they were after the step and both work before the next one.
+    works = np.vstack([world.present[1:], world.present[-1:]])
+    for frame in range(99):
+        after = set(zip(*(side.tolist() for side in world.pairs_at(frame)[:2]), strict=True))
+        logged = set(zip(*(side.tolist() for side in log.pairs_at(frame + 1)[:2]), strict=True))
+        stay = {(one, other) for one, other in after if works[frame, one] and works[frame, other]}
+        assert stay <= logged
+        # Others were repaired at that tick.
+        assert all(not world.present[frame, [one, other]].all() for one, other in logged - stay)
+    assert (world.contacts[["began_by", "ended_by"]] == "presence").any().all()
+    table = log.contacts
+    assert set(table["began_by"]) | set(table["ended_by"]) == {"unknown", "record"}
+    assert log.gaps["absence"].isna().all()
+    assert world.gaps["absence"].any()
+
+
 def test_the_picture_is_drawn_whatever_there_is() -> None:
     model = CMOMMT(robots=12, radius=2.0, rng=3)
     model.recording.record_positions(every=2)
@@ -217,6 +243,26 @@ def test_the_picture_is_drawn_whatever_there_is() -> None:
     assert picture.startswith(b"\x89PNG")
     alone = of_positions(range(3), np.zeros((3, 1, 2)), 1.0)
     assert contacts.draw(alone).startswith(b"\x89PNG")
+
+
+def test_the_picture_shows_units_the_range_and_a_median_of_zero() -> None:
+    from teamsight.analysis.contacts.figure import draw_on_canvas
+
+    model = CMOMMT(robots=12, radius=2.0, policy="random-walk", rng=3)
+    model.recording.record_positions()
+    links = model.log_contacts(model.robots)
+    model.run(40)
+    graph = of_world(model)
+    panels = draw_on_canvas(graph, contacts.percolation(graph.position)).axes
+    assert [panel.get_xlabel() for panel in panels[:3]] == ["duration  [ticks]", "time  [ticks]", "time  [ticks]"]
+    median = next(line for line in panels[2].lines if line.get_label() == "median robot")
+    assert np.nanmin(median.get_ydata()) > panels[2].get_ylim()[0]
+    (marked,) = (line for line in panels[3].lines if "awareness range" in str(line.get_label()))
+    assert list(marked.get_xdata()) == [1.0, 1.0]
+    log = of_log(links.contacts)
+    assert (log.unit, log.awareness_range) == ("ticks", None)
+    unequal = of_positions(range(3), np.zeros((3, 2, 2)), [1.0, 2.0])
+    assert (unequal.unit, unequal.awareness_range) == ("", None)
 
 
 @pytest.mark.parametrize("shape", [(0, 0, 2), (0, 3, 2), (3, 0, 2), (1, 1, 2)])

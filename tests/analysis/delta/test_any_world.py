@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 from chance import fresh_seed
 
-from teamsight import CMOMMT, Box, Cycle, Disc, Robot, Target, World
-from teamsight.agents.components import Failures
+from teamsight import CMOMMT, Box, Cycle, Disc, EventSource, Robot, Target, World
+from teamsight.agents.components import Failures, SensorDropouts, UnreliableAwareness
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose, team_conditions
@@ -297,6 +297,98 @@ def test_neighbours_can_count_at_decisions_only() -> None:
     more = reports[0].maxima["max_neighbours"] - reports[1].maxima["max_neighbours"]
     assert (more.min(), more.max() > 0) == (0, True)
     assert any("when a robot decides" in note for note in reports[1].notes)
+
+
+@pytest.mark.parametrize("process", [True, False])
+def test_robots_that_come_at_the_last_moment_count(process: bool) -> None:
+    """Robots come in events that are planned at the moment of the step: at decisions of every step all count."""
+
+    class Late(EventSource):
+        def begin(self) -> None:
+            self.plan(10.0, "first")
+
+        def first(self) -> None:
+            self.plan(self.now, "second")
+
+        def second(self) -> None:
+            self.plan(self.now, "third")
+
+        def third(self) -> None:
+            self.group.add(2)
+
+    def arriving(model: CMOMMT) -> Iterator[Any]:
+        yield model.clock.timeout(10)
+        for _ in range(3):
+            yield model.clock.timeout(0)
+        model.robots.add(2)
+
+    def late(seed: int) -> World:
+        model = CMOMMT(robots=3, radius=0.4, policy="random-walk", cycle=Cycle(1, phase=10.0), rng=seed)
+        if process:
+            model.clock.process(arriving(model))
+        else:
+            model.attach(Late(), model.robots)
+        return model
+
+    world = late(1)
+    found = CountDegrees(samples=2, perceived=True)(world, 11)
+    # Robots decide at tick 10 first, when the two have come, and all are neighbours in so small an arena.
+    assert (found.max_neighbours, found.largest_team) == (4, 5)
+    assert world.recording.before_steps == []
+
+
+@pytest.mark.filterwarnings("ignore:run.* makes its steps one by one")
+@pytest.mark.parametrize("perceived", [False, True])
+def test_neighbours_are_those_in_range_of_a_robot_that_can_sense(perceived: bool) -> None:
+    """Robots fail, sensors drop out, and those in order miss half: counted by a second way, from positions."""
+
+    def blinking(seed: int) -> CMOMMT:
+        model = CMOMMT(robots=8, radius=1.2, policy="random-walk", awareness="pairwise", rng=seed)
+        model.attach(Failures(30.0, 10.0), model.robots)
+        model.attach(SensorDropouts(20.0, 10.0, "teammates"), model.robots)
+        model.attach(UnreliableAwareness(missing=0.5), model.robots)
+        return model
+
+    world, twin = blinking(5), blinking(5)
+    found = CountDegrees(perceived=perceived)(world, 40)
+    seen: list[tuple[int, int]] = []
+
+    def look(model: World) -> None:
+        for one in model.groups[0]:
+            if one.active and one.sensor_works("teammates"):
+                far = [np.hypot(*(other.position - one.position)) for other in model.groups[0] if other.active]
+                seen.append((int(np.count_nonzero(np.array(far) <= 1.0)) - 1, len(one.sensed("teammates"))))
+
+    # Percepts are those before a step, and the history has the numbers after it.
+    (twin.recording.before_steps if perceived else twin.recording.callbacks).append(look)
+    for _ in range(40):
+        twin.run(1)
+    near, sensed = np.array(seen).T
+    assert found.max_neighbours == near.max()
+    assert (sensed <= near).all()
+    assert (sensed < near).any()
+    assert len(seen) < 40 * 8
+
+
+def test_a_report_defines_neighbours_once() -> None:
+    def notes(*components: Any) -> str:
+        settings = {"robots": 6, "radius": 1.0, "policy": "random-walk", "awareness": "pairwise"}
+
+        def model(seed: int) -> World:
+            world = CMOMMT(**settings, rng=seed)
+            for component in components:
+                world.attach(component, world.robots)
+            return world
+
+        return " ".join(choose.choose_delta(model, runs=4, steps=20, risk=0.9, rng=1).notes)
+
+    # A sensor out of order is not one that misses teammates.
+    assert "misses" not in notes(SensorDropouts(5.0, 500.0, "teammates"))
+    assert "its sensor for teammates is in order" in notes(SensorDropouts(5.0, 500.0, "teammates"))
+    assert "also those that a sensor in order misses" in notes(UnreliableAwareness(missing=0.5))
+    both = notes(SensorDropouts(5.0, 500.0, "teammates"), UnreliableAwareness(missing=0.5))
+    assert "its sensor for teammates is in order" in both
+    assert "also those that a sensor in order misses" in both
 
 
 def rare_team(seed: int) -> CMOMMT:

@@ -111,3 +111,15 @@ def test_files_are_complete_and_resume(tmp_path: Path, table: pd.DataFrame) -> N
     kept = results.checkpoint_in(tmp_path)
     # Runs that several conditions share are kept once.
     assert kept.count(run.key for _, run in SMALL.planned()) > kept.count() == 3 * 2 * 3 * 3
+
+
+def test_panels_of_one_row_have_one_axis(table: pd.DataFrame) -> None:
+    from teamsight.analysis.unreliable.figure import draw_on_canvas
+
+    panels = draw_on_canvas(points(table), "failures", SMALL).axes
+    for row in (panels[:2], panels[2:4], panels[4:]):
+        assert len(row) == 2
+        assert row[0].get_ylim() == row[1].get_ylim()
+    most = points(table).query("sweep == 'failures'")["delta"].max()
+    assert panels[4].get_ylim()[0] == 0.0
+    assert panels[4].get_ylim()[1] > most
