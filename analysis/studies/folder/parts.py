@@ -98,18 +98,31 @@ def load(part: Part) -> bytes:
     FileNotFoundError
         If the part has been moved away.
     """
+    content = bytes_of(part)
+    if _digest(content) != part.digest:
+        raise DamagedError(part, _damage(content))
+    return content
+
+
+def bytes_of(part: Part) -> bytes:
+    """Return the bytes of a part, unchecked.
+
+    Raises
+    ------
+    DamagedError
+        If it is no regular file, or cannot be read.
+    FileNotFoundError
+        If the part has been moved away.
+    """
     try:
         with files.open_regular(part.path) as file:
-            content = file.read()
+            return file.read()
     except OSError as error:
-        if error.errno == errno.EINVAL or isinstance(error, IsADirectoryError):
+        if error.errno in (errno.EINVAL, errno.EISDIR, errno.ENXIO):
             raise DamagedError(part, "is not a regular file") from None
         if error.errno == errno.EIO:
             raise DamagedError(part, "cannot be read (input/output error)") from error
         raise
-    if _digest(content) != part.digest:
-        raise DamagedError(part, _damage(content))
-    return content
 
 
 def rows(part: Part, content: bytes, columns: Iterable[str] | None = None) -> pa.Table:

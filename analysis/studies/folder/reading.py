@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-def read_parts(folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None) -> pa.Table:
+def read_parts(
+    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None
+) -> pa.Table:
     """Return the rows of all parts of a kind.
 
     A run that several parts have, as those of two machines, is taken from the part whose name comes first.
