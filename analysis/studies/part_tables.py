@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight import __version__
+from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
 
@@ -122,20 +122,13 @@ class PartTables:
         return {
             "setting": pa.array([run.setting for run in runs], pa.string()),
             **{
-                name: pa.array([stored(run.parameters.get(name), kind) for run in runs], _type(kind))
+                name: pa.array([stored(run.parameters[name], kind) for run in runs], _type(kind))
                 for name, kind in self._types.items()
             },
             "replicate": pa.array([run.replicate for run in runs], pa.int64()),
             "seed": pa.array([run.seed for run in runs], pa.int64()),
             "steps": pa.array([self._steps] * len(runs), pa.int64()),
         }
-
-
-def stored(value: object, kind: str) -> object:
-    """Return a parameter's value as its column holds it; what is no text is written as JSON in a column of texts."""
-    if value is None or kind != "text" or isinstance(value, str):
-        return value
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
 def merged(known: Kinds, kinds: Kinds, where: str) -> Kinds:
