@@ -176,9 +176,10 @@ class Rounds:
         """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
         table = self._folder.read("runs")
         if table.num_rows and measure not in table.column_names:
+            hint = checks.suggestion(measure, table.column_names)
             raise ValueError(
-                f"until.measure={checks.shown(measure)}: is not measured; {checks.suggestion(measure, table.column_names)}"
-                f"give one of {', '.join(table.column_names)}"
+                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of "
+                f"{', '.join(table.column_names)}"
             )
         failed = self._folder.failed()
         columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -147,7 +147,7 @@ def run_study(
     return open_study(out)
 
 
-def common_of(study: Study, types: dict[str, str]) -> Common:
+def common_of(study: Study, types: Mapping[str, str]) -> Common:
     """Return what all runs of a study share.
 
     Parameters

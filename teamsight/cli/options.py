@@ -149,7 +149,7 @@ class Group(click.Group):
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
 
-def add_command(group: click.Group, work: Callable[[S], None], settings: type[S]) -> None:
+def add_command(group: click.Group, work: Callable[[S], int | None], settings: type[S]) -> None:
     """Add a command to a group.
 
     Parameters
