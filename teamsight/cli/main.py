@@ -16,6 +16,7 @@ from teamsight.cli import (
     learn_evaluate,
     learn_explore,
     learn_figure,
+    plugins,
     reproduce,
     rerun,
     run,
@@ -73,6 +74,7 @@ commands.add_command(evolution)
 commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
+add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)

@@ -157,7 +157,8 @@ def add_command(group: click.Group, work: Callable[[S], int | None], settings: t
     group : click.Group
         The group.
     work : callable
-        What the command does; its name is the command's name, and its docstring the help.
+        What the command does; its name is the command's name, and its docstring the help. It returns the exit status,
+        or None for 0.
     settings : type
         The command's options.
     """
