@@ -1,0 +1,82 @@
+"""Results of studies whose runs are made up, without simulating and without a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pyarrow as pa
+
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.plan import Plan
+from teamsight.analysis.studies.results import StudyResults
+from teamsight.analysis.studies.study import Study
+
+Value = Callable[[Mapping[str, Any], np.random.Generator], float]
+
+
+class Folder:
+    """Stands for the folder of a study."""
+
+    def __init__(self, name: str, tables: Mapping[str, pa.Table]) -> None:
+        self.path = Path(name)
+        self.tables = tables
+
+    def read(self, kind: str) -> pa.Table:
+        return self.tables.get(kind, pa.table({}))
+
+
+def noisy(parameters: Mapping[str, Any], rng: np.random.Generator) -> float:
+    """Return a value between 0 and 1 that grows with each number."""
+    numbers = [float(one) for one in parameters.values() if isinstance(one, int | float)]
+    return float(np.clip(0.3 + 0.02 * sum(numbers) + rng.normal(0, 0.05), 0, 1))
+
+
+def results(
+    study: Study, value: Value = noisy, *, share: float = 1.0, failing: float = 0.0, name: str = "made-up", seed: int = 1
+) -> StudyResults:
+    """Return results in which a share of the runs is done or has failed, in any order.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    value : callable
+        The measure of a run from its parameters and random numbers of the run's own.
+    share, failing : float
+        The share of runs that are made, and of these the share that fails.
+    name : str
+        Name of the folder.
+    seed : int
+        Decides which runs are made and fail.
+    """
+    plan = study.plan()
+    rng = np.random.default_rng(seed)
+    done: list[dict[str, Any]] = []
+    failed: list[dict[str, Any]] = []
+    for k, replicate in rng.permutation([(k, r) for k in range(plan.settings) for r in range(study.replicates)]).tolist():
+        if rng.random() >= share:
+            continue
+        row = row_of(plan, k, replicate)
+        noise = np.random.default_rng(row["seed"])
+        if rng.random() < failing:
+            failed.append({"run": f"{row['setting']}-{replicate}", **row, "error": "ValueError: made up", "traceback": ""})
+        else:
+            done.append({**row, "observed_fraction": value(plan.parameters(k), noise), "max_neighbours": int(noise.integers(9))})
+    tables = {"runs": table_of(done), "failed": table_of(failed)}
+    return StudyResults(cast(StudyFolder, Folder(name, tables)), study, tables["runs"], tables["failed"])
+
+
+def row_of(plan: Plan, k: int, replicate: int) -> dict[str, Any]:
+    """Return what the row of a run begins with."""
+    study = cast(Study, plan.study)
+    parameters = {name: str(one) if isinstance(one, dict) else one for name, one in plan.parameters(k).items()}
+    about = {"replicate": replicate, "seed": plan.seed(k, replicate), "steps": study.steps}
+    return {"setting": f"{int(plan.ids[k]):016x}", **parameters, **about}
+
+
+def table_of(rows: list[dict[str, Any]]) -> pa.Table:
+    """Return rows as a table, without columns if there are none."""
+    return pa.Table.from_pylist(rows) if rows else pa.table({})
