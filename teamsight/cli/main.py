@@ -16,6 +16,7 @@ from teamsight.cli import (
     learn_evaluate,
     learn_explore,
     learn_figure,
+    plot,
     reproduce,
     run,
     unreliable,
@@ -71,6 +72,7 @@ commands.add_command(evolution)
 commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
+add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, run.run, run.RunSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)

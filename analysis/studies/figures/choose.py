@@ -59,7 +59,7 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
             raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} vary; {_where(cells.dimensions)}")
         return Choice("runs")
     if kind == "scatter":
-        return Choice("scatter", *given)
+        return Choice("scatter", given[0], given[1])
     return _on_a_grid(cells, kind, given)
 
 
@@ -113,9 +113,7 @@ def _check_panels(rest: tuple[Dimension, ...]) -> None:
     panels = int(np.prod([float(len(one)) for one in rest]))
     if panels > MOST_PANELS:
         names = ", ".join(one.names[0] for one in rest)
-        raise ValueError(
-            f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}"
-        )
+        raise ValueError(f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}")
 
 
 def _check_filled(cells: Cells, kind: str, x: Dimension, y: Dimension | None, rest: tuple[Dimension, ...]) -> None:

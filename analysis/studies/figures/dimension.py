@@ -78,7 +78,7 @@ def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
     """Return the dimension of some axes of a table with one row for each setting."""
     columns = [pd.factorize(settings[name]) for name in names]
     together = np.stack([codes for codes, _ in columns], axis=1)
-    levels, first = pd.factorize(pd.MultiIndex.from_arrays(together.T) if len(names) > 1 else together[:, 0])
+    levels, first = pd.factorize(pd.MultiIndex.from_arrays(list(together.T)) if len(names) > 1 else together[:, 0])
     rows = [code if isinstance(code, tuple) else (code,) for code in first]
     values = [tuple(found[code] for code, (_, found) in zip(row, columns, strict=True)) for row in rows]
     numbers = _numbers([value[0] for value in values])
@@ -133,10 +133,8 @@ def _texts(values: Sequence[tuple[object, ...]]) -> tuple[str, ...]:
     half = _LONGEST_TEXT // 2
     # The beginning is what values often have in common.
     short = [text if len(text) <= _LONGEST_TEXT else f"{text[: half - 1]}…{text[-half:]}" for text in long]
-    for texts in (short, long, [", ".join(f"{one:g}" if _is_number(one) else text_of(one) for one in value) for value in values]):
-        if len(set(texts)) == len(texts):
-            return tuple(texts)
-    return tuple(", ".join(map(str, value)) for value in values)
+    exact = [", ".join(map(str, value)) for value in values]
+    return tuple(next((texts for texts in (short, long) if len(set(texts)) == len(texts)), exact))
 
 
 def _unevenness(numbers: NDArray[np.float64]) -> float:

@@ -137,23 +137,22 @@ def _texts_of(picture: Picture, x: Dimension, y: Dimension, grids: list[_Grid], 
     show_n = len(n) > 0 and n.min() < n.max()
     count = 3 if show_n else 2
     for sizes in _SIZES[max(len(x), len(y)) * layout.columns > 12 :]:
-        sizes = sizes[:count]
-        trial = _Texts(sizes, 0.0, 0.0, show_n)
+        trial = _Texts(sizes[:count], 0.0, 0.0, show_n)
         if len(x) * len(y) * layout.rows * layout.columns > 4000:
             break
         widths = [
             max((len(text) for grid in grids for text in _lines(picture, grid, trial)[line]), default=1) * size
-            for line, size in enumerate(sizes)
+            for line, size in enumerate(trial.sizes)
         ]
         width = max(max(widths) * _CHARACTER / 72 + 0.12, 0.42)
-        height = max(sum(sizes) * _LINE / 72 + 0.1, 0.3)
+        height = max(sum(trial.sizes) * _LINE / 72 + 0.1, 0.3)
         # Few cells are larger than their numbers.
         width, height = max(width, min(0.9, 3.6 / len(x))), max(height, min(0.62, 2.6 / len(y)))
         # Names are not rotated where there are few.
         if (named := width_of(x)) * len(x) * layout.columns <= _ROOM_FOR_NAMES:
             width = max(width, named)
         if layout.columns * len(x) * width <= _WIDEST and layout.rows * len(y) * height <= _HIGHEST:
-            return _Texts(sizes, width, height, show_n)
+            return _Texts(trial.sizes, width, height, show_n)
     panel = _PANEL if layout.columns < 3 else 3.4
     return _Texts((), panel / len(x), panel * 0.85 / len(y), show_n)
 
