@@ -39,7 +39,11 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     figure = page(picture, title, notes, layout.columns * size + 0.6, layout.rows * 0.88 * size)
     norm = colour_range(picture)
     colours = matplotlib.colormaps[DIVERGING if picture.quantity.is_difference else SEQUENTIAL]
-    look = Look(picture.quantity.label, picture.quantity.write, float(norm.vmin or 0.0), float(norm.vmax or 0.0))
+    low, high = float(norm.vmin or 0.0), float(norm.vmax or 0.0)
+    # The colours of a difference are symmetric around 0, its heights need not be.
+    means = picture.cells.statistics["mean"].to_numpy()
+    heights = (min(0.0, np.nanmin(means)), max(0.0, np.nanmax(means))) if picture.quantity.is_difference else None
+    look = Look(picture.quantity.label, picture.quantity.write, low, high, heights=heights)
     axes = layout.axes_of(figure, subplot_kw={"projection": "3d"})
     for place, (name, settings) in zip(axes.flat, panels, strict=False):
         cells = picture.cells.statistics["mean"].to_numpy()

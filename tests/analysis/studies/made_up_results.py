@@ -1,18 +1,24 @@
-"""Results of studies whose runs are made up, without simulating and without a folder."""
+"""Results of studies whose runs are made up, without simulating."""
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.plan import Plan
-from teamsight.analysis.studies.results import StudyResults
+from teamsight.analysis.studies.results import StudyResults, open_study
+from teamsight.analysis.studies.rows import run_ids
 from teamsight.analysis.studies.study import Study
+
+# Runs of a shard.
+_SHARD = 5
 
 Value = Callable[[Mapping[str, Any], np.random.Generator], float]
 
@@ -37,7 +43,35 @@ def noisy(parameters: Mapping[str, Any], rng: np.random.Generator) -> float:
 def results(
     study: Study, value: Value = noisy, *, share: float = 1.0, failing: float = 0.0, name: str = "made-up", seed: int = 1
 ) -> StudyResults:
-    """Return results in which a share of the runs is done or has failed, in any order.
+    """Return results without a folder; see `tables_of`."""
+    tables = tables_of(study, value, share, failing, seed)
+    return StudyResults(cast(StudyFolder, Folder(name, tables)), study, tables["runs"], tables["failed"])
+
+
+def filled(
+    path: Path, study: Study, value: Value = noisy, *, share: float = 1.0, failing: float = 0.0, seed: int = 1
+) -> StudyResults:
+    """Write the runs to a folder in shards of five, and return what `open_study` reads there."""
+    folder = StudyFolder(path)
+    folder.prepare(study, study.plan(), code="0" * 16, sources={})
+    tables = tables_of(study, value, share, failing, seed)
+    ids = {kind: run_ids(table).tolist() for kind, table in tables.items()}
+    for start in range(0, max(map(len, ids.values())), _SHARD):
+        part = {kind: table.slice(start, _SHARD) for kind, table in tables.items() if start < len(ids[kind])}
+        names = [name for kind in part for name in ids[kind][start : start + _SHARD]]
+        folder.write({kind: content_of(table) for kind, table in part.items()}, names)
+    return open_study(path)
+
+
+def content_of(table: pa.Table) -> bytes:
+    """Return a table as a Parquet file."""
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer)
+    return buffer.getvalue()
+
+
+def tables_of(study: Study, value: Value, share: float, failing: float, seed: int) -> dict[str, pa.Table]:
+    """Return rows of runs that are done and of runs that failed, in any order.
 
     Parameters
     ----------
@@ -47,8 +81,6 @@ def results(
         The measure of a run from its parameters and random numbers of the run's own.
     share, failing : float
         The share of runs that are made, and of these the share that fails.
-    name : str
-        Name of the folder.
     seed : int
         Decides which runs are made and fail.
     """
@@ -57,16 +89,18 @@ def results(
     done: list[dict[str, Any]] = []
     failed: list[dict[str, Any]] = []
     for k, replicate in rng.permutation([(k, r) for k in range(plan.settings) for r in range(study.replicates)]).tolist():
-        if rng.random() >= share:
+        is_made, has_failed = rng.random() < share, rng.random() < failing
+        if not is_made:
             continue
         row = row_of(plan, k, replicate)
         noise = np.random.default_rng(row["seed"])
-        if rng.random() < failing:
-            failed.append({"run": f"{row['setting']}-{replicate}", **row, "error": "ValueError: made up", "traceback": ""})
+        if has_failed:
+            name = f"{row['setting']}-{replicate}"
+            failed.append({"run": name, **row, "error": "ValueError: made up", "traceback": "made up"})
         else:
-            done.append({**row, "observed_fraction": value(plan.parameters(k), noise), "max_neighbours": int(noise.integers(9))})
-    tables = {"runs": table_of(done), "failed": table_of(failed)}
-    return StudyResults(cast(StudyFolder, Folder(name, tables)), study, tables["runs"], tables["failed"])
+            measured = {"observed_fraction": value(plan.parameters(k), noise), "max_neighbours": int(noise.integers(9))}
+            done.append(row | measured)
+    return {"runs": table_of(done), "failed": table_of(failed)}
 
 
 def row_of(plan: Plan, k: int, replicate: int) -> dict[str, Any]:
