@@ -150,7 +150,7 @@ def _make(jobs: Sequence[Job]) -> list[Any]:
 
     worlds = ReusedWorlds()
     worlds.expect((job.parameters, job.seed) for job in jobs if isinstance(job, Run))
-    with contextlib.closing(worlds), _announcing():
+    with contextlib.closing(worlds), announcing():
         return [_make_one(job, worlds) for job in jobs]
 
 
@@ -177,7 +177,7 @@ _announced = False
 
 
 @contextlib.contextmanager
-def _announcing() -> Iterator[None]:
+def announcing() -> Iterator[None]:
     """Emit one message when kernels are compiled, the first time in this process."""
     from teamsight.core.kernel import entry as kernel_entry
 

@@ -1,0 +1,156 @@
+"""Objects by reference: "package.module:Name" names a class, a function or another object of an importable module."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType, TracebackType
+from typing import Any
+
+from teamsight.core import checks
+
+_FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
+_LONGEST = 500
+
+
+def is_reference(text: object) -> bool:
+    """Return whether a text has the form of a reference: "package.module:Name"."""
+    return isinstance(text, str) and len(text) <= _LONGEST and _FORM.fullmatch(text) is not None
+
+
+def load(reference: str, what: str = "policy") -> object:
+    """Return the object that a reference names; its module is imported.
+
+    Parameters
+    ----------
+    reference : str
+        The module, and the object in it: "package.module:Name", or "package.module:Class.attribute".
+    what : str
+        The parameter that holds the reference, for error messages.
+
+    Raises
+    ------
+    TypeError
+        If `reference` is not a text.
+    ValueError
+        If it does not have that form, the module is not found or fails to import, or it has no such object.
+    """
+    given = f"{what}={checks.shown(reference)}"
+    if not isinstance(reference, str):
+        raise TypeError(f"{given}: must be a text such as 'package.module:Name'")
+    if not is_reference(reference):
+        raise ValueError(f"{given}: is no reference; write the module and the name in it, as in 'package.module:Name'")
+    home, _, names = reference.partition(":")
+    found: Any = _module(home, given)
+    owner = f"module {home!r}"
+    for name in names.split("."):
+        found = _attribute(found, name, owner, given)
+        owner = repr(name)
+    loaded: object = found
+    return loaded
+
+
+def _module(name: str, given: str) -> ModuleType:
+    """Import a module; `given` begins the message of errors."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
+            raise ValueError(
+                f"{given}: there is no module {error.name!r}; install it, put its file beside the study file, or add "
+                "its folder to PYTHONPATH"
+            ) from error
+        why, cure = failure(error), "install what it needs"
+        raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
+    except (Exception, SystemExit) as error:  # whatever the module of a user raises
+        why, cure = failure(error), "correct the module"
+        raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
+
+
+def _attribute(owner: Any, name: str, called: str, given: str) -> Any:
+    try:
+        return getattr(owner, name)
+    except AttributeError as error:
+        known = [other for other in dir(owner) if not other.startswith("_")]
+        hint = checks.suggestion(name, known) or (f"it has {', '.join(known[:8])}" if known else "it is empty")
+        raise ValueError(f"{given}: {called} has no {name!r}; {hint.strip()}") from error
+
+
+def failure(error: BaseException) -> str:
+    """Return an error of a user's code on one line: its kind, its message, and the file and line where it arose."""
+    text = " ".join(str(error).split())
+    if isinstance(error, SyntaxError):  # names file and line itself
+        return f"{type(error).__name__}: {text}"
+    place = _place(error.__traceback__)
+    return f"{type(error).__name__}{': ' if text else ''}{text}{f' ({place})' if place else ''}"
+
+
+def _place(traceback: TracebackType | None) -> str:
+    """Return "file, line 3" of the innermost frame that is not part of Python's import."""
+    place = ""
+    while traceback is not None:
+        file = traceback.tb_frame.f_code.co_filename
+        imports = file.startswith("<frozen") or os.path.basename(os.path.dirname(file)) == "importlib"
+        if file != __file__ and not imports:
+            place = f"{os.path.basename(file)}, line {traceback.tb_lineno}"
+        traceback = traceback.tb_next
+    return place
+
+
+def reference_to(obj: object, what: str = "policy") -> str:
+    """Return the reference of a class or a function; `load` gives the same object again, in any process.
+
+    Parameters
+    ----------
+    obj : object
+        A class or a function of an importable module.
+    what : str
+        The parameter that holds it, for error messages.
+
+    Raises
+    ------
+    TypeError
+        If `obj` is neither a class nor a function.
+    ValueError
+        If another process could not import it: it is a lambda, local to a function, part of the script that runs, or
+        its module has another object of its name.
+    """
+    given = f"{what}={checks.shown(obj)}"
+    home, name = getattr(obj, "__module__", None), getattr(obj, "__qualname__", None)
+    if not isinstance(home, str) or not isinstance(name, str) or not callable(obj):
+        raise TypeError(f"{given}: is neither a class nor a function; write it as 'package.module:Name'")
+    cure = "define it at the top level of a module of its own, which worker processes can import"
+    if "<lambda>" in name:
+        raise ValueError(f"{given}: is a lambda; {cure}")
+    if "<locals>" in name:
+        raise ValueError(f"{given}: is defined within a function; {cure}")
+    if home == "__main__":
+        raise ValueError(f"{given}: is defined in the script that runs; {cure}")
+    reference = f"{home}:{name}"
+    if load(reference, what) is not obj:
+        raise ValueError(f"{given}: {reference!r} is another object of the same name; {cure}")
+    return reference
+
+
+def search_in(folders: Iterable[str | Path]) -> None:
+    """Let `load` find the modules in these folders: they come first on ``sys.path``, in the order given.
+
+    Worker processes call it with the folder of the study file. Folders that are already on the path stay where they
+    are.
+    """
+    new = [text for text in dict.fromkeys(map(os.path.abspath, folders)) if text not in sys.path]
+    sys.path[:0] = new
+    # A module may have been written after Python listed its folder.
+    importlib.invalidate_caches()
+
+
+def source_file(reference: str) -> Path | None:
+    """Return the file of the module that a reference names; None for a module without one. Imports the module."""
+    home = reference.partition(":")[0]
+    # Modules written in C may have none.
+    file = getattr(_module(home, f"reference={reference!r}"), "__file__", None)
+    return None if file is None else Path(file)
