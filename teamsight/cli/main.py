@@ -20,6 +20,7 @@ from teamsight.cli import (
     reproduce,
     rerun,
     run,
+    submit,
     sweep,
     unreliable,
 )
@@ -78,6 +79,7 @@ add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
