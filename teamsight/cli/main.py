@@ -21,6 +21,7 @@ from teamsight.cli import (
     reproduce,
     rerun,
     run,
+    submit,
     sweep,
     unreliable,
 )
@@ -80,6 +81,7 @@ add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
