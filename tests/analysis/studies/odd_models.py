@@ -37,8 +37,8 @@ def raising(robots: int = 2, bad: int = 1, *, rng: int) -> World:
 
 
 def crashing(robots: int = 2, radius: float = 5.0, *, rng: int) -> World:
-    """End the process for 13 robots."""
-    if robots == 13:
+    """End the process for 9 robots."""
+    if robots == 9:
         os._exit(7)
     return CMOMMT(robots=robots, radius=radius, **SMALL, rng=rng)
 

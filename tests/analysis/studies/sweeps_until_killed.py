@@ -26,11 +26,11 @@ from teamsight.analysis.studies.sweep import sweep
 
 KINDS = ("runs", "failed", "steps", "trajectories")
 STUDY = Study(
-    fixed={"targets": 2, "policy": "a-cmommt"}, axes={"robots": [2, 0.5], "radius": [2.0, 3.0]}, replicates=3,
-    steps=6, record=Record(steps=True, trajectories=3), until=Until(0.3, limit=12),
+    model="odd_models:raising", path=Path(__file__).parent, axes={"robots": [2, 1], "bad": [1, 2]}, replicates=2,
+    steps=6, record=Record(steps=True, trajectories=3), until=Until(0.3, limit=5),
 )  # fmt: skip
 #: Runs of a shard, so that most calls are those that write.
-RUNS = 2
+RUNS = 3
 
 
 def in_a_process(work: Callable[[], object]) -> int:
@@ -99,7 +99,7 @@ def continue_and_check(what: str, place: Path, whole: dict[str, pd.DataFrame]) -
 def main(folder: Path, kills: int) -> None:
     sharding._MOST_RUNS = RUNS
     # Compiled kernels are loaded once, before the forks.
-    CMOMMT(**STUDY.plan().components(0), rng=1).run(1)
+    CMOMMT(robots=2, targets=2, policy="a-cmommt", rng=1).run(1)
     kept = folder / "whole.pickle"
 
     def sweep_whole() -> None:
