@@ -89,7 +89,7 @@ def _repeat(settings: VerifySettings, found: Verification) -> None:
 
     rest = f"teamsight sweep STUDY --out {settings.folder}"
     lost = runs_to_repeat(settings.folder, found)
-    if not lost.size or settings.no_rerun:
+    if settings.no_rerun or (lost is not None and not lost.size):
         say(f"to make the missing runs: {rest}")
         return
     with when_stopped(lambda: f"to make the missing runs: {rest}"), Watch() as watch:
@@ -98,6 +98,6 @@ def _repeat(settings: VerifySettings, found: Verification) -> None:
             mixed_code=settings.mixed_code, progress=lambda done, total, left: watch("runs", done, total),
             emit=watch.emit,
         )  # fmt: skip
-    say(f"{plural(made.made, 'run')} made again" + (f", of which {made.failed} failed" if made.failed else ""))
-    if lost.size < made.made or found.unnamed:
-        say(f"if more runs are missing: {rest}")
+    say(f"{plural(made.made, 'run')} made again")
+    if found.unnamed and lost is not None:
+        say(f"others may be missing; to make all that are: {rest}")
