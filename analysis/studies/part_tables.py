@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from teamsight.analysis.studies.recording import MadeRun
-    from teamsight.analysis.studies.shard import ShardRun
+    from teamsight.analysis.studies.shard_run import ShardRun
 
 #: What each column holds, by name.
 Types = Mapping[str, str]
