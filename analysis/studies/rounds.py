@@ -20,6 +20,7 @@ from teamsight.core import checks
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.progress import Heartbeat
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
@@ -59,6 +60,8 @@ class Rounds:
         Make failed runs again.
     stops : bool
         Stop after a run that fails.
+    only : RunSet, optional
+        Make only missing runs among these.
 
     Attributes
     ----------
@@ -71,12 +74,12 @@ class Rounds:
     def __init__(
         self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
         progress: Callable[[int, int, float | None], object], shard: tuple[int, int] | None, retry_failed: bool,
-        stops: bool,
+        stops: bool, only: RunSet | None = None,
     ) -> None:  # fmt: skip
         self.counts, self.errors = Counts(), list[tuple[str, str]]()
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
         self._heartbeat, self._progress, self._shard = heartbeat, progress, shard
-        self._retry_failed, self._stops = retry_failed, stops
+        self._retry_failed, self._stops, self._only = retry_failed, stops, only
         self._kinds: Kinds = {}
         self._rate: float | None = None
         self._in_flight: dict[int, Sized] = {}
@@ -89,7 +92,7 @@ class Rounds:
             self._report()
             if missing.size:
                 self._make(missing)
-            if self._study.until is None or (self._stops and self.errors):
+            if self._study.until is None or self._only is not None or (self._stops and self.errors):
                 return
             more = self._needed(needed, own)
             if np.array_equal(more, needed):
@@ -105,6 +108,8 @@ class Rounds:
         self.counts.failed = (
             0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
         )
+        if self._only is not None:
+            selected.keep(self._only)
         return selected, own
 
     def _make(self, missing: Selection) -> None:

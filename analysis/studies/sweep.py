@@ -19,6 +19,7 @@ from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.results import StudyResults
     from teamsight.analysis.studies.study import Study
 
@@ -66,6 +67,7 @@ def sweep(
     wait: bool = False,
     mixed_code: bool = False,
     retry_failed: bool = False,
+    only: RunSet | None = None,
     progress: Progress = lambda done, total, seconds_left: None,
     emit: Callable[[str], object] = lambda line: None,
 ) -> SweepSummary:
@@ -93,6 +95,8 @@ def sweep(
         Go on although runs in the folder were made by other code.
     retry_failed : bool
         Make failed runs again.
+    only : RunSet, optional
+        Make only those of the missing runs that are among these.
     progress, emit : callable
         Called with how far it is, and with messages.
 
@@ -126,7 +130,7 @@ def sweep(
         )
         rounds = Rounds(
             study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
-            retry_failed=retry_failed, stops=on_error == "stop",
+            retry_failed=retry_failed, stops=on_error == "stop", only=only,
         )  # fmt: skip
         rounds.run()
     counts = rounds.counts
