@@ -6,7 +6,6 @@ import io
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from teamsight import __version__
 from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
@@ -199,7 +198,7 @@ def _joined(kind: str, tables: list[pa.Table]) -> pa.Table:
 def _parquet(table: pa.Table) -> bytes:
     import pyarrow.parquet as pq
 
-    table = table.replace_schema_metadata({b"software": f"teamsight {__version__}".encode()})
+    table = table.replace_schema_metadata({b"software": b"teamsight"})
     target = io.BytesIO()
     pq.write_table(table, target, compression="zstd")
     return target.getvalue()

@@ -30,9 +30,9 @@ class SweepSettings(Settings):
     scheduler: str | None = values.text(
         "Address of a Dask scheduler, such as tcp://10.0.0.1:8786.", "a cluster on this machine", metavar="ADDRESS"
     )
-    tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.")
-    tls_cert: Path | None = values.file("Certificate for the Dask cluster.")
-    tls_key: Path | None = values.file("Private key of the certificate.")
+    tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.", shown="no TLS")
+    tls_cert: Path | None = values.file("Certificate for the Dask cluster.", shown="no TLS")
+    tls_key: Path | None = values.file("Private key of the certificate.", shown="no TLS")
     on_error: Literal["continue", "stop"] = values.choice(
         "continue", "What to do after a run that fails: {names}.", lambda: _ON_ERROR
     )
