@@ -170,7 +170,7 @@ def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
     }
     for field, column in zip(table.schema, table.columns, strict=True):
         if field.name in columns:
-            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the detail of the event another name")
+            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the event's detail another name")
         is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
         columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
     return pa.table(columns)
