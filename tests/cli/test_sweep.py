@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pyarrow as pa
@@ -116,7 +117,7 @@ def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFi
 def test_the_debugger_opens_where_the_run_fails(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    status, out, _ = sweep(capsys, "raising.toml", "--on-error", "stop")
+    out = sweep(capsys, "raising.toml", "--on-error", "stop")[1]
     run = out[0].split()[1]
     seen: list[str] = []
 
@@ -197,7 +198,7 @@ def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
     try:
         while not list((folder / "out" / "runs").glob("*.parquet")):
             assert process.poll() is None
-            os.sched_yield()
+            time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=120)
     finally:
