@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
-
 from made_up_results import filled, results, row_of
+
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Study
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from made_up_results import results
+
 from teamsight.analysis.studies.study import Study
 
 xarray = pytest.importorskip("xarray")

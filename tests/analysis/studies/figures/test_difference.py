@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from made_up_results import results
+
 from teamsight.analysis.studies.figures.difference import pair
 from teamsight.analysis.studies.study import Study
 
