@@ -62,7 +62,6 @@ RULES = (
         name("tells?", "told", "telling", "Tells?", "Told"), "emit, message, or say it directly",
         allowed=r"(?i)\b(?:tells?|telling|told)(?: \w+){0,3} apart|(?:file|strategy)\.tell\(",
     ),
-    Rule(name("study", "studies", "Study"), "experiment"),
     Rule(name("unfinished", "Unfinished"), "checkpoint"),
     Rule(r"\bLectures?\b|\blectures?\b|_lectures?\b", "curve job"),
     Rule(r"\bLessons?\b|\blessons?\b|_lessons?\b", "objective"),

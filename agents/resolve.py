@@ -80,7 +80,9 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
     """
     given = checked_options(options, name)
     if isinstance(value, str):
-        return registry.policy_of(value, given, name)
+        made = registry.policy_of(value, given, name)
+        # The policy of a plug-in is checked like an object of the user.
+        return made if POLICIES.is_built_in(value) else policy_of(made, None, f"{name}={value!r}: its policy")
     if given:
         raise ValueError(
             f"{name}_options={checks.shown(given)}: applies to a policy given by name, and "

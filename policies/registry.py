@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from teamsight.core import checks
 from teamsight.core.registry import Registry
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from teamsight.policies.interface import Policy
 
 #: Classes, or functions that make a policy, by name. Their parameters are the policy's options.
-POLICIES: Mapping[str, Callable[..., Policy]] = Registry(
+POLICIES: Registry[Callable[..., Policy]] = Registry(
     {
         "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
@@ -24,7 +24,8 @@ POLICIES: Mapping[str, Callable[..., Policy]] = Registry(
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
         "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
         "stationary": "teamsight.policies.handmade.stationary:Stationary",
-    }
+    },
+    group="teamsight.policies",
 )
 
 # Policies are immutable, so all worlds share those without options.
@@ -37,7 +38,7 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     Parameters
     ----------
     name : str
-        A key of `POLICIES`.
+        A key of `POLICIES`, or the name of a plug-in.
     options : mapping of str to object, optional
         Values for the parameters of its class.
     parameter : str
@@ -51,7 +52,7 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     checks.choice(parameter, name, POLICIES)
     if not options:
         if name not in _MADE:
-            _MADE[name] = POLICIES[name]()
+            _MADE[name] = _made(name, parameter)
         return _MADE[name]
     known = options_of(name)
     for option in options:
@@ -62,10 +63,30 @@ def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: st
     return POLICIES[name](**options)
 
 
+def _made(name: str, parameter: str) -> Policy:
+    """Return the policy of a name with its defaults; a plug-in may be a policy that is made already."""
+    found = POLICIES[name]
+    if POLICIES.is_built_in(name):
+        return found()
+    if not _makes(found):
+        return cast("Policy", found)
+    try:
+        return found()
+    except Exception as error:  # whatever the code of a user raises
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"{parameter}={name!r}: this plug-in cannot be made without options: {why}") from error
+
+
+def _makes(found: object) -> bool:
+    """Return whether an entry of the registry makes a policy, rather than being one."""
+    return inspect.isclass(found) or inspect.isfunction(found)
+
+
 @cache
 def options_of(name: str) -> tuple[str, ...]:
     """Return the options of a policy: the parameters of its class."""
-    return tuple(inspect.signature(POLICIES[name]).parameters)
+    found = POLICIES[name]
+    return tuple(inspect.signature(found).parameters) if _makes(found) else ()
 
 
 def label(policy: Any) -> str:

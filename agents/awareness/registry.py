@@ -12,13 +12,14 @@ if TYPE_CHECKING:
     from teamsight.agents.awareness.interface import Awareness
 
 #: The degrees of awareness by name, in the order of figures and tables.
-AWARENESS: Mapping[str, type[Awareness]] = Registry(
+AWARENESS: Registry[type[Awareness]] = Registry(
     {
         "none": "teamsight.agents.awareness.none:NoAwareness",
         "ring": "teamsight.agents.awareness.ring:RingAwareness",
         "pairwise": "teamsight.agents.awareness.pairwise:PairwiseAwareness",
         "shared": "teamsight.agents.awareness.shared:SharedAwareness",
-    }
+    },
+    group="teamsight.awareness",
 )
 
 
@@ -28,7 +29,7 @@ def awareness_named(name: str, options: Mapping[str, Any] | None = None) -> Awar
     Parameters
     ----------
     name : str
-        A key of `AWARENESS`.
+        A key of `AWARENESS`, or the name of a plug-in.
     options : mapping of str to object, optional
         Options of degrees; those that this degree does not have, and those that are None, are ignored.
 
@@ -37,9 +38,29 @@ def awareness_named(name: str, options: Mapping[str, Any] | None = None) -> Awar
     TypeError, ValueError
         If the name is unknown, or an option has a wrong value.
     """
-    degree = AWARENESS[checks.choice("awareness", name, AWARENESS)]
+    degree = degree_named(name)
     given = {option: value for option, value in (options or {}).items() if value is not None}
     return degree(**{option: given[option] for option in degree.options() if option in given})
+
+
+def degree_named(name: str) -> type[Awareness]:
+    """Return the class of the degree of awareness of a name.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown, or that of a plug-in that does not load.
+    TypeError
+        If the plug-in of this name is no degree of awareness.
+    """
+    degree = AWARENESS[checks.choice("awareness", name, AWARENESS)]
+    if not AWARENESS.is_built_in(name):
+        from teamsight.agents.awareness.interface import Awareness
+
+        if not (isinstance(degree, type) and issubclass(degree, Awareness)):
+            base = f"{Awareness.__module__.rpartition('.')[0]}.{Awareness.__name__}"
+            raise TypeError(f"awareness={name!r}: this plug-in is no class derived from {base}")
+    return degree
 
 
 def with_option(option: str) -> tuple[str, ...]:

@@ -23,11 +23,12 @@ LEARNERS: Mapping[str, type[Learner]] = Registry(
     }
 )
 #: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.
-REWARDS: Mapping[str, Reward] = Registry(
+REWARDS: Registry[Reward] = Registry(
     {
         "own": "teamsight.policies.rewards:own_reward",
         "team": "teamsight.policies.rewards:team_reward",
         "alone": "teamsight.policies.rewards:alone_reward",
         "keep": "teamsight.policies.rewards:keep_reward",
-    }
+    },
+    group="teamsight.rewards",
 )

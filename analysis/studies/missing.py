@@ -38,7 +38,7 @@ class Selection:
         self._position = np.empty(plan.settings, np.int64)
         self._position[plan.order] = np.arange(plan.settings)
         most = int(needed.max(initial=0))
-        self._is_selected = np.arange(most) < needed[plan.order][:, None]
+        self._is_selected: NDArray[np.bool_] = np.less.outer(np.arange(most), needed[plan.order]).T.copy()
         if shard is not None:
             self._keep(*shard, by_setting=by_setting)
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.definition.components import Components
-from teamsight.core import checks, plugins, references
+from teamsight.analysis.studies.definition.model import model_of
+from teamsight.core import checks, references
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -40,29 +41,22 @@ class Resolved:
         return self._components.resolved(given)
 
 
-def model_of(name: str) -> Callable[..., Any]:
-    """Return the model of a name: ``"cmommt"``, a reference, or the name of a plug-in."""
-    if name == "cmommt":
-        from teamsight.agents.cmommt import CMOMMT
-
-        return CMOMMT
-    return _found("model", name, "teamsight.models")
-
-
 def measure_of(name: str) -> Callable[..., Any]:
     """Return the measure of a name: ``"summary"``, a reference, or the name of a plug-in."""
     if name == "summary":
         from teamsight.analysis.runs.run_many import summary
 
         return summary
-    return _found("measure", name, "teamsight.measures")
-
-
-def _found(what: str, name: str, group: str) -> Callable[..., Any]:
-    found = references.load(name, what) if references.is_reference(name) else plugins.find(group, name, what)
+    found = references.load(name, "measure") if references.is_reference(name) else _plug_in(name)
     if not callable(found):
-        raise ValueError(f"{what}={checks.shown(name)}: names a {type(found).__name__}; give a function or a class")
+        raise TypeError(f"measure={checks.shown(name)}: is not a function; give measure(world, steps)")
     return found
+
+
+def _plug_in(name: str) -> object:
+    from teamsight.core import plugins
+
+    return plugins.find("teamsight.measures", name)
 
 
 def modules_of(value: object) -> set[str]:

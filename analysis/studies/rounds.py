@@ -15,6 +15,7 @@ from teamsight.analysis.studies.part_tables import Kinds, merged
 from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
 from teamsight.analysis.studies.sharding import Sharding, Sized
 from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor, Outcome
@@ -84,25 +85,27 @@ class Rounds:
         """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
         needed = np.full(self._plan.settings, self._study.replicates, np.int64)
         while True:
-            missing = self._missing(needed)
+            missing, own = self._missing(needed)
             self._report()
             if missing.size:
                 self._make(missing)
             if self._study.until is None or (self._stops and self.errors):
                 return
-            more = self._needed(needed)
+            more = self._needed(needed, own)
             if np.array_equal(more, needed):
                 return
             needed = more
 
-    def _missing(self, needed: NDArray[np.int64]) -> Selection:
-        """Return the runs that are neither done nor failed; count the others."""
+    def _missing(self, needed: NDArray[np.int64]) -> tuple[Selection, NDArray[np.bool_]]:
+        """Return the runs that are neither done nor failed, and which settings are in the shard; count the others."""
         selected = Selection(self._plan, needed, self._shard, by_setting=self._study.until is not None)
-        self.counts.planned = selected.size
+        self.counts.planned, own = selected.size, selected.settings
         self.counts.done = selected.remove(self._folder.done())
         # In later rounds, failed runs have been made again.
-        self.counts.failed = 0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
-        return selected
+        self.counts.failed = (
+            0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
+        )
+        return selected, own
 
     def _make(self, missing: Selection) -> None:
         if self._engine.size > 1 and self._rate is None:
@@ -159,9 +162,37 @@ class Rounds:
         self._heartbeat.update(counts.done, counts.planned, failed=counts.failed, running=running, made=counts.made)
         self._progress(counts.done + counts.failed, counts.planned, self._heartbeat.seconds_left)
 
-    def _needed(self, needed: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return how many replicates each setting needs by what was measured so far."""
-        raise NotImplementedError
+    def _needed(self, needed: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return how many replicates each setting needs by what was measured so far; other shards see to theirs."""
+        from teamsight.analysis.studies.adaptive import all_needed
+
+        until = self._study.until
+        assert until is not None
+        setting, replicate, value = self._measured(until.measure)
+        found = all_needed(until, self._study.replicates, setting, replicate, value, self._plan.settings)
+        return np.where(own, np.maximum(found, needed), needed)
+
+    def _measured(self, measure: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
+        table = self._folder.read("runs")
+        if table.num_rows and measure not in table.column_names:
+            hint = checks.suggestion(measure, table.column_names)
+            raise ValueError(
+                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of "
+                f"{', '.join(table.column_names)}"
+            )
+        failed = self._folder.failed()
+        columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]
+        if table.num_rows:
+            names = table.column("setting").combine_chunks().dictionary_encode()
+            ids = np.array([int(name, 16) for name in names.dictionary.to_pylist()], np.uint64)
+            columns[0].append(ids[names.indices.to_numpy()])
+            columns[1].append(table.column("replicate").to_numpy())
+            columns[2].append(table.column(measure).to_numpy().astype(np.float64))
+        ids, replicates, values = (np.concatenate(parts) for parts in columns)
+        setting = self._plan.index_of(ids)
+        planned = setting >= 0
+        return setting[planned], replicates[planned], values[planned]
 
 
 def _death(value: object) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -57,16 +58,14 @@ class Sharding:
         Cost per second of one worker as it was measured last.
     """
 
-    def __init__(
-        self, plan: Plan, common: Common, missing: Selection, workers: int, rate: float | None = None
-    ) -> None:
+    def __init__(self, plan: Plan, common: Common, missing: Selection, workers: int, rate: float | None = None) -> None:
         self.rate = rate
         self._plan, self._common, self._workers = plan, common, workers
         self._left = missing.size
         self._runs = iter(missing)
         self._again: deque[Sized] = deque()
         # Of one setting after the other, since neighbouring runs often share it.
-        self._setting, self._id, self._parameters, self._cost = -1, "", dict[str, object](), 0.0
+        self._setting, self._id, self._parameters, self._cost = -1, "", dict[str, object](), 1.0
 
     def __iter__(self) -> Iterator[Sized]:
         while not self.is_empty:
@@ -108,7 +107,10 @@ class Sharding:
     def _turn_to(self, setting: int) -> None:
         plan = self._plan
         self._setting, self._id = setting, f"{int(plan.ids[setting]):016x}"
-        self._parameters, self._cost = plan.parameters(setting), plan.cost(setting)
+        self._parameters = plan.parameters(setting)
+        # A component that cannot be made is an error of the run, not of the sweep.
+        with contextlib.suppress(Exception):
+            self._cost = plan.cost(setting)
 
     def _room(self) -> float:
         """Return the cost of the next shard, which begins with a run of the present setting."""

@@ -51,7 +51,7 @@ def check_worlds(
     ValueError
         If there are too many, or the radius is outside its limits.
     """
-    from teamsight.agents.awareness.registry import AWARENESS
+    from teamsight.agents.awareness.registry import degree_named
 
     made = float(robots + targets) * steps * runs
     if made > _MOST_AGENT_STEPS:
@@ -64,7 +64,7 @@ def check_worlds(
         )
     neighbours = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
     sensed = targets * min(1.0, 1 / radius**2)
-    relayed = any("relayed" in AWARENESS[degree].delivers for degree in degrees)
+    relayed = any("relayed" in degree_named(degree).delivers for degree in degrees)
     made = neighbours * (1.0 + sensed if relayed else 1.0) + robots * sensed
     if made > _MOST_NEIGHBOURS:
         raise ValueError(

@@ -149,7 +149,7 @@ class Group(click.Group):
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
 
-def add_command(group: click.Group, work: Callable[[S], None], settings: type[S]) -> None:
+def add_command(group: click.Group, work: Callable[[S], int | None], settings: type[S]) -> None:
     """Add a command to a group.
 
     Parameters
@@ -157,7 +157,8 @@ def add_command(group: click.Group, work: Callable[[S], None], settings: type[S]
     group : click.Group
         The group.
     work : callable
-        What the command does; its name is the command's name, and its docstring the help.
+        What the command does; its name is the command's name, and its docstring the help. It returns the exit status,
+        or None for 0.
     settings : type
         The command's options.
     """

@@ -118,8 +118,10 @@ def choice(
 ) -> Any:
     """Declare one of some names; ``{names}`` in the help does not list `more`."""
     return Option(
-        lambda name, text: checks.choice(name, text, (*names(), *more)), default, help, "NAME", shown, names=names
-    )
+        # A registry itself also knows the names of plug-ins.
+        lambda name, text: checks.choice(name, text, (*names(), *more) if more else names()),
+        default, help, "NAME", shown, names=names,
+    )  # fmt: skip
 
 
 def choices(default: tuple[str, ...], help: str, names: Callable[[], Iterable[str]], called: str) -> Any:

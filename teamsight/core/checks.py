@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from numbers import Integral, Real
 from typing import Any
@@ -189,7 +189,7 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     value : Any
         The value.
     allowed : iterable of str
-        The allowed values.
+        The allowed values; of a registry also the names of plug-ins.
 
     Raises
     ------
@@ -197,9 +197,10 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
         If `value` is not among `allowed`.
     """
     names = tuple(allowed)
-    if isinstance(value, str) and value in names:
+    if isinstance(value, str) and (value in names or (isinstance(allowed, Mapping) and value in allowed)):
         return str(value)
-    names = tuple(sorted(names))
+    plug_ins = getattr(allowed, "plug_ins", tuple)
+    names = tuple(sorted({*names, *plug_ins()}))
     raise ValueError(f"{name}={shown(value)}: unknown; {suggestion(value, names)}known are {', '.join(names)}")
 
 

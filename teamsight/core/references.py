@@ -64,9 +64,11 @@ def _module(name: str, given: str) -> ModuleType:
                 f"{given}: there is no module {error.name!r}; install it, put its file beside the study file, or add "
                 "its folder to PYTHONPATH"
             ) from error
-        raise ValueError(f"{given}: module {name!r} fails to import: {failure(error)}; install what it needs") from error
+        why, cure = failure(error), "install what it needs"
+        raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
     except (Exception, SystemExit) as error:  # whatever the module of a user raises
-        raise ValueError(f"{given}: module {name!r} fails to import: {failure(error)}; correct the module") from error
+        why, cure = failure(error), "correct the module"
+        raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
 
 
 def _attribute(owner: Any, name: str, called: str, given: str) -> Any:
@@ -92,7 +94,8 @@ def _place(traceback: TracebackType | None) -> str:
     place = ""
     while traceback is not None:
         file = traceback.tb_frame.f_code.co_filename
-        if file != __file__ and not file.startswith("<frozen") and os.path.basename(os.path.dirname(file)) != "importlib":
+        imports = file.startswith("<frozen") or os.path.basename(os.path.dirname(file)) == "importlib"
+        if file != __file__ and not imports:
             place = f"{os.path.basename(file)}, line {traceback.tb_lineno}"
         traceback = traceback.tb_next
     return place
@@ -148,5 +151,6 @@ def search_in(folders: Iterable[str | Path]) -> None:
 def source_file(reference: str) -> Path | None:
     """Return the file of the module that a reference names; None for a module without one. Imports the module."""
     home = reference.partition(":")[0]
-    file = _module(home, f"reference={reference!r}").__file__
+    # Modules written in C may have none.
+    file = getattr(_module(home, f"reference={reference!r}"), "__file__", None)
     return None if file is None else Path(file)

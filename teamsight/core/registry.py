@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pkgutil import resolve_name
-from typing import TypeVar
+from typing import TypeVar, cast
 
 T = TypeVar("T")
 
@@ -16,13 +16,27 @@ class Registry(Mapping[str, T]):
     ----------
     homes : mapping of str to str
         For each name, the module and the class or function in it: "module:attribute".
+    group : str, optional
+        The entry points under which other distributions add plug-ins; see `teamsight.core.plugins`.
+
+    Notes
+    -----
+    Plug-ins are found by name and listed by `plug_ins`, but not by iteration: what is installed is looked up only for a
+    name that is not in `homes`. A plug-in cannot replace what is.
     """
 
-    def __init__(self, homes: Mapping[str, str]) -> None:
+    def __init__(self, homes: Mapping[str, str], group: str | None = None) -> None:
         self._homes = homes
+        self._group = group
 
     def __getitem__(self, name: str) -> T:
-        found: T = resolve_name(self._homes[name])
+        found: T
+        if name in self._homes or not self._is_plug_in(name):
+            found = resolve_name(self._homes[name])
+        else:
+            from teamsight.core import plugins
+
+            found = cast(T, plugins.find(str(self._group), name))  # users of the registry check what it is
         return found
 
     def __iter__(self) -> Iterator[str]:
@@ -32,4 +46,23 @@ class Registry(Mapping[str, T]):
         return len(self._homes)
 
     def __contains__(self, name: object) -> bool:
+        return name in self._homes or (isinstance(name, str) and self._is_plug_in(name))
+
+    def is_built_in(self, name: str) -> bool:
+        """Return whether a name is one of this package, not that of a plug-in."""
         return name in self._homes
+
+    def _is_plug_in(self, name: str) -> bool:
+        if self._group is None:
+            return False
+        from teamsight.core import plugins
+
+        return plugins.has(self._group, name)
+
+    def plug_ins(self) -> tuple[str, ...]:
+        """Return the names of the plug-ins that are installed, in alphabetical order."""
+        if self._group is None:
+            return ()
+        from teamsight.core import plugins
+
+        return plugins.names(self._group)
