@@ -113,7 +113,7 @@ class StudyResults:
     @cached_property
     def settings(self) -> pd.DataFrame:
         """One row for each setting, with or without runs, in the order of the plan: its axes; the index is its id."""
-        return rows.settings_of(self.plan)
+        return rows.settings_of(self.plan, rows.real_columns(self._made.table))
 
     @property
     def setting_numbers(self) -> NDArray[np.int64]:
@@ -175,7 +175,7 @@ class StudyResults:
         Each axis is a dimension. Axes that advance together share one, named after the first; points and samples have
         the dimension "setting". A measure named m has the variables m (the mean), m_low and m_high (the ends of the
         95 % interval), m_maximum and m_n (the number of runs); without runs they are NaN. "failed" is the number of
-        failed runs. Attributes name the study and say what is missing.
+        failed runs. Attributes name the study and what is missing.
         """
         from teamsight.analysis.studies.to_xarray import to_xarray
 

@@ -66,8 +66,8 @@ def _dimensions(results: StudyResults) -> tuple[dict[str, int], dict[str, Any]]:
             name = SETTING if len(listed) == 1 else block.where
         dimensions[name] = block.size
         for axis in block.columns:
-            values = pd.Series(rows.scalars(results.plan.values(axis))).to_numpy()
-            coordinates[axis] = (name, values)
+            values = pd.Series(rows.scalars(results.plan.values(axis)), dtype=results.settings[axis].dtype)
+            coordinates[axis] = (name, values.to_numpy())
     return dimensions, coordinates
 
 
