@@ -6,10 +6,10 @@ import io
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from teamsight import __version__
 from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
+from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
