@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.missing import Selection
-from teamsight.analysis.studies.part_tables import Kinds, merged
+from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, merged
 from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
 from teamsight.analysis.studies.sharding import Sharding, Sized
 from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
@@ -175,18 +175,18 @@ class Rounds:
     def _measured(self, measure: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
         """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
         table = self._folder.read("runs")
-        if table.num_rows and measure not in table.column_names:
-            hint = checks.suggestion(measure, table.column_names)
+        names = [name for name in table.column_names if name not in OWN_COLUMNS.union(self._common.types)]
+        if table.num_rows and measure not in names:
+            hint = checks.suggestion(measure, names)
             raise ValueError(
-                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of "
-                f"{', '.join(table.column_names)}"
+                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of {', '.join(names)}"
             )
         failed = self._folder.failed()
         columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]
         if table.num_rows:
-            names = table.column("setting").combine_chunks().dictionary_encode()
-            ids = np.array([int(name, 16) for name in names.dictionary.to_pylist()], np.uint64)
-            columns[0].append(ids[names.indices.to_numpy()])
+            settings = table.column("setting").combine_chunks().dictionary_encode()
+            found = np.array([int(name, 16) for name in settings.dictionary.to_pylist()], np.uint64)
+            columns[0].append(found[settings.indices.to_numpy()])
             columns[1].append(table.column("replicate").to_numpy())
             columns[2].append(table.column(measure).to_numpy().astype(np.float64))
         ids, replicates, values = (np.concatenate(parts) for parts in columns)

@@ -16,6 +16,7 @@ from teamsight.cli import (
     learn_evaluate,
     learn_explore,
     learn_figure,
+    plot,
     plugins,
     reproduce,
     rerun,
@@ -76,6 +77,7 @@ commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
+add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
