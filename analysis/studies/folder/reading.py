@@ -13,14 +13,16 @@ from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.layout import DONE
 from teamsight.analysis.studies.folder.parts import DamagedError, Part
 from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet, joined, runs_in
+from teamsight.core.checks import shown
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 
 def read_parts(
-    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None
-) -> pa.Table:
+    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None, *,
+    skip_damaged: bool = False,
+) -> pa.Table:  # fmt: skip
     """Return the rows of all parts of a kind.
 
     A run that several parts have, as those of two machines, is taken from the part whose name comes first.
@@ -35,6 +37,8 @@ def read_parts(
         Names of columns, in the order wanted; all by default.
     without : RunSet, optional
         Runs to leave out.
+    skip_damaged : bool
+        Leave damaged parts out, in place of raising.
 
     Raises
     ------
@@ -53,12 +57,22 @@ def read_parts(
         except FileNotFoundError:
             # It was set aside meanwhile, and its runs are missing now.
             continue
+        except DamagedError:
+            if skip_damaged:
+                continue
+            raise
         tables.append(table)
     if not tables:
         return pa.table({})
     kept = _kept(keys, without)
     tables = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
-    whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+    try:
+        whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+    except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
+        raise ValueError(
+            f"{folder / kind}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of "
+            "the others, or read the parts one by one"
+        ) from error
     return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
 
 

@@ -17,7 +17,7 @@ from teamsight.analysis.studies.folder.layout import ARRAY, DONE, KINDS, MANIFES
 from teamsight.analysis.studies.folder.lock import locked
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest
 from teamsight.analysis.studies.folder.parts import Damaged
-from teamsight.analysis.studies.folder.preparation import make_folder, prepared
+from teamsight.analysis.studies.folder.preparation import make_own_folder, prepared
 from teamsight.analysis.studies.folder.progress import Heartbeat, Progress, read_progress
 from teamsight.analysis.studies.folder.reading import read_parts
 from teamsight.analysis.studies.folder.run_set import RunSet
@@ -150,7 +150,7 @@ class StudyFolder:
         """
         if shard is not None:
             checks.count("shard", shard[0], most=checks.count("shard", shard[1]), cure="give i/n with i from 1 to n")
-        make_folder(self.path)
+        make_own_folder(self.path)
         with locked(self.path, shard, wait, waiting):
             yield
 
@@ -219,7 +219,7 @@ class StudyFolder:
         """Return the runs that have failed, except those that were made later."""
         return self._indexes["failed"].update()[0].without(self.done())
 
-    def read(self, kind: str, columns: Iterable[str] | None = None) -> pa.Table:
+    def read(self, kind: str, columns: Iterable[str] | None = None, *, skip_damaged: bool = False) -> pa.Table:
         """Return the rows of a kind, each run once; without columns if there are no parts.
 
         Parameters
@@ -228,6 +228,8 @@ class StudyFolder:
             Which parts. Rows of "failed" whose run was made later, and rows of shards that are not done, are left out.
         columns : iterable of str, optional
             Names of columns; all by default.
+        skip_damaged : bool
+            Leave damaged parts out, in place of raising.
 
         Raises
         ------
@@ -236,12 +238,12 @@ class StudyFolder:
         """
         checks.choice("kind", kind, KINDS)
         without = self.done() if kind == "failed" else None
-        return read_parts(self.path, kind, columns, without)
+        return read_parts(self.path, kind, columns, without, skip_damaged=skip_damaged)
 
     @contextlib.contextmanager
     def _exclusively(self, name: str) -> Iterator[None]:
         """Hold a lock for a moment, after waiting for it."""
-        make_folder(self.path)
+        make_own_folder(self.path)
         with opened(self.path / name) as lock:
             while not lock.take():
                 time.sleep(0.02)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,9 +18,11 @@ from teamsight.analysis.runs.workers import JobError
 from teamsight.analysis.studies import same_code, sharding
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.missing import Selection
-from teamsight.analysis.studies.study import Record, Study, Until
+from teamsight.analysis.studies.study import Record, Study
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import FIXED, GRID, Engine, odd, parts, rows, same_rows, small
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(autouse=True)
@@ -245,35 +249,34 @@ def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_tak
     assert sum(sizes) == 100
 
 
-@pytest.mark.parametrize("shard", [None, (1, 2)])
-def test_adaptive_studies_are_the_same_however_they_are_made(
-    shard: tuple[int, int] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    study = small(replicates=4, until=Until(0.2, limit=60), steps=10)
-    sweep(study, tmp_path / "whole")
-    counts = rows(tmp_path / "whole").groupby("setting").size()
-    assert counts.min() >= 4
-    assert 4 < counts.max() <= 60
-    tiny_shards(monkeypatch, 3)
-    if shard:
-        for part in (1, 2, 1):
-            sweep(study, tmp_path / "out", shard=(part, 2))
-    else:
-        with pytest.raises(KeyboardInterrupt):
-            sweep(study, tmp_path / "out", progress=_interrupting_at(20))
-        sweep(study, tmp_path / "out", executor=Engine())
-    same_rows(tmp_path / "out", tmp_path / "whole")
-    assert sweep(study, tmp_path / "out").made == 0
+@pytest.mark.short
+def test_a_study_runs_itself_and_returns_its_results(tmp_path: Path) -> None:
+    found = small().run(tmp_path / "out")
+    assert found.is_complete
+    assert len(found.frame) == 12
+    assert '"engine": "in-process", "workers": 1' in (tmp_path / "out" / "sweeps.jsonl").read_text()
 
 
-def _interrupting_at(number: int) -> Any:
-    def interrupt(done: int, total: int, seconds_left: float | None) -> None:
-        if done >= number:
-            raise KeyboardInterrupt
+@pytest.mark.short
+def test_a_changed_module_of_a_study_is_refused(tmp_path: Path) -> None:
+    """In another process, since this one has the module that it has imported."""
+    program = (
+        "import sys; from pathlib import Path; from teamsight.analysis.studies.study import Study, Record\n"
+        "from teamsight.analysis.studies.sweep import sweep\n"
+        "study = Study(record=Record('parts_of_a_study:measure'), path=Path('.'), steps=2, replicates=int(sys.argv[1]))\n"
+        "print(sweep(study, 'out').made)\n"
+    )
+    module = tmp_path / "parts_of_a_study.py"
+    module.write_text("def measure(world, steps):\n    return {'x': world.seed_used % 7}\n")
 
-    return interrupt
+    def made(replicates: int) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", program, str(replicates)], cwd=tmp_path, capture_output=True, text=True, check=False,
+            env=dict(os.environ, PYTHONPATH=str(ROOT)), timeout=120,
+        )  # fmt: skip
 
-
-def test_an_adaptive_study_of_what_is_not_measured(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="until.measure='observed': is not measured; did you mean 'observed_fraction'"):
-        sweep(small(until=Until(0.2, "observed")), tmp_path / "out")
+    assert made(1).stdout == "1\n"
+    module.write_text(module.read_text().replace("% 7", "% 8"))
+    found = made(2)
+    assert found.returncode == 1
+    assert "parts_of_a_study" in found.stderr.splitlines()[-1]
