@@ -128,8 +128,8 @@ def sweep(
             folder.recorded(engine=_name(engine), workers=engine.size, code=common.code, shard=shard)
         )
         rounds = Rounds(
-            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
-            retry_failed=retry_failed, stops=on_error == "stop", only=only,
+            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, emit=emit,
+            shard=shard, retry_failed=retry_failed, stops=on_error == "stop", only=only,
         )  # fmt: skip
         rounds.run()
     counts = rounds.counts

@@ -127,9 +127,11 @@ def test_changed_code_is_refused_unless_mixing_is_allowed(tmp_path: Path, monkey
 
 
 def test_a_worker_with_other_code_ends_the_sweep_and_no_run_fails(tmp_path: Path) -> None:
-    message = "worker: has version 1 of teamsight's code, the sweep has 2; install the same version"
-    with pytest.raises(JobError, match=message):
-        sweep(small(), tmp_path / "out", executor=Engine(error=message))
+    """The first shard reaches a worker that wants another version."""
+    message = rf"worker: has version {checkpoint.code_digest()} of teamsight's code, the sweep has 0123; install the same"
+    for size in (1, 2):  # with two workers, what compiles notices it first
+        with pytest.raises(JobError, match=message):
+            sweep(small(), tmp_path / "out", executor=Engine(code="0123", size=size))
     folder = StudyFolder(tmp_path / "out")
     assert (folder.done().size, folder.failed().size) == (0, 0)
     assert sweep(small(), tmp_path / "out").made == 12
