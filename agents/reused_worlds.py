@@ -74,8 +74,8 @@ class ReusedWorlds:
 
     def close(self) -> None:
         """Close the present world. Idempotent."""
-        # A model may have returned something else, which the caller refuses.
-        if isinstance(self._world, World):
+        # A model may have returned what is no world, which the caller refuses.
+        if hasattr(self._world, "close"):
             self._world.close()
         self._world = self._built = None
 

@@ -166,6 +166,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
         The type of each parameter's column.
     """
     from teamsight.analysis.runs.checkpoint import code_digest
+
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()))
