@@ -75,7 +75,7 @@ class ReusedWorlds:
     def close(self) -> None:
         """Close the present world. Idempotent."""
         # A model may have returned what is no world, which the caller refuses.
-        if hasattr(self._world, "close"):
+        if self._world is not None and hasattr(self._world, "close"):
             self._world.close()
         self._world = self._built = None
 

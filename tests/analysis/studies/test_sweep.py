@@ -14,8 +14,8 @@ import pytest
 
 from teamsight import run_many
 from teamsight.analysis.runs import checkpoint
-from teamsight.analysis.runs.workers import JobError
-from teamsight.analysis.studies import same_code, sharding
+from teamsight.analysis.runs.workers import JobError, cores
+from teamsight.analysis.studies import lazy_pool, same_code, sharding
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study
@@ -233,6 +233,15 @@ def test_bad_arguments(tmp_path: Path) -> None:
         assert not parts(tmp_path)
     with pytest.raises(TypeError, match="takes no rng"):
         sweep(odd("without_seed"), tmp_path / "without")
+
+
+@pytest.mark.short
+def test_a_short_study_is_made_in_one_process_unless_workers_are_given(tmp_path: Path) -> None:
+    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 3)) == 1
+    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 10**6)) == cores()
+    assert lazy_pool.workers_for(sharding.expected_seconds(odd("Own").plan(), 1)) == cores()
+    sweep(small(), tmp_path / "out", workers=None)
+    assert '"engine": "in-process"' in (tmp_path / "out" / "sweeps.jsonl").read_text()
 
 
 def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_take_about_a_second() -> None:
