@@ -28,7 +28,7 @@ _MOST_RUNS = 5_000
 _PIECES = 8
 # Share of the last shard in the rate.
 _WEIGHT = 0.5
-# Settings whose cost is looked at to tell how long a study takes.
+# Settings whose cost is looked at, to estimate how long a study takes.
 _MOST_EXAMINED = 100
 
 
