@@ -10,7 +10,8 @@ import subprocess
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from pkgutil import resolve_name
+
+from teamsight.core import version
 
 # The folder of teamsight's code: of the repository, or of the installed package.
 _CODE = Path(__file__).resolve().parents[3]
@@ -22,8 +23,7 @@ _PATIENCE = 10.0
 @cache
 def versions() -> dict[str, str]:
     """Return the versions of Python, teamsight and the packages that decide results."""
-    # By name: the package imports what users need of this one.
-    found = {"python": platform.python_version(), "teamsight": resolve_name("teamsight:__version__")}
+    found = {"python": platform.python_version(), "teamsight": version.__version__}
     for name in _PACKAGES:
         with contextlib.suppress(metadata.PackageNotFoundError):
             found[name] = metadata.version(name)

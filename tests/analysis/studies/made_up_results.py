@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
@@ -41,7 +42,13 @@ def noisy(parameters: Mapping[str, Any], rng: np.random.Generator) -> float:
 
 
 def results(
-    study: Study, value: Value = noisy, *, share: float = 1.0, failing: float = 0.0, name: str = "made-up", seed: int = 1
+    study: Study,
+    value: Value = noisy,
+    *,
+    share: float = 1.0,
+    failing: float = 0.0,
+    name: str = "made-up",
+    seed: int = 1,
 ) -> StudyResults:
     """Return results without a folder; see `tables_of`."""
     tables = tables_of(study, value, share, failing, seed)
@@ -82,19 +89,18 @@ def tables_of(study: Study, value: Value, share: float, failing: float, seed: in
     share, failing : float
         The share of runs that are made, and of these the share that fails.
     seed : int
-        Decides which runs are made and fail.
+        Decides which runs are made, and which of them fail.
     """
     plan = study.plan()
     rng = np.random.default_rng(seed)
     done: list[dict[str, Any]] = []
     failed: list[dict[str, Any]] = []
-    for k, replicate in rng.permutation([(k, r) for k in range(plan.settings) for r in range(study.replicates)]).tolist():
-        is_made, has_failed = rng.random() < share, rng.random() < failing
-        if not is_made:
-            continue
+    runs = rng.permutation([(k, r) for k in range(plan.settings) for r in range(study.replicates)]).tolist()
+    made = math.ceil(share * len(runs))
+    for number, (k, replicate) in enumerate(runs[:made]):
         row = row_of(plan, k, replicate)
         noise = np.random.default_rng(row["seed"])
-        if has_failed:
+        if number < failing * made:
             name = f"{row['setting']}-{replicate}"
             failed.append({"run": name, **row, "error": "ValueError: made up", "traceback": "made up"})
         else:

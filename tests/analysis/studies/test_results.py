@@ -100,7 +100,9 @@ def test_runs_that_are_made_meanwhile_are_there_when_the_study_is_opened_again(t
 
 def test_a_study_that_grew_has_its_old_rows(tmp_path: Path) -> None:
     small = filled(tmp_path / "a", GRID).frame
-    grown = Study(axes={"policy": ["a-cmommt", "centroid"], "robots": [2, 4, 8], "radius": [2.5, 4.0]}, replicates=5, seed=7)
+    grown = Study(
+        axes={"policy": ["a-cmommt", "centroid"], "robots": [2, 4, 8], "radius": [2.5, 4.0]}, replicates=5, seed=7
+    )
     large = filled(tmp_path / "b", grown).frame
     pd.testing.assert_frame_equal(large.loc[small.index], small)
 
@@ -159,7 +161,11 @@ def test_recorded_tables_are_in_the_order_of_the_plan() -> None:
     found = results(study)
     plan = study.plan()
     identity = [row_of(plan, k, r) for r in (1, 0) for k in (1, 0)]
-    rows = [{"setting": one["setting"], "replicate": one["replicate"], "step": s, "observed": 3 - s} for one in identity for s in (1, 2)]
+    rows = [
+        {"setting": one["setting"], "replicate": one["replicate"], "step": s, "observed": 3 - s}
+        for one in identity
+        for s in (1, 2)
+    ]
     found._folder.tables["steps"] = pa.Table.from_pylist(rows)  # type: ignore[attr-defined]
     steps = found.steps
     assert steps.index.unique().tolist() == ids_in_plan(study)
@@ -197,7 +203,9 @@ def test_other_tools_read_the_parts_as_they_are(tmp_path: Path, engine: str) -> 
     else:
         polars = pytest.importorskip("polars")
         column = polars.col("observed_fraction")
-        table = polars.scan_parquet(runs).group_by("robots").agg(column.count().alias("n"), column.mean()).sort("robots")
+        table = (
+            polars.scan_parquet(runs).group_by("robots").agg(column.count().alias("n"), column.mean()).sort("robots")
+        )
         rows = table.collect().rows()
         whole = polars.concat([polars.read_parquet(runs), polars.read_parquet(failed)], how="diagonal")
         assert len(whole) == 24

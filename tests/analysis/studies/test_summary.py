@@ -27,7 +27,9 @@ def summary_of(runs: list[tuple[int, float]], cells: int = 5) -> pd.DataFrame:
 def test_the_statistics_of_each_cell_are_those_of_pandas(runs: list[tuple[int, float]]) -> None:
     found = summary_of(runs)
     assert tuple(found.columns) == STATISTICS
-    grouped = pd.DataFrame(runs, columns=["cell", "value"]).astype({"cell": int, "value": float}).groupby("cell")["value"]
+    grouped = (
+        pd.DataFrame(runs, columns=["cell", "value"]).astype({"cell": int, "value": float}).groupby("cell")["value"]
+    )
     wanted = grouped.agg(["count", "mean", "max"]).reindex(range(5))
     assert found["n"].tolist() == wanted["count"].fillna(0).tolist()
     assert found["mean"].to_numpy() == pytest.approx(wanted["mean"].to_numpy(), rel=1e-12, abs=1e-9, nan_ok=True)

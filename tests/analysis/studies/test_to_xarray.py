@@ -59,14 +59,18 @@ def test_axes_that_advance_together_share_a_dimension() -> None:
 
 
 def test_points_have_the_dimension_setting() -> None:
-    study = Study(points={"robots": [2, 9, 2], "radius": [2.0, 3.5, 1.0]}, axes={"policy": ["centroid", "evolved"]}, replicates=2)
+    study = Study(
+        points={"robots": [2, 9, 2], "radius": [2.0, 3.5, 1.0]}, axes={"policy": ["centroid", "evolved"]}, replicates=2
+    )
     found = results(study)
     data = found.to_xarray()
     assert dict(data.sizes) == {"policy": 2, "setting": 3}
     assert data["robots"].values.tolist() == [2, 9, 2]
     one = data["observed_fraction"].sel(policy="evolved")[1].item()
     frame = found.frame
-    assert one == pytest.approx(frame[(frame["policy"] == "evolved") & (frame["robots"] == 9)]["observed_fraction"].mean())
+    assert one == pytest.approx(
+        frame[(frame["policy"] == "evolved") & (frame["robots"] == 9)]["observed_fraction"].mean()
+    )
 
 
 def test_a_single_setting_has_no_dimensions() -> None:

@@ -56,7 +56,9 @@ def test_given_axes_and_kinds_are_kept() -> None:
 
 
 def test_zipped_axes_are_one_direction() -> None:
-    found = choose(cells(axes={"robots": NUMBERS, "targets": [5, 6, 7, 8], "radius": MORE}, zip=[["robots", "targets"]]))
+    found = choose(
+        cells(axes={"robots": NUMBERS, "targets": [5, 6, 7, 8], "radius": MORE}, zip=[["robots", "targets"]])
+    )
     assert found.kind == "heat-map"
     assert found.x is not None
     assert found.x.names == ("robots", "targets")
@@ -97,7 +99,9 @@ def test_points_that_fill_a_grid_are_a_grid() -> None:
         ),
     ],
 )  # fmt: skip
-def test_what_cannot_be_drawn_is_refused_with_the_cure(study: dict[str, Any], how: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_drawn_is_refused_with_the_cure(
+    study: dict[str, Any], how: dict[str, Any], message: str
+) -> None:
     with pytest.raises(ValueError, match=message):
         choose(cells(**study), **how)
 

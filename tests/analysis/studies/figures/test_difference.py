@@ -29,7 +29,9 @@ def table(rows: list[tuple[int, int, float]]) -> pd.DataFrame:
     return pd.DataFrame([(n, r, 100 * n + r, v) for n, r, v in rows], columns=["robots", "replicate", "seed", "loss"])
 
 
-RUNS = st.dictionaries(st.tuples(st.integers(1, 3), st.integers(0, 3)), st.floats(-5, 5) | st.just(float("nan")), max_size=12)
+RUNS = st.dictionaries(
+    st.tuples(st.integers(1, 3), st.integers(0, 3)), st.floats(-5, 5) | st.just(float("nan")), max_size=12
+)
 
 
 @pytest.mark.short
@@ -53,7 +55,9 @@ def test_pairs_are_those_of_equal_setting_replicate_and_seed(
 
 @pytest.mark.short
 def test_noise_that_both_studies_share_leaves_the_difference() -> None:
-    figure = results(AWARE, noisy, name="aware").plot(minus=results(UNAWARE, noisy, name="unaware"), kind="lines", x="robots")
+    figure = results(AWARE, noisy, name="aware").plot(
+        minus=results(UNAWARE, noisy, name="unaware"), kind="lines", x="robots"
+    )
     lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 3]
     assert len(lines) == 2
     for line in lines:
@@ -92,7 +96,9 @@ def test_an_axis_that_only_the_other_study_has_needs_a_value() -> None:
 
 def test_an_axis_that_only_the_first_study_has_is_kept() -> None:
     study = Study(axes=AXES | {"policy": ["a-cmommt", "centroid"]}, replicates=4)
-    figure = results(study, noisy).plot(minus=results(UNAWARE, noisy), kind="lines", x="robots", y="policy", where={"radius": "4"})
+    figure = results(study, noisy).plot(
+        minus=results(UNAWARE, noisy), kind="lines", x="robots", y="policy", where={"radius": "4"}
+    )
     aware, unaware = (line for line in figure.axes[0].lines if len(line.get_xdata()) == 3)
     assert np.asarray(aware.get_ydata(), float) == pytest.approx([0.2, 0.4, 0.8], abs=1e-9)
     assert np.asarray(unaware.get_ydata(), float) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
