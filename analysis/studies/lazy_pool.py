@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TypeVar
 
@@ -37,11 +37,6 @@ class LazyPool:
         self._emit = emit
         self._pool: WorkerPool | None = None
 
-    @property
-    def name(self) -> str:
-        """What the record of sweeps calls it."""
-        return "local" if self.size > 1 else "in-process"
-
     def __enter__(self) -> LazyPool:
         return self
 
@@ -51,7 +46,7 @@ class LazyPool:
         if self._pool is not None:
             self._pool.__exit__(kind, value, trace)
 
-    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Iterator[Outcome]:
+    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Generator[Outcome, None, None]:
         """Return the outcomes of jobs as they end; see `Executor`."""
         if self._pool is None:
             self._pool = WorkerPool(self.size, (*IMPORTS, "teamsight.analysis.studies.shard"), self._message)

@@ -18,8 +18,11 @@ from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
 from teamsight.core import checks
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.progress import Heartbeat
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
@@ -59,6 +62,8 @@ class Rounds:
         Make failed runs again.
     stops : bool
         Stop after a run that fails.
+    only : RunSet, optional
+        Make only missing runs among these.
 
     Attributes
     ----------
@@ -71,12 +76,12 @@ class Rounds:
     def __init__(
         self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
         progress: Callable[[int, int, float | None], object], shard: tuple[int, int] | None, retry_failed: bool,
-        stops: bool,
+        stops: bool, only: RunSet | None = None,
     ) -> None:  # fmt: skip
         self.counts, self.errors = Counts(), list[tuple[str, str]]()
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
         self._heartbeat, self._progress, self._shard = heartbeat, progress, shard
-        self._retry_failed, self._stops = retry_failed, stops
+        self._retry_failed, self._stops, self._only = retry_failed, stops, only
         self._kinds: Kinds = {}
         self._rate: float | None = None
         self._in_flight: dict[int, Sized] = {}
@@ -89,7 +94,7 @@ class Rounds:
             self._report()
             if missing.size:
                 self._make(missing)
-            if self._study.until is None or (self._stops and self.errors):
+            if self._study.until is None or self._only is not None or (self._stops and self.errors):
                 return
             more = self._needed(needed, own)
             if np.array_equal(more, needed):
@@ -105,6 +110,8 @@ class Rounds:
         self.counts.failed = (
             0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
         )
+        if self._only is not None:
+            selected.keep(self._only)
         return selected, own
 
     def _make(self, missing: Selection) -> None:
@@ -188,11 +195,20 @@ class Rounds:
             found = np.array([int(name, 16) for name in settings.dictionary.to_pylist()], np.uint64)
             columns[0].append(found[settings.indices.to_numpy()])
             columns[1].append(table.column("replicate").to_numpy())
-            columns[2].append(table.column(measure).to_numpy().astype(np.float64))
+            columns[2].append(_numbers(table.column(measure), measure))
         ids, replicates, values = (np.concatenate(parts) for parts in columns)
         setting = self._plan.index_of(ids)
         planned = setting >= 0
         return setting[planned], replicates[planned], values[planned]
+
+
+def _numbers(column: pa.ChunkedArray, measure: str) -> NDArray[np.float64]:
+    """Return a measure as numbers; NaN where it has no value."""
+    try:
+        return np.asarray(column.cast("double").to_numpy())
+    except ValueError as error:
+        shown = checks.shown(measure)
+        raise ValueError(f"until.measure={shown}: holds texts; give a measure that is a number") from error
 
 
 def _death(value: object) -> str:

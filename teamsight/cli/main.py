@@ -21,8 +21,11 @@ from teamsight.cli import (
     reproduce,
     rerun,
     run,
+    status,
+    submit,
     sweep,
     unreliable,
+    verify,
 )
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
@@ -80,8 +83,11 @@ add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, submit.submit, submit.SubmitSettings)
+add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
+add_command(commands, verify.verify, verify.VerifySettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
