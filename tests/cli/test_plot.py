@@ -82,7 +82,9 @@ def test_two_studies_are_subtracted(capsys: pytest.CaptureFixture[str], study: P
         (["--minus", "nowhere"], "nowhere: "),
     ],
 )
-def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str], study: Path, line: list[str], message: str) -> None:
+def test_wrong_options_are_named(
+    capsys: pytest.CaptureFixture[str], study: Path, line: list[str], message: str
+) -> None:
     status, _, err = call(capsys, str(study), *line)
     assert (status, message in err, err.count("\n")) == (2, True, 1), err
     assert not list(study.parent.glob("*.png"))
