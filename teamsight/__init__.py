@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.target import Target
     from teamsight.analysis.runs.run_many import run_many
+    from teamsight.analysis.studies.results import open_study
+    from teamsight.analysis.studies.study import Study
     from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
@@ -71,14 +73,16 @@ _HOMES = {
     "check_awareness": "teamsight.agents.awareness.check",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
+    "open_study": "teamsight.analysis.studies.results",
     "run_many": "teamsight.analysis.runs.run_many",
+    "Study": "teamsight.analysis.studies.study",
 }
 
 __all__ = [
     "CMOMMT", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle", "Departures",
     "Disc", "EventSource", "Exponential", "Failures", "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts",
-    "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
-    "check_awareness", "check_policy", "check_sensor", "run_many",
+    "Study", "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
+    "check_awareness", "check_policy", "check_sensor", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

@@ -1,41 +1,54 @@
-"""What a worker process does: receive a job, make it, and return its result or why there is none."""
+"""Making one job: its result, or why there is none."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
+import contextlib
 import traceback
-from collections.abc import Callable
-from multiprocessing.connection import Connection, wait
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, Literal
+
+Attempted = tuple[Literal["done", "failed"], Any]
 
 
-def attempt(function: Callable[[Any], Any], job: Any) -> tuple[str, Any]:
-    """Make a job: return "done" with its result, or "failed" with an error and its traceback."""
+def attempt(function: Callable[[Any], Any], job: Any, errors: type[BaseException] = Exception) -> Attempted:
+    """Make a job: return "done" with its result, or "failed" with an error and its traceback.
+
+    Parameters
+    ----------
+    function, job : callable, object
+        What to call, and with what.
+    errors : type
+        Which exceptions are failures of the job. Where a job must not end the process, that is every one.
+    """
     try:
         return "done", function(job)
-    except Exception as error:
+    except errors as error:
         return "failed", (str(error) or type(error).__name__, f"\n{traceback.format_exc()}")
 
 
-def answer(pipe: Connection) -> tuple[str, Any] | None:
-    """Wait for a job and return its outcome; None when there are no more."""
+def _drop(text: str) -> None:
+    pass
+
+
+_emit: Callable[[str], None] = _drop
+
+
+def emit(text: str) -> None:
+    """Send a message from within a job to the process that owns the executor."""
+    _emit(text)
+
+
+def receiver() -> Callable[[str], None]:
+    """Return what receives the messages that are emitted now."""
+    return _emit
+
+
+@contextlib.contextmanager
+def emitting(on_message: Callable[[str], None]) -> Iterator[None]:
+    """Pass messages that are emitted within the block to a function."""
+    global _emit
+    before, _emit = _emit, on_message
     try:
-        message = pipe.recv()
-    except (EOFError, OSError):
-        raise
-    except Exception as error:
-        # A function that this process cannot import, such as one of a notebook.
-        return "unsent", str(error)
-    return None if message is None else attempt(*message)
-
-
-def end_with_parent() -> None:
-    """End this process as soon as its parent has ended, also in the middle of a job.
-
-    A parent that is killed cannot end its workers, and a worker reads its pipe only between two jobs.
-    """
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+        yield
+    finally:
+        _emit = before

@@ -16,7 +16,7 @@ import pandas as pd
 
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.run import Model, Run
-from teamsight.analysis.runs.seeds import model_seed, run_seed
+from teamsight.analysis.runs.seeding import derived_seed
 from teamsight.analysis.runs.simulate import IMPORTS, Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool, check_workers
 from teamsight.core import checks
@@ -257,12 +257,4 @@ def _seeding(
         return len(given), lambda setting: given
     count = limits.runs(1 if replicates is None else replicates, "replicates")
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
-    if model is not None:
-        return count, lambda setting: [run_seed(root, run) for run in range(count)]
-    from teamsight.agents.cmommt import DEFAULTS
-
-    def derived(setting: Mapping[str, Any]) -> list[int]:
-        robots, targets, radius = (setting.get(name, DEFAULTS[name]) for name in ("robots", "targets", "radius"))
-        return [model_seed(root, replicate, robots, targets, radius) for replicate in range(count)]
-
-    return count, derived
+    return count, lambda setting: [derived_seed(root, run, setting, model is None) for run in range(count)]

@@ -48,7 +48,7 @@ def canonical(value: Any) -> str:
     """Return one text for equal values of any type: 2, 2.0 and NumPy's 2 give the same.
 
     Whole numbers are written as integers, other numbers exactly in hexadecimal, mappings in the order of their keys,
-    everything else by ``repr``.
+    lists item by item, everything else by ``repr``.
     """
     # The usual types first: a reproduction converts a million values, and checks against abstract classes are slow.
     kind = type(value)
@@ -57,6 +57,8 @@ def canonical(value: Any) -> str:
     if kind is not int and kind is not float:
         if isinstance(value, Mapping):
             return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
+        if kind is list:
+            return "[" + ", ".join(map(canonical, value)) + "]"
         if not isinstance(value, Real):
             return repr(value)
         value = int(value) if isinstance(value, Integral) else float(value)
@@ -102,3 +104,20 @@ def run_seed(root: int, run: int) -> int:
     text = f"root={canonical(root)};replicate={canonical(run)}"
     digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-delta").digest()
     return int.from_bytes(digest, "big") >> 1
+
+
+def setting_seed(root: int, replicate: int, setting: Mapping[str, object]) -> int:
+    """Return the seed of one run into which all values of its setting enter, 0 to 2**53 - 1.
+
+    Parameters
+    ----------
+    root : int
+        Root seed of the study.
+    replicate : int
+        Number of the run, from 0 upwards.
+    setting : mapping
+        Parameters of the model.
+    """
+    text = f"root={canonical(root)};replicate={canonical(replicate)};setting={canonical(setting)}"
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-study").digest()
+    return int.from_bytes(digest, "big") >> 11

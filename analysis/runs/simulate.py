@@ -12,9 +12,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
+from teamsight.analysis.runs.attempt import emit
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.executor import Executor, JobError, results_of
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.workers import JobError, WorkerPool, emit
+from teamsight.analysis.runs.workers import WorkerPool
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
@@ -52,7 +54,7 @@ class Job(Protocol):
 
 def run_all(
     jobs: Iterable[Job],
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     progress: Progress = lambda done, total: None,
     checkpoint: Checkpoint | None = None,
@@ -63,8 +65,8 @@ def run_all(
     ----------
     jobs : iterable of Job
         Runs, or other jobs. Jobs of equal keys are made once.
-    pool : WorkerPool, optional
-        Processes that do the work; by default this process. Results do not depend on it.
+    pool : Executor, optional
+        What makes the jobs, such as a `WorkerPool`; by default this process. Results do not depend on it.
     progress : callable
         Called with the work done and the work in all, whenever some is done.
     checkpoint : Checkpoint, optional
@@ -87,24 +89,26 @@ def run_all(
     done = total - sum(job.cost for _, job in missing)
     progress(done, total)
 
-    with contextlib.nullcontext(pool) if pool is not None else WorkerPool(1) as workers:
-        if workers.size > 1:
-            # In one worker, so that no two workers compile the same kernels.
-            workers.map(_compile, [_one_of_each_kind(job for _, job in missing)], describe=lambda _: "compilation")
-        chunks = _chunks(missing, workers.size)
+    # A pool of one worker has no processes that would have to be ended.
+    workers = pool if pool is not None else WorkerPool(1)
+    if workers.size > 1:
+        # In one worker, so that no two workers compile the same kernels.
+        kinds = [_one_of_each_kind(job for _, job in missing)]
+        results_of(workers, _compile, kinds, describe=lambda _: "compilation")
+    chunks = _chunks(missing, workers.size)
 
-        def keep(index: int, made: list[Any]) -> None:
-            new = {key: result for (key, _), result in zip(chunks[index], made, strict=True)}
-            if checkpoint is not None:
-                checkpoint.add(new)
-            results.update(new)
+    def keep(index: int, made: list[Any]) -> None:
+        new = {key: result for (key, _), result in zip(chunks[index], made, strict=True)}
+        if checkpoint is not None:
+            checkpoint.add(new)
+        results.update(new)
 
-        def count(index: int) -> None:
-            nonlocal done
-            done += sum(job.cost for _, job in chunks[index])
-            progress(done, total)
+    def count(index: int) -> None:
+        nonlocal done
+        done += sum(job.cost for _, job in chunks[index])
+        progress(done, total)
 
-        workers.map(_make, [[job for _, job in chunk] for chunk in chunks], count, _describe, keep)
+    results_of(workers, _make, [[job for _, job in chunk] for chunk in chunks], count, _describe, keep)
     return [results[key] for key, _ in asked]
 
 
@@ -146,7 +150,7 @@ def _make(jobs: Sequence[Job]) -> list[Any]:
 
     worlds = ReusedWorlds()
     worlds.expect((job.parameters, job.seed) for job in jobs if isinstance(job, Run))
-    with contextlib.closing(worlds), _announcing():
+    with contextlib.closing(worlds), announcing():
         return [_make_one(job, worlds) for job in jobs]
 
 
@@ -173,7 +177,7 @@ _announced = False
 
 
 @contextlib.contextmanager
-def _announcing() -> Iterator[None]:
+def announcing() -> Iterator[None]:
     """Emit one message when kernels are compiled, the first time in this process."""
     from teamsight.core.kernel import entry as kernel_entry
 

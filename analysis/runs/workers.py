@@ -1,52 +1,35 @@
-"""A pool of worker processes that returns results in the order of the jobs.
+"""A supervised pool of worker processes.
 
 The pools of the standard library hang when a worker is killed, or cannot stop a running job on Ctrl-C, and they start
-no worker before there is work. This pool has none of these limits.
+no worker before there is work. This pool has none of these limits: a worker that ends in a job is replaced, and the job
+is made again.
 """
 
 from __future__ import annotations
 
-import contextlib
-import importlib
 import multiprocessing
 import os
-import signal
 import sys
-import threading
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
-from pathlib import Path
+from collections.abc import Callable, Generator, Iterable, Sequence
+from multiprocessing.connection import wait
 from types import TracebackType
-from typing import Any, NamedTuple, TypeVar
+from typing import TypeVar
 
-from teamsight.analysis.runs.attempt import answer, attempt, end_with_parent
+from teamsight.analysis.runs.attempt import attempt, emitting, receiver
+from teamsight.analysis.runs.attempt import emit as emit
+from teamsight.analysis.runs.executor import MOST_DEATHS, ExecutorError, Outcome, results_of, start_cure
+from teamsight.analysis.runs.executor import JobError as JobError
+from teamsight.analysis.runs.job_queue import JobQueue
+from teamsight.analysis.runs.worker_process import WorkerProcess, interrupts_held
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import cache_folder
 
-# Characters of the longest error, two or three lines of a terminal.
-_LONGEST = 280
 # The most handles that `multiprocessing.connection.wait` accepts on Windows.
 _MOST_ON_WINDOWS = 60
 
 T = TypeVar("T")
 R = TypeVar("R")
-
-
-class JobError(RuntimeError):
-    """Raised when a job fails; the message says why."""
-
-
-class _TracebackError(Exception):
-    """The traceback of a job that failed, perhaps in another process."""
-
-
-class _Worker(NamedTuple):
-    process: BaseProcess
-    pipe: Connection
 
 
 def cores() -> int:
@@ -79,20 +62,11 @@ def check_workers(workers: int) -> int:
     return count
 
 
-def _drop(text: str) -> None:
-    pass
-
-
-_emit: Callable[[str], None] = _drop
-
-
-def emit(text: str) -> None:
-    """Send a message from within a job to the process that owns the pool."""
-    _emit(text)
-
-
 class WorkerPool:
-    """A pool of worker processes, started by the constructor and stopped on exit.
+    """A supervised pool of worker processes, started by the constructor and stopped on exit.
+
+    It is an `Executor`. A worker that ends by itself or is killed is replaced, and its job is made again; a job in
+    which `MOST_DEATHS` workers ended has died.
 
     Parameters
     ----------
@@ -114,46 +88,50 @@ class WorkerPool:
         self, workers: int, imports: Sequence[str] = (), on_message: Callable[[str], None] | None = None
     ) -> None:
         self.size = check_workers(workers)
-        self._on_message = _emit if on_message is None else on_message
-        context = multiprocessing.get_context("spawn")
-        self._workers: list[_Worker] = []
+        self._imports = tuple(imports)
+        self._on_message = receiver() if on_message is None else on_message
+        self._context = multiprocessing.get_context("spawn")
+        self._workers: list[WorkerProcess] = []
+        # Workers in a row that a signal ended before they were ready.
+        self._failed_starts = 0
         # Chosen once, so that all workers use the same folder and a notice about it appears once.
-        folder = cache_folder.cache_folder() if workers > 1 else None
+        self._folder = cache_folder.cache_folder() if workers > 1 else None
         try:
-            # Workers inherit the signal mask, so that only this process receives Ctrl-C; it then ends them.
-            with deferred(), _interrupts_held():
-                for _ in range(workers if workers > 1 else 0):
-                    here, there = context.Pipe()
-                    process = context.Process(target=_serve, args=(there, tuple(imports), folder), daemon=True)
-                    process.start()
-                    there.close()
-                    self._workers.append(_Worker(process, here))
+            self._start(workers if workers > 1 else 0)
         except BaseException:
-            self._kill()
+            self._kill(self._workers)
             raise
 
     def __enter__(self) -> WorkerPool:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: object, trace: TracebackType | None) -> None:
-        if kind is not None:
-            self._kill()
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # The result of a job in a worker's hands is not wanted any more, and the worker could not send it.
+        self._kill([worker for worker in self._workers if kind is not None or worker.job is not None])
         for worker in self._workers:
-            with contextlib.suppress(OSError):
-                worker.pipe.send(None)
+            worker.dismiss()
         for worker in self._workers:
-            worker.process.join()
-            worker.pipe.close()
+            worker.join()
         self._workers.clear()
 
-    def _kill(self) -> None:
+    def _start(self, count: int) -> None:
+        """Start workers, so that there are `count`."""
+        if len(self._workers) >= count:
+            return
+        with deferred(), interrupts_held():
+            while len(self._workers) < count:
+                self._workers.append(WorkerProcess(self._context, self._imports, self._folder))
+
+    def _kill(self, workers: Iterable[WorkerProcess]) -> None:
         with deferred():  # a second Ctrl-C must not leave a worker behind
-            for worker in self._workers:
+            ended = list(workers)
+            for worker in ended:
                 worker.process.kill()
-            for worker in self._workers:
-                worker.process.join()
-                worker.pipe.close()
-            self._workers.clear()
+            for worker in ended:
+                worker.join()
+                self._workers.remove(worker)
 
     def map(
         self,
@@ -163,133 +141,81 @@ class WorkerPool:
         describe: Callable[[T], str] = repr,
         keep: Callable[[int, R], None] = lambda index, result: None,
     ) -> list[R]:
-        """Return ``[function(job) for job in jobs]``.
+        """Return ``[function(job) for job in jobs]``; see `teamsight.analysis.runs.executor.results_of`."""
+        return results_of(self, function, jobs, done, describe, keep)
 
-        Parameters
-        ----------
-        function : callable
-            A function of a module, so that workers can import it.
-        jobs : sequence
-            Its arguments; jobs are started in this order.
-        done : callable
-            Called with the index of each job when it is done.
-        describe : callable
-            Returns the text for a job whose worker died. A job that raises describes itself in its error.
-        keep : callable
-            Called with index and result of each job, before `done`.
+    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Generator[Outcome, None, None]:
+        """Yield the outcome of each job as they end; see `teamsight.analysis.runs.executor.Executor`.
 
         Raises
         ------
-        JobError
-            If a job raises or its worker dies. Other workers may still be busy: leave the pool.
+        ExecutorError
+            If workers cannot start.
+        RuntimeError
+            If the outcomes of other jobs are still awaited.
         """
-        results: list[Any] = [None] * len(jobs)
-        for index, kind, value in self._outcomes(function, jobs):
-            if kind == "died":
-                job = _shortened(describe(jobs[index]), _LONGEST - 100)
-                raise JobError(f"a worker ended with exit code {value} in {job}{_cure(value)}")
-            if kind == "failed":
-                text, trace = value
-                raise JobError(_shortened(text, _LONGEST)) from _TracebackError(trace)
-            if kind == "unsent":
-                job = _shortened(describe(jobs[index]), _LONGEST // 2)
-                raise JobError(f"{_shortened(value, _LONGEST // 2)} (in {job}); {_IMPORTABLE}")
-            results[index] = value
-            keep(index, value)
-            done(index)
-        return results
-
-    def _outcomes(self, function: Callable[[T], R], jobs: Sequence[T]) -> Iterator[tuple[int, str, Any]]:
-        if not self._workers:
+        if self.size == 1:
             for index, job in enumerate(jobs):
-                with _emitting(self._on_message):
-                    yield index, *attempt(function, job)
+                with emitting(self._on_message):
+                    status, value = attempt(function, job)
+                yield Outcome(index, status, value)
             return
-        waiting, idle, busy = deque(range(len(jobs))), deque(self._workers), dict[Connection, int]()
-        while waiting or busy:
-            while waiting and idle:
-                worker = idle.popleft()
-                index = waiting.popleft()
-                busy[worker.pipe] = index
-                try:
-                    worker.pipe.send((function, jobs[index]))
-                except OSError:
-                    pass  # a dead worker is noticed below
-                except Exception as error:
-                    yield index, "unsent", str(error)
+        if any(worker.job is not None for worker in self._workers):
+            raise RuntimeError("jobs: the workers of this pool have others; end the iteration over those first")
+        queue = JobQueue(function, jobs)
+        try:
+            while True:
+                yield from queue.take(self.size)
+                self._hand_out(queue)
+                if not queue.unfinished:
                     return
-            for worker in [worker for worker in self._workers if worker.pipe in wait(list(busy))]:
-                try:
-                    kind, value = worker.pipe.recv()
-                except (EOFError, OSError):
-                    worker.process.join()
-                    yield busy.pop(worker.pipe), "died", worker.process.exitcode
-                    return
-                if kind == "message":
-                    self._on_message(value)
-                    continue
-                idle.append(worker)
-                yield busy.pop(worker.pipe), kind, value
+                for worker in self._answering():
+                    outcome = self._outcome(worker, queue)
+                    if outcome is not None:
+                        # Before the caller works on the outcome, so that no worker waits for that.
+                        self._hand_out(queue)
+                        yield outcome
+        finally:
+            self._kill([worker for worker in self._workers if worker.job is not None])
 
+    def _hand_out(self, queue: JobQueue) -> None:
+        """Give each idle worker a job; start those that are missing for the jobs there are."""
+        self._start(min(self.size, queue.unfinished))
+        for worker in self._workers:
+            if worker.is_ready and worker.job is None and (first := queue.first()):
+                index, message = first
+                if not worker.give(index, message):
+                    queue.put_back(index)  # the death of the worker is noticed where its answer is awaited
 
-# Pickling has its own errors, which name what cannot be sent and not what to do.
-_IMPORTABLE = "what workers get and return must be picklable: define functions in a module, or give workers=1"
+    def _answering(self) -> list[WorkerProcess]:
+        """Wait until workers answer or are dead, also idle ones, and return them."""
+        ready = wait([worker.pipe for worker in self._workers])
+        return [worker for worker in self._workers if worker.pipe in ready]
 
+    def _outcome(self, worker: WorkerProcess, queue: JobQueue) -> Outcome | None:
+        """Receive what a worker sends; return the outcome of its job if it is that."""
+        answer = worker.answer()
+        if answer is None:
+            return self._death(worker, queue)
+        kind, value = answer
+        if kind == "ready":
+            worker.is_ready, self._failed_starts = True, 0
+            return None
+        if kind == "message":
+            self._on_message(value)
+            return None
+        assert worker.job is not None  # a worker that has none sends nothing else
+        index, worker.job = worker.job, None
+        return queue.end(index, kind, value)
 
-def _cure(code: int | None) -> str:
-    """Return what to do about a worker that ended by itself."""
-    if code and code < 0:
-        return "; if memory ran out, use fewer workers"
-    # Errors in jobs are reported, so it was the start that failed: a worker imports the script of its parent.
-    script = 'a script that starts workers must be a file and do so under if __name__ == "__main__":'
-    return f"; {script}" if code == 1 else ""
-
-
-def _shortened(text: str, longest: int) -> str:
-    """Return a text on one line, without the middle of a long one: errors begin and end with what matters."""
-    line = " ".join(text.split())
-    return line if len(line) <= longest else f"{line[: longest * 2 // 3]} … {line[-(longest // 3) + 3 :]}"
-
-
-def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=end_with_parent, daemon=True).start()
-    if folder:
-        os.environ[cache_folder.VARIABLE] = str(folder)
-    for name in imports:
-        # A failing import fails again within a job, where the error is reported.
-        with contextlib.suppress(Exception):
-            importlib.import_module(name)
-    with contextlib.suppress(EOFError, OSError), _emitting(lambda text: pipe.send(("message", text))):
-        while (outcome := answer(pipe)) is not None:
-            try:
-                pipe.send(outcome)
-            except OSError:
-                raise
-            except Exception as error:
-                pipe.send(("unsent", str(error)))
-
-
-@contextlib.contextmanager
-def _emitting(on_message: Callable[[str], None]) -> Iterator[None]:
-    global _emit
-    before, _emit = _emit, on_message
-    try:
-        yield
-    finally:
-        _emit = before
-
-
-@contextlib.contextmanager
-def _interrupts_held() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        # The first start of a process also starts the resource tracker, which unblocks the signal.
-        resource_tracker.ensure_running()
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    def _death(self, worker: WorkerProcess, queue: JobQueue) -> Outcome | None:
+        """Remove a dead worker; return the outcome of its job if it was the last that may end in it."""
+        self._workers.remove(worker)
+        worker.join()
+        code = worker.process.exitcode
+        if not worker.is_ready:
+            self._failed_starts += 1
+            # A signal may have come from anywhere; a worker that ends by itself would do so again.
+            if code is None or code >= 0 or self._failed_starts == MOST_DEATHS:
+                raise ExecutorError(f"a worker ended with exit code {code} before its first job{start_cure(code)}")
+        return None if worker.job is None else queue.death(worker.job, code)

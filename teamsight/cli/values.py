@@ -19,6 +19,7 @@ from teamsight.world import limits as world_limits
 # Python takes long to read longer numbers, or refuses them.
 _LONGEST_NUMBER = 500
 _file = partial(paths.path, wanted="a file")
+_folder = partial(paths.path, wanted="a folder")
 
 
 def number_in(text: Any) -> Any:
@@ -156,9 +157,46 @@ def file(help: str, *, metavar: str = "FILE", many: bool = False, shown: str = "
     return Option(check, () if many else None, help, metavar, shown, many=many, **how)
 
 
-def folder(default: Any, help: str) -> Any:
+def folder(default: Any, help: str, *, required: bool = False) -> Any:
     """Declare a folder."""
-    return Option(partial(paths.path, wanted="a folder"), default, help, "FOLDER")
+    return Option(_folder, default, help, "FOLDER", required=required)
+
+
+def input_file(metavar: str) -> Any:
+    """Declare an argument that is a file to read."""
+    return Option(_file, None, "", metavar, kind="argument", required=True)
+
+
+def input_folder(metavar: str) -> Any:
+    """Declare an argument that is a folder."""
+    return Option(_folder, None, "", metavar, kind="argument", required=True)
+
+
+def word(metavar: str) -> Any:
+    """Declare an argument that is a text."""
+    return Option(lambda name, given: given, None, "", metavar, kind="argument", required=True)
+
+
+def text(help: str, shown: str, *, metavar: str = "TEXT") -> Any:
+    """Declare a text without a default."""
+    return Option(lambda name, given: given, None, help, metavar, shown)
+
+
+def shard(help: str, shown: str) -> Any:
+    """Declare one part of several equal ones, as in 1/8."""
+
+    def check(name: str, given: str) -> tuple[int, int]:
+        first, slash, second = given.partition("/")
+        try:
+            count = checks.count(name, number_in(second))
+            part = checks.count(name, number_in(first), most=count)
+        except (TypeError, ValueError):
+            slash = ""
+        if not slash:
+            raise ValueError(f"{name}={checks.shown(given)}: must be i/n with i from 1 to n; give, for example, 1/8")
+        return part, count
+
+    return Option(check, None, help, "I/N", shown)
 
 
 def flag(help: str) -> Any:

@@ -224,7 +224,7 @@ run_many({}, steps=1, workers=2, measure=mine)
 
 @pytest.mark.parametrize(("is_file", "message"), [
     (False, "Can't get attribute 'mine'.*define functions in a module, or give workers=1"),
-    (True, r"JobError: a worker ended with exit code 1.*a file and do so under if __name__ == \"__main__\":"),
+    (True, r"Error: a worker ended with exit code 1 before its first job.*a file and do so under if __name__ == \"__main__\":"),
 ], ids=["as in a notebook", "without a guard"])  # fmt: skip
 def test_a_program_that_workers_cannot_import_gets_the_cure(tmp_path: Path, is_file: bool, message: str) -> None:
     script = tmp_path / "script.py"

@@ -1,0 +1,60 @@
+"""Failures: what is kept of a run that raised."""
+
+from __future__ import annotations
+
+import re
+import signal
+import traceback
+from typing import NamedTuple
+
+# Characters of an error, and of its traceback, that are kept.
+_LONGEST_ERROR, _LONGEST_TRACEBACK = 280, 20_000
+_ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
+# Errors that are meant to be read alone; others are named.
+_READABLE = (ValueError, TypeError, OSError)
+
+
+class Failure(NamedTuple):
+    """Why a run failed.
+
+    Attributes
+    ----------
+    error : str
+        The error on one line.
+    traceback : str
+        The traceback, from the shard's function on; empty for a run whose workers died.
+    """
+
+    error: str
+    traceback: str
+
+
+def failure_of(error: BaseException) -> Failure:
+    """Return what is kept of an error; raise it again if it is an interrupt of this process.
+
+    Addresses in memory are left out, so that the same error gives the same text in each process.
+    """
+    if isinstance(error, GeneratorExit):
+        raise error
+    # Workers ignore Ctrl-C, so there it was the model that raised it.
+    if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        raise error
+    text, name = _plain(str(error)), type(error).__name__
+    if not isinstance(error, _READABLE):
+        text = f"{name}: {text}" if text else name
+    trace = _plain("".join(traceback.format_exception(error)))
+    return Failure(one_line(text or name), _shortened(trace, _LONGEST_TRACEBACK))
+
+
+def one_line(text: str) -> str:
+    """Return a text on one line, without the middle of a long one."""
+    return _shortened(" ".join(text.split()), _LONGEST_ERROR)
+
+
+def _shortened(text: str, longest: int) -> str:
+    return text if len(text) <= longest else f"{text[: longest * 2 // 3]} … {text[-(longest // 3) + 3 :]}"
+
+
+def _plain(text: str) -> str:
+    """Return a text without addresses, and without characters that a file cannot hold."""
+    return _ADDRESS.sub("0x…", text).encode("utf-8", "backslashreplace").decode()

@@ -1,0 +1,1 @@
+"""Pictures of studies: which cells, which kind of picture, and how each kind is drawn."""

@@ -1,0 +1,23 @@
+"""Where the files of a study are."""
+
+from __future__ import annotations
+
+import re
+
+MANIFEST, SWEEPS, PROGRESS, LOCK = "manifest.json", "sweeps.jsonl", "progress.json", "lock"
+#: Locks and heartbeats of the shards i/n of a job array.
+ARRAY = "array"
+#: Where damaged parts are set aside.
+DAMAGED = "damaged"
+#: Folders of parts. Parts of "failed" and "runs" are written last: they make a shard done.
+KINDS = ("steps", "trajectories", "events", "failed", "runs")
+#: What a part is called: a digest of its run ids, and one of its bytes.
+PART = re.compile(r"([0-9a-f]{16})-([0-9a-f]{16})\.parquet")
+#: Files that were being written when their process ended; see `teamsight.core.files.complete`.
+DRAFT = re.compile(r"\..+\.[0-9a-f]{16}\.part")
+_OWN = frozenset({MANIFEST, SWEEPS, PROGRESS, LOCK, ARRAY, DAMAGED, *KINDS})
+
+
+def is_own(name: str) -> bool:
+    """Whether a file of this name may stand in the folder of a study. Hidden files of the system may, too."""
+    return name in _OWN or name.startswith(".")

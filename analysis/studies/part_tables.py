@@ -1,0 +1,200 @@
+"""The tables of a shard: rows are collected as lists, and written as Parquet files whose bytes depend on them alone."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from teamsight import __version__
+from teamsight.analysis.studies.failure import Failure
+from teamsight.analysis.studies.measured import Kind
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+
+    from teamsight.analysis.studies.recording import MadeRun
+    from teamsight.analysis.studies.shard import ShardRun
+
+#: What each column holds, by name.
+Types = Mapping[str, str]
+Kinds = dict[str, Kind]
+
+#: Columns of runs and failed runs that are neither parameters nor measures.
+OWN_COLUMNS = frozenset({"run", "setting", "replicate", "seed", "steps", "error", "traceback"})
+
+
+class PartTables:
+    """Collects the rows of a shard.
+
+    Parameters
+    ----------
+    types : dict of str to str
+        What the column of each parameter holds: "int", "number", "flag" or "text".
+    steps : int
+        Steps of each run.
+
+    Attributes
+    ----------
+    done : int
+        Number of runs that did not fail.
+    failed : list of (str, str)
+        Id and error of each run that failed.
+    """
+
+    def __init__(self, types: Types, steps: int) -> None:
+        self._types, self._steps = types, steps
+        self._runs: list[tuple[ShardRun, dict[str, Any]]] = []
+        self._failures: list[tuple[ShardRun, Failure]] = []
+        self._kinds: Kinds = {}
+        self._tables: dict[str, list[pa.Table]] = {}
+
+    @property
+    def done(self) -> int:
+        """Number of runs that did not fail."""
+        return len(self._runs)
+
+    @property
+    def failed(self) -> list[tuple[str, str]]:
+        """Id and error of each run that failed."""
+        return [(run.id, failure.error) for run, failure in self._failures]
+
+    @property
+    def kinds(self) -> Kinds:
+        """What each measured column holds."""
+        return self._kinds
+
+    def add_run(self, run: ShardRun, made: MadeRun) -> None:
+        """Add a run.
+
+        Raises
+        ------
+        ValueError
+            If it has a text in a column that holds numbers, or the other way round.
+        """
+        values, kinds = made.measured
+        if kinds != self._kinds:
+            self._kinds = merged(self._kinds, kinds, f"run {run.id}")
+        self._runs.append((run, values))
+        for kind, frame in made.tables.items():
+            self._tables.setdefault(kind, []).append(_rows_of(run, frame))
+
+    def add_failure(self, run: ShardRun, failure: Failure) -> None:
+        """Add a run that failed."""
+        self._failures.append((run, failure))
+
+    def parts(self) -> dict[str, bytes]:
+        """Return a Parquet file for each kind of rows that there are."""
+        import pyarrow as pa
+
+        found = {}
+        for kind, tables in self._tables.items():
+            table = pa.concat_tables(tables, promote_options="default")
+            if table.num_rows:
+                found[kind] = _parquet(table)
+        if self._failures:
+            runs = [run for run, _ in self._failures]
+            found["failed"] = _parquet(
+                pa.table(
+                    {
+                        "run": pa.array([run.id for run in runs], pa.string()),
+                        **self._columns(runs),
+                        "error": pa.array([failure.error for _, failure in self._failures], pa.string()),
+                        "traceback": pa.array([failure.traceback for _, failure in self._failures], pa.string()),
+                    }
+                )
+            )
+        # Last, since it is this part that makes the runs done.
+        if self._runs:
+            measured = {
+                name: pa.array([values.get(name) for _, values in self._runs], _type(kind))
+                for name, kind in self._kinds.items()
+            }
+            found["runs"] = _parquet(pa.table({**self._columns([run for run, _ in self._runs]), **measured}))
+        return found
+
+    def _columns(self, runs: list[ShardRun]) -> dict[str, pa.Array]:
+        """Return the columns that identify runs."""
+        import pyarrow as pa
+
+        return {
+            "setting": pa.array([run.setting for run in runs], pa.string()),
+            **{
+                name: pa.array([stored(run.parameters.get(name), kind) for run in runs], _type(kind))
+                for name, kind in self._types.items()
+            },
+            "replicate": pa.array([run.replicate for run in runs], pa.int64()),
+            "seed": pa.array([run.seed for run in runs], pa.int64()),
+            "steps": pa.array([self._steps] * len(runs), pa.int64()),
+        }
+
+
+def stored(value: object, kind: str) -> object:
+    """Return a parameter's value as its column holds it; what is no text is written as JSON in a column of texts."""
+    if value is None or kind != "text" or isinstance(value, str):
+        return value
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def merged(known: Kinds, kinds: Kinds, where: str) -> Kinds:
+    """Return what columns hold, with those of further runs.
+
+    Raises
+    ------
+    ValueError
+        If a column would hold two kinds of values.
+    """
+    found = dict(known)
+    for name, kind in kinds.items():
+        before = found.get(name)
+        if before is not None and kind is not None and before != kind:
+            raise ValueError(
+                f"measure returned a {kind} as {name!r} in {where} and a {before} in another run; return values of one "
+                "type in all runs, and None where there is none"
+            )
+        found[name] = kind if before is None else before
+    return found
+
+
+def _type(kind: Kind) -> pa.DataType:
+    import pyarrow as pa
+
+    return {"int": pa.int64(), "flag": pa.bool_(), "text": pa.string()}.get(kind or "number", pa.float64())
+
+
+def _rows_of(run: ShardRun, frame: pd.DataFrame) -> pa.Table:
+    """Return a table of the library with the columns that identify the run; equal columns have equal types."""
+    import pyarrow as pa
+
+    table = pa.Table.from_pandas(frame, preserve_index=False).replace_schema_metadata(None)
+    for index, field in enumerate(table.schema):
+        if field.name in ("setting", "replicate"):
+            raise ValueError(f"the recorded table has a column {field.name!r}; give the event's detail another name")
+        wanted = _common_type(field.type)
+        if wanted != field.type:
+            table = table.set_column(index, field.name, table.column(index).cast(wanted))
+    size = table.num_rows
+    own = {
+        "setting": pa.array([run.setting] * size, pa.string()),
+        "replicate": pa.array([run.replicate] * size, pa.int64()),
+    }
+    return pa.table({**own, **dict(zip(table.column_names, table.columns, strict=True))})
+
+
+def _common_type(found: pa.DataType) -> pa.DataType:
+    import pyarrow as pa
+
+    if pa.types.is_large_string(found) or pa.types.is_null(found):
+        return pa.string()
+    return found
+
+
+def _parquet(table: pa.Table) -> bytes:
+    import pyarrow.parquet as pq
+
+    table = table.replace_schema_metadata({b"software": f"teamsight {__version__}".encode()})
+    target = io.BytesIO()
+    pq.write_table(table, target, compression="zstd")
+    return target.getvalue()

@@ -1,0 +1,182 @@
+"""`Study`: what a researcher wants to know, as a value: model, settings, replicates, steps, what to record."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Self
+
+from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.seeding import PAIRINGS, Pairing
+from teamsight.analysis.studies.definition.grid import Block, blocks_of
+from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.resolved import resolved
+from teamsight.analysis.studies.definition.values import are_equal, thawed
+from teamsight.analysis.studies.plan import Plan
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["PAIRINGS", "Record", "Study", "Until"]
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Study:
+    """A study: settings of a model, times replicates.
+
+    All settings are crossed: each axis with each other, with the points and with the sample. Axes that are zipped
+    advance together. A study is a value: it cannot be changed, its lists are tuples, and two studies of equal values
+    are equal.
+
+    Parameters
+    ----------
+    model : str or callable
+        "cmommt", the name of a plug-in, or "package.module:Name": a class or function that is called as
+        ``model(**setting, rng=seed)``.
+    fixed : mapping
+        Parameters of the model that all settings share.
+    axes : mapping
+        For each swept parameter a list of values, or a table ``{"from": 1, "to": 5, "step": 1}``; in place of the step
+        a ``count``, and optionally ``"scale": "log"``.
+    zip : sequence of sequence of str
+        Groups of axes that advance together.
+    points : mapping or DataFrame, optional
+        Settings that are listed one by one: the values of each parameter.
+    sample : mapping, optional
+        ``{"method": "sobol", "count": 64, "seed": 0, "axes": {"radius": {"from": 2, "to": 9}}}``, or "latin-hypercube";
+        an axis may have ``"scale": "log"`` or ``"integer": True``. It is kept as the columns that were drawn.
+    replicates : int
+        Runs of each setting; with `until`, the first ones.
+    steps : int
+        Steps of each run.
+    seed : int
+        The root seed.
+    pairing : "scenario" or "none"
+        Which values enter the seed of a run. By default those of the scenario: robots, targets and radius of `CMOMMT`,
+        so that treatments of one scenario meet the same noise, as in `run_many`. With "none", all.
+    record : Record or mapping
+        What is recorded of each run.
+    until : Until or mapping, optional
+        Add replicates to each setting until its interval is narrow enough.
+    name : str, optional
+        A name for titles.
+    path : path, optional
+        The folder of the study file, where its modules are found. It is not compared.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is wrong; the model and its components are not imported before `check`.
+    """
+
+    model: Any = "cmommt"
+    fixed: Values = field(default_factory=dict)
+    axes: Values = field(default_factory=dict)
+    zip: Sequence[Sequence[str]] = ()
+    points: Values | None = None
+    sample: Values | None = None
+    replicates: int = 1
+    steps: int = 600
+    seed: int = 0
+    pairing: Pairing = "scenario"
+    record: Record = Record()
+    until: Until | None = None
+    name: str | None = None
+    path: str | os.PathLike[str] | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in resolved(vars(self)).items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a study file, and check it; see `check`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is not a study.
+        """
+        from teamsight.analysis.studies.definition.study_file import read_study_file
+
+        study = cls(**read_study_file(Path(path)))
+        study.check()
+        return study
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """Return the study of which these are the values; see `as_dict`."""
+        for key in values:
+            checks.choice("study: key", key, [one.name for one in fields(cls)])
+        return cls(**values)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return JSON values: axes are listed, points and samples are columns."""
+        found = {one.name: thawed(getattr(self, one.name)) for one in fields(self)}
+        found["record"] = self.record._asdict()
+        found["until"] = None if self.until is None else self.until._asdict()
+        found["path"] = None if self.path is None else os.fspath(self.path)
+        return found
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """What is crossed, in order; the last varies fastest."""
+        return blocks_of(self.axes, self.zip, self.points, self.sample)
+
+    @property
+    def settings(self) -> int:
+        """The number of settings."""
+        return _product(block.size for block in self.blocks)
+
+    @property
+    def runs(self) -> int:
+        """The number of runs; with `until`, of the first ones."""
+        return self.settings * self.replicates
+
+    def check(self) -> None:
+        """Import the model, the measure and all components, and check the names of the parameters.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If one does not load, or the model does not have a parameter.
+        """
+
+    def plan(self) -> Plan:
+        """Return all runs of this study. Nothing is imported and checked; see `check`."""
+        return Plan(self)
+
+    def run(self, out: str | os.PathLike[str], *, workers: int = 1, **options: Any) -> Any:
+        """Make the runs that are missing in a folder, and return its results; see `sweep.sweep`."""
+        # By name: the sweep reads and writes studies, and so imports this module.
+        return resolve_name("teamsight.analysis.studies.sweep:run_study")(self, out, workers=workers, **options)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Study):
+            return NotImplemented
+        mine, its = ({k: v for k, v in vars(one).items() if k != "path"} for one in (self, other))
+        return all(are_equal(value, its[name]) for name, value in mine.items())
+
+    def __hash__(self) -> int:
+        return hash((self.model, self.replicates, self.steps, self.seed, *sorted(self.fixed), *sorted(self.axes)))
+
+    def __repr__(self) -> str:
+        plain = {one.name: _DEFAULTS[one.name] for one in fields(self)}
+        shown = (f"{name}={value!r}" for name, value in vars(self).items() if value != plain[name])
+        return f"Study({', '.join(shown)})"
+
+
+def _product(sizes: Any) -> int:
+    result = 1
+    for size in sizes:
+        result *= size
+    return result
+
+
+_DEFAULTS: dict[str, Any] = vars(Study())
