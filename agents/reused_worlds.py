@@ -74,7 +74,8 @@ class ReusedWorlds:
 
     def close(self) -> None:
         """Close the present world. Idempotent."""
-        if self._world is not None:
+        # A model may have returned something else, which the caller refuses.
+        if isinstance(self._world, World):
             self._world.close()
         self._world = self._built = None
 

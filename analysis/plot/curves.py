@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -39,10 +39,32 @@ def draw_curves(axes: Axes, cells: pd.DataFrame, label: str) -> None:
     shades = matplotlib.colormaps["viridis"](np.linspace(*_SHADES, len(shown)))
     for radius, colour in zip(shown, shades, strict=True):
         of = cells[cells["radius"] == radius].sort_values("robots")
-        axes.plot(of["robots"], of["mean"], color=colour, linewidth=1.8, label=f"R = {radius:g}")
-        known = of[np.isfinite(of["high"])]
-        axes.fill_between(known["robots"], known["low"], known["high"], color=colour, alpha=0.22, linewidth=0)
+        draw_band(axes, of["robots"], of, colour, f"R = {radius:g}")
     axes.set_xlabel(ROBOTS_LABEL)
     axes.set_ylabel(label)
     axes.tick_params(colors=FAINT)
     axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def draw_band(axes: Axes, x: Any, cells: pd.DataFrame, colour: Any, label: str, **line: Any) -> None:
+    """Draw a mean as a line with its confidence band.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to draw.
+    x : ndarray or Series, shape (n,)
+        Places of the cells, ascending.
+    cells : DataFrame
+        Columns mean, low, high; a cell with infinite limits has no band.
+    colour : colour of matplotlib
+        Colour of line and band.
+    label : str
+        What the legend says.
+    **line
+        Further properties of the line.
+    """
+    axes.plot(x, cells["mean"], color=colour, label=label, **{"linewidth": 1.8} | line)
+    bounded = np.isfinite(cells["high"].to_numpy())
+    low, high = (cells[name].to_numpy() for name in ("low", "high"))
+    axes.fill_between(x, low, high, where=bounded, color=colour, alpha=0.22, linewidth=0)

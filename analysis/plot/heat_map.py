@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.path import Path
 
-# Size of the numbers [points].
-_SIZE = 8.5
+#: Size of the numbers [points].
+SIZE = 8.5
 
 
 def draw_heat_map(axes: Axes, grid: pd.DataFrame, texts: Sequence[str], norm: Normalize, colours: Colormap) -> None:
@@ -36,10 +36,8 @@ def draw_heat_map(axes: Axes, grid: pd.DataFrame, texts: Sequence[str], norm: No
         The colour of each value.
     """
     values = grid.to_numpy(float)
-    axes.imshow(values, cmap=colours, norm=norm, aspect="auto", origin="lower")
-    light = _luminance(colours(norm(values))) > 0.45
-    column, row = (place.ravel() for place in np.meshgrid(*(np.arange(length) for length in values.shape[::-1])))
-    write_numbers(axes, column, row, texts, [INK if one else "white" for one in light.flat])
+    inks = colour_cells(axes, values, norm, colours)
+    write_numbers(axes, *places(values.shape), texts, inks)
     axes.set_xticks(range(values.shape[1]), [f"{radius:g}" for radius in grid.columns])
     # Ticks of 30 team sizes would take as long as the rest of the map.
     names = [str(robots) for robots in grid.index]
@@ -51,35 +49,63 @@ def draw_heat_map(axes: Axes, grid: pd.DataFrame, texts: Sequence[str], norm: No
     axes.spines[:].set_visible(False)
 
 
-def write_numbers(
-    axes: Axes, x: NDArray[np.generic], y: NDArray[np.generic], texts: Sequence[str], colours: Sequence[str]
-) -> None:
-    """Write many short texts, centred on the points (x, y), as one artist.
+def colour_cells(axes: Axes, values: NDArray[np.float64], norm: Normalize, colours: Colormap) -> list[str]:
+    """Draw values of shape (rows, columns) as coloured cells, and return the colour of a readable text in each."""
+    axes.imshow(values, cmap=colours, norm=norm, aspect="auto", origin="lower")
+    light = _luminance(colours(norm(values))) > 0.45
+    return [INK if one else "white" for one in light.flat]
 
-    A Text for each of 270 cells takes most of the time of a figure.
+
+def places(shape: tuple[int, ...]) -> tuple[NDArray[np.generic], NDArray[np.generic]]:
+    """Return column and row of each cell, row by row."""
+    row, column = np.indices(shape).reshape(2, -1)
+    return column, row
+
+
+def write_numbers(
+    axes: Axes,
+    x: NDArray[np.generic],
+    y: NDArray[np.generic],
+    texts: Sequence[str],
+    colours: Sequence[str],
+    *,
+    size: float = SIZE,
+    above: float = 0.0,
+) -> None:
+    """Write many short texts as one artist: a Text for each of 270 cells takes most of the time of a figure.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        Where to write.
+    x, y : ndarray, shape (n,)
+        Where the middle of each text is.
+    texts, colours : sequence of str
+        The texts and their colours.
+    size, above : float
+        Size of the texts, and how far above the place they are written [points].
     """
     from matplotlib.collections import PathCollection
     from matplotlib.transforms import Affine2D
 
-    places = np.column_stack([x, y])
     numbers = PathCollection(
-        [outline(text) for text in texts],
-        facecolors=colours, linewidths=0, offsets=places, offset_transform=axes.transData,
+        [outline(text, size) for text in texts],
+        facecolors=colours, linewidths=0, offsets=np.column_stack([x, y]), offset_transform=axes.transData,
         clip_on=False,
     )  # fmt: skip
-    numbers.set_transform(Affine2D().scale(1 / 72) + axes.figure.dpi_scale_trans)
+    numbers.set_transform(Affine2D().translate(0.0, above).scale(1 / 72) + axes.figure.dpi_scale_trans)
     axes.add_collection(numbers, autolim=False)
 
 
 @cache
-def outline(text: str) -> Path:
+def outline(text: str, size: float = SIZE) -> Path:
     """Return the outline of a number [points], with its middle at the origin."""
     from matplotlib.path import Path
     from matplotlib.textpath import TextPath
 
-    path = TextPath((0, 0), text, size=_SIZE)
+    path = TextPath((0, 0), text, size=size)
     # The middle of a digit's height: brackets, which reach lower, do not move the number that they enclose.
-    middle = path.vertices[:, 0].max() / 2, TextPath((0, 0), "0", size=_SIZE).vertices[:, 1].max() / 2
+    middle = path.vertices[:, 0].max() / 2, TextPath((0, 0), "0", size=size).vertices[:, 1].max() / 2
     return Path(path.vertices - middle, path.codes)
 
 

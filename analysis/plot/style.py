@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 #: Colour maps of quantities from 0 upwards, and of differences around 0.
 SEQUENTIAL, DIVERGING = "viridis", "RdBu"
-# After M. Okabe and K. Ito: distinguishable without colour vision.
-_COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+#: After M. Okabe and K. Ito: distinguishable without colour vision.
+COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: The colour of each degree of awareness.
-DEGREE = dict(zip(AWARENESS, itertools.cycle(_COLOURS)))
+DEGREE = dict(zip(AWARENESS, itertools.cycle(COLOURS)))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
 # The usual compression takes half as long again, and makes files smaller by 6 %.

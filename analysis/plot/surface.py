@@ -67,7 +67,9 @@ def draw_row(
     bottom = 1 - (HEAD + (row + 1) * HEIGHT) / total
     height = HEIGHT / total
     solid: Any = figure.add_axes((-0.01, bottom + 0.02 * height, 0.54, 0.98 * height), projection="3d")
-    _surface(solid, grid, look, norm, colours)
+    draw_surface(solid, grid, look, norm, colours)
+    solid.set_xticks(_ticks(list(grid.index), 5))
+    solid.set_yticks(grid.columns.to_numpy())
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
     draw_heat_map(flat, grid, _texts(grid, look, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
@@ -83,10 +85,34 @@ def _texts(grid: pd.DataFrame, look: Look, open_cells: pd.DataFrame | None) -> l
     return [f"({text})" if is_open else text for text, is_open in zip(texts, open_cells.to_numpy().flat, strict=True)]
 
 
-def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours: Colormap) -> None:
+def draw_surface(
+    axes: Any,
+    grid: pd.DataFrame,
+    look: Look,
+    norm: Normalize,
+    colours: Colormap,
+    labels: tuple[str, str] = (ROBOTS_LABEL, RADIUS_LABEL),
+) -> None:
+    """Draw a grid as a surface.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes3D
+        Where to draw.
+    grid : DataFrame
+        The values; index and columns are the places of its rows and columns. The surface has holes around NaN.
+    look : Look
+        Label and range of the values.
+    norm, colours : matplotlib Normalize, Colormap
+        The colour of each value.
+    labels : tuple of str
+        Labels of the rows and of the columns.
+    """
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     facets, colour = facets_of(grid, norm, colours)
+    known = np.isfinite(facets).all(axis=(1, 2))
+    facets, colour = facets[known], colour[known]
     axes.add_collection3d(Poly3DCollection(facets, facecolors=colour, edgecolors=colour * _EDGES, linewidths=0.4))
     axes.set_xlim(*_padded(grid.index.to_numpy(float)))
     axes.set_ylim(*_padded(grid.columns.to_numpy(float)))
@@ -94,10 +120,8 @@ def _surface(axes: Any, grid: pd.DataFrame, look: Look, norm: Normalize, colours
     # The viewpoint is above few robots in a large arena, where every surface of the paper is low and hides nothing.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
-    axes.set_xticks(_ticks(list(grid.index), 5))
-    axes.set_yticks(grid.columns.to_numpy())
-    axes.set_xlabel(ROBOTS_LABEL, labelpad=8)
-    axes.set_ylabel(RADIUS_LABEL, labelpad=8)
+    axes.set_xlabel(labels[0], labelpad=8)
+    axes.set_ylabel(labels[1], labelpad=8)
     axes.set_zlabel(look.label, labelpad=8)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight import __version__
+from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
 
@@ -24,6 +24,8 @@ Kinds = dict[str, Kind]
 
 #: Columns of runs and failed runs that are neither parameters nor measures.
 OWN_COLUMNS = frozenset({"run", "setting", "replicate", "seed", "steps", "error", "traceback"})
+#: Columns of the event log that are no details of an event.
+OWN_COLUMNS_OF_EVENTS = frozenset({"time", "tick", "what", "group", "agent", "source"})
 
 
 class PartTables:
@@ -79,7 +81,7 @@ class PartTables:
             self._kinds = merged(self._kinds, kinds, f"run {run.id}")
         self._runs.append((run, values))
         for kind, frame in made.tables.items():
-            self._tables.setdefault(kind, []).append(_rows_of(run, frame))
+            self._tables.setdefault(kind, []).append(_rows_of(run, kind, frame))
 
     def add_failure(self, run: ShardRun, failure: Failure) -> None:
         """Add a run that failed."""
@@ -91,7 +93,7 @@ class PartTables:
 
         found = {}
         for kind, tables in self._tables.items():
-            table = pa.concat_tables(tables, promote_options="default")
+            table = _joined(kind, tables)
             if table.num_rows:
                 found[kind] = _parquet(table)
         if self._failures:
@@ -122,20 +124,13 @@ class PartTables:
         return {
             "setting": pa.array([run.setting for run in runs], pa.string()),
             **{
-                name: pa.array([stored(run.parameters.get(name), kind) for run in runs], _type(kind))
+                name: pa.array([stored(run.parameters[name], kind) for run in runs], _type(kind))
                 for name, kind in self._types.items()
             },
             "replicate": pa.array([run.replicate for run in runs], pa.int64()),
             "seed": pa.array([run.seed for run in runs], pa.int64()),
             "steps": pa.array([self._steps] * len(runs), pa.int64()),
         }
-
-
-def stored(value: object, kind: str) -> object:
-    """Return a parameter's value as its column holds it; what is no text is written as JSON in a column of texts."""
-    if value is None or kind != "text" or isinstance(value, str):
-        return value
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
 
 
 def merged(known: Kinds, kinds: Kinds, where: str) -> Kinds:
@@ -164,31 +159,41 @@ def _type(kind: Kind) -> pa.DataType:
     return {"int": pa.int64(), "flag": pa.bool_(), "text": pa.string()}.get(kind or "number", pa.float64())
 
 
-def _rows_of(run: ShardRun, frame: pd.DataFrame) -> pa.Table:
+def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
     """Return a table of the library with the columns that identify the run; equal columns have equal types."""
     import pyarrow as pa
 
-    table = pa.Table.from_pandas(frame, preserve_index=False).replace_schema_metadata(None)
-    for index, field in enumerate(table.schema):
-        if field.name in ("setting", "replicate"):
-            raise ValueError(f"the recorded table has a column {field.name!r}; give the event's detail another name")
-        wanted = _common_type(field.type)
-        if wanted != field.type:
-            table = table.set_column(index, field.name, table.column(index).cast(wanted))
+    table = pa.Table.from_pandas(frame, preserve_index=False)
     size = table.num_rows
-    own = {
+    columns = {
         "setting": pa.array([run.setting] * size, pa.string()),
         "replicate": pa.array([run.replicate] * size, pa.int64()),
     }
-    return pa.table({**own, **dict(zip(table.column_names, table.columns, strict=True))})
+    for field, column in zip(table.schema, table.columns, strict=True):
+        if field.name in columns:
+            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the detail of the event another name")
+        is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
+        columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
+    return pa.table(columns)
 
 
-def _common_type(found: pa.DataType) -> pa.DataType:
+def _type_in_all_runs(found: pa.DataType, is_detail: bool) -> pa.DataType:
+    """Return the type of a column in the tables of all runs; that of a detail depends on the run otherwise."""
     import pyarrow as pa
 
     if pa.types.is_large_string(found) or pa.types.is_null(found):
         return pa.string()
-    return found
+    return pa.float64() if is_detail and not pa.types.is_string(found) else found
+
+
+def _joined(kind: str, tables: list[pa.Table]) -> pa.Table:
+    """Return the tables of several runs as one; what a run does not have is null."""
+    import pyarrow as pa
+
+    try:
+        return pa.concat_tables(tables, promote_options="default")
+    except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
+        raise ValueError(f"{kind}: {error}; log details of one type under one name in all runs") from error
 
 
 def _parquet(table: pa.Table) -> bytes:

@@ -10,11 +10,11 @@ from teamsight.core import checks
 
 if TYPE_CHECKING:
     import pandas as pd
-    from teamsight.analysis.studies.study import Record
 
     from teamsight.agents.model import World
     from teamsight.agents.reused_worlds import ReusedWorlds
     from teamsight.analysis.studies.resolved import Resolved
+    from teamsight.analysis.studies.study import Record
 
 
 class MadeRun(NamedTuple):

@@ -2,8 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from typing import NamedTuple
+import re
+import struct
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from teamsight.analysis.studies.part_tables import OWN_COLUMNS
+from teamsight.analysis.studies.recording import Recorder
+from teamsight.analysis.studies.resolved import Resolved
+from teamsight.analysis.studies.sweep import common_of
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
+
+_RUN = re.compile(r"([0-9a-f]{16})-(0|[1-9]\d{0,8})")
 
 
 class Rerun(NamedTuple):
@@ -37,6 +56,36 @@ class Rerun(NamedTuple):
     differing: tuple[str, ...]
 
 
+class PlannedRun(NamedTuple):
+    """One run of a study that has a folder: its parameters, seed, and what is stored of it; see `Rerun`."""
+
+    study: Study
+    plan: Plan
+    run: str
+    setting: int
+    seed: int
+    parameters: dict[str, object]
+    stored: dict[str, object] | None
+    error: str | None
+
+    def make(self) -> Rerun:
+        """Make the run in this process, and compare it. An error of the run is raised as it is."""
+        from teamsight.agents.reused_worlds import ReusedWorlds
+
+        common = common_of(self.study, self.plan.types)
+        resolved = Resolved(common.model, common.record.measure, common.path)
+        recorder = Recorder(common.record, common.steps, OWN_COLUMNS.union(common.types))
+        with contextlib.closing(ReusedWorlds()) as worlds:
+            made = recorder.make(worlds, resolved, resolved.parameters(self.parameters), self.seed)
+        measures = dict(made.measured.values)
+        names = dict.fromkeys([*measures, *(self.stored or {})])
+        stored = measures if self.stored is None else self.stored
+        differing = tuple(name for name in names if not _is_same(measures.get(name), stored.get(name)))
+        return Rerun(
+            self.run, self.seed, common.steps, self.parameters, measures, self.stored, self.error, differing
+        )  # fmt: skip
+
+
 def rerun(folder: str | os.PathLike[str], run: str) -> Rerun:
     """Repeat one run of a study in this process.
 
@@ -54,4 +103,48 @@ def rerun(folder: str | os.PathLike[str], run: str) -> Rerun:
     ValueError
         If the folder is not that of a study, or the study has no such run.
     """
-    raise NotImplementedError
+    return planned_run(folder, run).make()
+
+
+def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
+    """Return a run of a study by its id; see `rerun`."""
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
+    found = _RUN.fullmatch(run)
+    if found is None:
+        raise ValueError(
+            f"run={checks.shown(run)}: is no run id; copy one from the table, such as 0123456789abcdef-7"
+        )
+    place = StudyFolder(folder)
+    study = place.study
+    plan = study.plan()
+    replicate = int(found[2])
+    most = study.replicates if study.until is None else max(study.until.limit, study.replicates)
+    setting = int(plan.index_of(np.array([int(found[1], 16)], np.uint64))[0])
+    if setting < 0:
+        raise ValueError(f"run={checks.shown(run)}: {place.path} has no such setting; copy the id from its table")
+    if replicate >= most:
+        raise ValueError(f"run={checks.shown(run)}: replicates are numbered from 0 to {most - 1}; give one of them")
+    row = _row(place, "runs", found[1], replicate)
+    stored = None if row is None else {k: v for k, v in row.items() if k not in OWN_COLUMNS.union(plan.types)}
+    failed = None if stored is not None else _row(place, "failed", found[1], replicate)
+    error = None if failed is None else str(failed["error"])
+    return PlannedRun(study, plan, run, setting, plan.seed(setting, replicate), plan.parameters(setting), stored, error)
+
+
+def _row(folder: StudyFolder, kind: str, setting: str, replicate: int) -> Mapping[str, object] | None:
+    """Return the stored row of a run, if there is one."""
+    import pyarrow.compute as pc
+
+    table = folder.read(kind)
+    if not table.num_rows:
+        return None
+    rows = table.filter((pc.field("setting") == setting) & (pc.field("replicate") == replicate)).to_pylist()
+    return rows[0] if rows else None
+
+
+def _is_same(one: object, other: object) -> bool:
+    """Whether two values are the same to the last bit; any NaN is the same as any other."""
+    if isinstance(one, float) and isinstance(other, float):
+        return struct.pack("d", one) == struct.pack("d", other) or (one != one and other != other)
+    return one == other

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from teamsight.analysis.studies.shard import Common, Shard
+from teamsight.analysis.studies.shard import Common, Shard, ShardRun
 
 if TYPE_CHECKING:
+    from teamsight.analysis.studies.missing import Selection
     from teamsight.analysis.studies.plan import Plan
 
 # Work of a shard [s], and of the first ones, as long as the rate is not known.
 _SECONDS, _FIRST_SECONDS = 1.0, 0.25
-# Work of a shard at the end, so that all workers end together [s].
+# The least work of a shard at the end, where shards are smaller so that all workers end together [s].
 _LEAST_SECONDS = 0.1
 # Shards into which what is left is divided for each worker.
 _SHARDS_PER_WORKER = 4
-# Cost per second of CMOMMT, as `Run.cost` counts it, until it is measured; other models begin with single runs.
-_RATE = 800_000.0
+# Cost per second of CMOMMT, as `Run.cost` counts it, until it is measured. Other models begin with single runs.
+_RATES = {"cmommt": 800_000.0}
 # Runs of a shard: each is a row in memory.
 _MOST_RUNS = 5_000
 # Into how many pieces a shard is divided in which workers died.
@@ -30,19 +29,11 @@ _PIECES = 8
 _WEIGHT = 0.5
 
 
-class Missing(NamedTuple):
-    """Runs to be made, in the order in which they are made.
+class Sized(NamedTuple):
+    """A shard and its expected work, in the unit of `Run.cost`."""
 
-    Attributes
-    ----------
-    settings : ndarray, shape (N,), int64
-        Number of each run's setting in the plan.
-    replicates : ndarray, shape (N,), int64
-        Number of each run of its setting.
-    """
-
-    settings: NDArray[np.int64]
-    replicates: NDArray[np.int64]
+    shard: Shard
+    cost: float
 
 
 class Sharding:
@@ -54,54 +45,80 @@ class Sharding:
         The plan of the study.
     common : Common
         What all runs share.
-    missing : Missing
-        The runs.
+    missing : Selection
+        The runs, in the order in which they are made.
     workers : int
         Number of shards that are made at the same time.
-    rate : float or None
+    rate : float, optional
         Cost per second of one worker, as far as it is known.
 
     Attributes
     ----------
     rate : float or None
-        Cost per second of one worker, measured.
+        Cost per second of one worker as it was measured last.
     """
 
-    def __init__(self, plan: Plan, common: Common, missing: Missing, workers: int, rate: float | None = None) -> None:
+    def __init__(self, plan: Plan, common: Common, missing: Selection, workers: int, rate: float | None = None) -> None:
         self.rate = rate
-        self._plan, self._common, self._missing, self._workers = plan, common, missing, workers
-        self._next = 0
-        self._again: deque[Shard] = deque()
+        self._plan, self._common, self._workers = plan, common, workers
+        self._left = missing.size
+        self._runs = iter(missing)
+        self._again: deque[Sized] = deque()
         # Of one setting after the other, since neighbouring runs often share it.
-        self._setting, self._parameters, self._cost = -1, dict[str, object](), 0.0
-        self._left = self._cost_of_all()
+        self._setting, self._id, self._parameters, self._cost = -1, "", dict[str, object](), 1.0
 
-    def __iter__(self) -> Iterator[Shard]:
-        while self._again or self._next < len(self._missing.settings):
+    def __iter__(self) -> Iterator[Sized]:
+        while not self.is_empty:
             yield self._again.popleft() if self._again else self._following()
 
     @property
     def is_empty(self) -> bool:
         """Whether each shard was taken."""
-        return not self._again and self._next == len(self._missing.settings)
+        return not self._again and not self._left
 
-    def cost(self, shard: Shard) -> float:
-        """Return the expected work of a shard."""
-        raise NotImplementedError
+    def measured(self, sized: Sized, seconds: float) -> None:
+        """Take note of how long a shard took [s]."""
+        rate = sized.cost / max(seconds, 1e-6)
+        self.rate = rate if self.rate is None else self.rate + _WEIGHT * (rate - self.rate)
 
-    def measured(self, shard: Shard, seconds: float) -> None:
-        """Take note of how long a shard took."""
-        raise NotImplementedError
+    def divide(self, sized: Sized) -> None:
+        """Make a shard again in pieces."""
+        (common, runs), cost = sized
+        size = -(-len(runs) // _PIECES)
+        for first in range(0, len(runs), size):
+            piece = runs[first : first + size]
+            self._again.append(Sized(Shard(common, piece), cost * len(piece) / len(runs)))
 
-    def divide(self, shard: Shard) -> None:
-        """Make a shard again in pieces, since workers died in it."""
-        size = -(-len(shard.runs) // _PIECES)
-        self._again.extend(
-            Shard(shard.common, shard.runs[first : first + size]) for first in range(0, len(shard.runs), size)
-        )
+    def _following(self) -> Sized:
+        """Return the next shard of runs that were not taken yet."""
+        runs: list[ShardRun] = []
+        cost, room = 0.0, 0.0
+        while self._left and len(runs) < _MOST_RUNS and (not runs or cost < room):
+            setting, replicate = next(self._runs)
+            if setting != self._setting:
+                self._turn_to(setting)
+            if not runs:
+                room = self._room()
+            runs.append(ShardRun(self._id, replicate, self._plan.seed(setting, replicate), self._parameters))
+            cost += self._cost
+            self._left -= 1
+        return Sized(Shard(self._common, tuple(runs)), cost)
 
-    def _following(self) -> Shard:
-        raise NotImplementedError
+    def _turn_to(self, setting: int) -> None:
+        plan = self._plan
+        self._setting, self._id = setting, f"{int(plan.ids[setting]):016x}"
+        self._parameters = plan.parameters(setting)
+        # A component that cannot be made is an error of the run, not of the sweep.
+        with contextlib.suppress(Exception):
+            self._cost = plan.cost(setting)
 
-    def _cost_of_all(self) -> float:
-        return 0.0
+    def _room(self) -> float:
+        """Return the cost of the next shard, which begins with a run of the present setting."""
+        rate = self.rate or _RATES.get(self._common.model)
+        if rate is None:
+            return 0.0
+        seconds = _SECONDS if self.rate else _FIRST_SECONDS
+        if self._workers > 1:
+            share = self._left * self._cost / rate / (_SHARDS_PER_WORKER * self._workers)
+            seconds = min(seconds, max(share, _LEAST_SECONDS))
+        return seconds * rate

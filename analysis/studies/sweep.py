@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from teamsight.analysis.studies.rounds import Rounds
+from teamsight.analysis.studies.same_code import source_digests
+from teamsight.analysis.studies.shard import Common
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
@@ -13,7 +20,8 @@ if TYPE_CHECKING:
     from teamsight.analysis.studies.study import Study
 
 #: Called with the number of runs that are done or have failed, their number in all, and the seconds left or None.
-Progress = Callable[[int, int, float | None], None]
+Progress = Callable[[int, int, float | None], object]
+OnError = Literal["continue", "stop"]
 
 
 class SweepSummary(NamedTuple):
@@ -50,7 +58,7 @@ def sweep(
     *,
     executor: Executor | None = None,
     workers: int = 1,
-    on_error: Literal["continue", "stop"] = "continue",
+    on_error: OnError = "continue",
     shard: tuple[int, int] | None = None,
     wait: bool = False,
     mixed_code: bool = False,
@@ -92,7 +100,35 @@ def sweep(
     JobError
         If no runs can be made, for example because a worker has other code.
     """
-    raise NotImplementedError
+    from teamsight.analysis.runs.checkpoint import code_digest
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
+    began = time.perf_counter()
+    checks.choice("on_error", on_error, ("continue", "stop"))
+    _check_shard(shard)
+    study.check()
+    plan = study.plan()
+    common = common_of(study, plan.types)
+    folder = StudyFolder(out)
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(folder.lock(shard, wait, emit))
+        folder.prepare(study, plan, code=common.code, sources=common.sources, mixed_code=mixed_code)
+        for damaged in folder.tidy() if shard is None else ():
+            emit(f"damaged part set aside: {damaged.kind}/{damaged.name} ({damaged.reason}); its runs are made again")
+        engine = executor or stack.enter_context(_pool(workers, emit))
+        heartbeat = stack.enter_context(
+            folder.recorded(engine=_name(engine), workers=engine.size, code=code_digest(), shard=shard)
+        )
+        rounds = Rounds(
+            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
+            retry_failed=retry_failed, stops=on_error == "stop",
+        )  # fmt: skip
+        rounds.run()
+    counts = rounds.counts
+    return SweepSummary(
+        folder.path, counts.made, counts.planned, counts.done, counts.failed,
+        counts.planned - counts.done - counts.failed, tuple(rounds.errors), time.perf_counter() - began,
+    )  # fmt: skip
 
 
 def run_study(
@@ -101,7 +137,7 @@ def run_study(
     *,
     workers: int = 1,
     executor: Executor | None = None,
-    on_error: Literal["continue", "stop"] = "continue",
+    on_error: OnError = "continue",
     progress: Progress = lambda done, total, seconds_left: None,
 ) -> StudyResults:
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
@@ -109,3 +145,47 @@ def run_study(
 
     sweep(study, out, workers=workers, executor=executor, on_error=on_error, progress=progress)
     return open_study(out)
+
+
+def common_of(study: Study, types: Mapping[str, str]) -> Common:
+    """Return what all runs of a study share.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    types : dict of str to str
+        The type of each parameter's column.
+    """
+    from teamsight.analysis.runs.checkpoint import code_digest
+    from teamsight.analysis.studies.resolved import modules_of
+
+    path = () if study.path is None else (os.fspath(study.path),)
+    sources = source_digests(modules_of(study.as_dict()))
+    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources)
+
+
+def _check_shard(shard: tuple[int, int] | None) -> None:
+    if shard is not None:
+        part, parts = shard
+        checks.count("shard", part, most=checks.count("shard", parts), cure="shards i/n are numbered from 1")
+
+
+@contextlib.contextmanager
+def _pool(workers: int, emit: Callable[[str], object]) -> Iterator[Executor]:
+    from teamsight.analysis.runs.simulate import IMPORTS
+    from teamsight.analysis.runs.workers import WorkerPool
+
+    def on_message(text: str) -> None:
+        emit(text)
+
+    with WorkerPool(workers, (*IMPORTS, "teamsight.analysis.studies.shard"), on_message) as pool:
+        yield pool
+
+
+def _name(engine: Executor) -> str:
+    """Return what the record of sweeps calls an engine."""
+    name = type(engine).__name__
+    if name == "WorkerPool":
+        return "local" if engine.size > 1 else "in-process"
+    return name.removesuffix("Executor").lower()

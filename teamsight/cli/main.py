@@ -18,7 +18,9 @@ from teamsight.cli import (
     learn_figure,
     plugins,
     reproduce,
+    rerun,
     run,
+    sweep,
     unreliable,
 )
 from teamsight.cli.exits import run_and_exit
@@ -74,7 +76,9 @@ add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
+add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)

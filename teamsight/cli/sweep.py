@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 from teamsight.cli import values
+from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
+
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.studies.sweep import SweepSummary
 
 _ENGINES = ("local", "dask")
 _ON_ERROR = ("continue", "stop")
+_OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 
 
 class SweepSettings(Settings):
@@ -17,20 +26,37 @@ class SweepSettings(Settings):
     study: Path = values.input_file("STUDY")
     out: Path = values.folder(None, "Folder of the study; created if it does not exist.", required=True)
     workers: int | None = values.workers()
-    engine: str = values.choice("local", "What makes the runs: {names}.", lambda: _ENGINES)
-    scheduler: str | None = values.text("Address of a Dask scheduler.", "a local cluster", metavar="ADDRESS")
+    engine: Literal["local", "dask"] = values.choice("local", "What makes the runs: {names}.", lambda: _ENGINES)
+    scheduler: str | None = values.text(
+        "Address of a Dask scheduler, such as tcp://10.0.0.1:8786.", "a cluster on this machine", metavar="ADDRESS"
+    )
     tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.")
     tls_cert: Path | None = values.file("Certificate for the Dask cluster.")
-    tls_key: Path | None = values.file("Key of the certificate.")
-    on_error: str = values.choice("continue", "After a run that fails: {names}.", lambda: _ON_ERROR)
-    shard: tuple[int, int] | None = values.shard("Make shard i of n only, as in 1/8: for a job array.", "all")
+    tls_key: Path | None = values.file("Private key of the certificate.")
+    on_error: Literal["continue", "stop"] = values.choice(
+        "continue", "What to do after a run that fails: {names}.", lambda: _ON_ERROR
+    )
+    shard: tuple[int, int] | None = values.shard("Make part i of n parts only, as in 1/8: for a job array.", "all")
     wait: bool = values.flag("Wait until another sweep of the folder has ended.")
     mixed_code: bool = values.flag("Go on although runs in the folder were made by other code.")
-    retry_failed: bool = values.flag("Make failed runs again.")
+    retry_failed: bool = values.flag("Make the runs again that have failed.")
+
+    def check(self) -> None:
+        """Refuse options of Dask without it."""
+        for name in _OF_DASK:
+            if self.engine != "dask" and name in self.given:
+                flag = "--" + name.replace("_", "-")
+                raise ValueError(f"{name}={getattr(self, name)}: is for Dask; give --engine dask, or leave out {flag}")
+        if "scheduler" in self.given and "workers" in self.given:
+            raise ValueError(f"workers={self.workers}: the scheduler has its own workers; leave --workers out")
 
 
-def sweep(settings: SweepSettings) -> None:
-    """Make the runs of a study that are missing in its folder.
+def sweep(settings: SweepSettings) -> int:
+    """Make the runs of a study that are missing in its folder, and only those.
+
+    STUDY is a study file; see docs/studies.md. After Ctrl-C, a crash or a power cut the same command continues. With
+    more replicates or settings in the file, it adds those. A run that fails becomes a row with its error, and is not
+    made again unless --retry-failed is given; then the exit status is 1.
 
     \b
     Examples:
@@ -38,4 +64,72 @@ def sweep(settings: SweepSettings) -> None:
       teamsight sweep study.toml --out results --workers 8 --on-error stop
       teamsight sweep study.toml --out results --engine dask --scheduler tcp://10.0.0.1:8786
     """
-    raise NotImplementedError
+    from teamsight.analysis.studies.study import Study
+    from teamsight.analysis.studies.sweep import sweep as make
+    from teamsight.cli.show import Watch
+
+    study = Study.from_file(settings.study)
+    progress = [0, 0]
+    with when_stopped(lambda: _kept(settings, *progress)), Watch() as watch:
+
+        def show(done: int, total: int, seconds_left: float | None) -> None:
+            progress[:] = done, total
+            watch("runs", done, total)
+
+        with _engine(settings, watch.emit) as (executor, workers):
+            summary = make(
+                study, settings.out, executor=executor, workers=workers, on_error=settings.on_error,
+                shard=settings.shard, wait=settings.wait, mixed_code=settings.mixed_code,
+                retry_failed=settings.retry_failed, progress=show, emit=watch.emit,
+            )  # fmt: skip
+    return _show(settings, summary)
+
+
+@contextlib.contextmanager
+def _engine(settings: SweepSettings, emit: Callable[[str], None]) -> Iterator[tuple[Executor | None, int]]:
+    """Start what makes the runs, or return how many workers `sweep` shall start once it knows that there is work."""
+    from teamsight.analysis.runs.workers import cores
+
+    workers = settings.workers or cores()
+    if settings.engine == "local":
+        yield None, workers
+        return
+    from teamsight.analysis.runs.dask_executor import DaskExecutor
+
+    tls = {name: str(path) for name, path in settings.values(("tls_ca", "tls_cert", "tls_key")).items()}
+    with DaskExecutor(settings.scheduler, workers, **tls) as executor:
+        yield executor, workers
+
+
+def _kept(settings: SweepSettings, done: int, total: int) -> str:
+    if not done:
+        return "nothing was kept"
+    return f"{done} of {total} runs are kept in {settings.out}; the same command continues from there"
+
+
+def _show(settings: SweepSettings, summary: SweepSummary) -> int:
+    """Print what was made, and return the exit status."""
+    from teamsight.cli.show import plural, say
+
+    for run, error in summary.errors:
+        say(f"run {run} failed: {error}")
+    counts = [f"{summary.done} done"]
+    if summary.failed:
+        counts.append(f"{summary.failed} failed")
+    if summary.missing:
+        counts.append(f"{summary.missing} missing")
+    of = f" of shard {settings.shard[0]}/{settings.shard[1]}" if settings.shard else ""
+    say(
+        f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
+        f"{plural(summary.planned, 'run')}{of}"
+    )
+    say(f"next: {_next(settings, summary)}")
+    return 1 if summary.failed else 0
+
+
+def _next(settings: SweepSettings, summary: SweepSummary) -> str:
+    if summary.errors:
+        return f"teamsight rerun {settings.out} {summary.errors[0][0]}"
+    if summary.failed or summary.missing:
+        return f"teamsight status {settings.out}"
+    return f"teamsight plot {settings.out} --out figure.png"

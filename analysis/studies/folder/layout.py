@@ -13,11 +13,20 @@ DAMAGED = "damaged"
 KINDS = ("steps", "trajectories", "events", "failed", "runs")
 #: What a part is called: a digest of its run ids, and one of its bytes.
 PART = re.compile(r"([0-9a-f]{16})-([0-9a-f]{16})\.parquet")
+#: The lock of shard i of n of a job array.
+SHARD_LOCK = re.compile(r"(\d{4,})-of-(\d{4,})\.lock")
 #: Files that were being written when their process ended; see `teamsight.core.files.complete`.
 DRAFT = re.compile(r"\..+\.[0-9a-f]{16}\.part")
+#: Kinds of which each run has one row; a shard with such a part is done.
+DONE = ("failed", "runs")
 _OWN = frozenset({MANIFEST, SWEEPS, PROGRESS, LOCK, ARRAY, DAMAGED, *KINDS})
 
 
 def is_own(name: str) -> bool:
     """Whether a file of this name may stand in the folder of a study. Hidden files of the system may, too."""
     return name in _OWN or name.startswith(".")
+
+
+def shard_file(shard: tuple[int, int], suffix: str) -> str:
+    """Return the name of a file of shard i of n."""
+    return f"{shard[0]:04d}-of-{shard[1]:04d}.{suffix}"

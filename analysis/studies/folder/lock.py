@@ -2,6 +2,130 @@
 
 from __future__ import annotations
 
+import contextlib
+import json
+import os
+import socket
+import time
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from teamsight.analysis.studies.folder import file_lock
+from teamsight.analysis.studies.folder.layout import ARRAY, LOCK, SHARD_LOCK, shard_file
+from teamsight.core import files
+
+# A reader of the status holds the lock for an instant, which must not refuse a sweep.
+_TRIES, _PAUSE = 6, 0.05
+_WAITING_PAUSE = 0.2
+_MOST_READ = 4096
+
 
 class LockedError(ValueError):
     """Raised when another process holds the folder of a study."""
+
+
+class Holder(NamedTuple):
+    """A process that holds a lock.
+
+    Attributes
+    ----------
+    pid : int
+        Its number; 0 if it is not known.
+    host : str
+        Its machine.
+    since : str
+        When it took the lock (UTC), by the clock of its machine.
+    shard : str
+        The shard that it makes, as in "3/16"; empty if it makes all.
+    """
+
+    pid: int
+    host: str
+    since: str
+    shard: str
+
+    def __str__(self) -> str:
+        what = f"shard {self.shard}" if self.shard else "a sweep"
+        return f"{what}, process {self.pid} on {self.host} since {self.since}" if self.pid else f"{what}, now starting"
+
+
+@contextlib.contextmanager
+def locked(
+    folder: Path, shard: tuple[int, int] | None, wait: bool, waiting: Callable[[str], object]
+) -> Iterator[None]:
+    """Hold the lock of all, or, for a shard, a shared lock and one of the shard.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study, which exists.
+    shard, wait, waiting
+        See `StudyFolder.lock`.
+
+    Raises
+    ------
+    LockedError
+        If another process holds it, and `wait` is not set.
+    UnwritableError
+        If a lock file cannot be written.
+    """
+    name = "" if shard is None else f"{shard[0]}/{shard[1]}"
+    with contextlib.ExitStack() as held:
+        own = held.enter_context(file_lock.opened(folder / LOCK))
+        _acquire(own, None if shard is None else shard[0], folder, name, wait, waiting)
+        if shard is not None:
+            own = held.enter_context(file_lock.opened(folder / ARRAY / shard_file(shard, "lock")))
+            _acquire(own, None, folder, name, wait, waiting)
+        own.note(_myself(name))
+        yield
+
+
+def holders(folder: Path) -> tuple[Holder, ...]:
+    """Return who holds the locks of a study now; nothing is written."""
+    found = []
+    if file_lock.is_held(folder / LOCK, shared=True):
+        found.append(_noted(folder / LOCK, ""))
+    with contextlib.suppress(OSError):
+        for name in sorted(os.listdir(folder / ARRAY)):
+            match = SHARD_LOCK.fullmatch(name)
+            if match and file_lock.is_held(folder / ARRAY / name):
+                found.append(_noted(folder / ARRAY / name, f"{int(match[1])}/{int(match[2])}"))
+    return tuple(found)
+
+
+def _acquire(
+    own: file_lock.FileLock,
+    place: int | None,
+    folder: Path,
+    name: str,
+    wait: bool,
+    waiting: Callable[[str], object],
+) -> None:
+    """Take a lock, or raise `LockedError`, or wait."""
+    tries = 0
+    while not own.take(place):
+        tries += 1
+        if tries == _TRIES:
+            others = "; ".join(map(str, holders(folder))) or "another sweep"
+            if not wait:
+                raise LockedError(
+                    f"{folder}: is in use ({others}); wait for it with --wait (in Python, wait=True), or stop it"
+                )
+            waiting(f"{folder}: is in use ({others}); waiting until it is free")
+        time.sleep(_PAUSE if tries < _TRIES else _WAITING_PAUSE)
+
+
+def _myself(name: str) -> bytes:
+    now = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    return json.dumps({"pid": os.getpid(), "host": socket.gethostname(), "since": now, "shard": name}).encode()
+
+
+def _noted(path: Path, name: str) -> Holder:
+    """Return what the holder of a lock has written into its file."""
+    # The holder may be about to write.
+    with contextlib.suppress(OSError, ValueError, TypeError, KeyError), files.open_regular(path) as file:
+        found = json.loads(file.read(_MOST_READ))
+        return Holder(int(found["pid"]), str(found["host"]), str(found["since"]), name)
+    return Holder(0, "", "", name)

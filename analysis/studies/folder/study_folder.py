@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import contextlib
 import os
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from teamsight.analysis.studies.folder import parts as part_files
+from teamsight.analysis.studies.folder.aside import remove_drafts, set_aside
+from teamsight.analysis.studies.folder.file_lock import opened
+from teamsight.analysis.studies.folder.index import Index
+from teamsight.analysis.studies.folder.layout import ARRAY, DONE, KINDS, MANIFEST, PROGRESS
+from teamsight.analysis.studies.folder.lock import locked
+from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest
+from teamsight.analysis.studies.folder.parts import Damaged
+from teamsight.analysis.studies.folder.preparation import make_folder, prepared
+from teamsight.analysis.studies.folder.progress import Heartbeat, Progress, read_progress
+from teamsight.analysis.studies.folder.reading import read_parts
 from teamsight.analysis.studies.folder.run_set import RunSet
+from teamsight.analysis.studies.folder.sweeps import Record, read_sweeps, recorded
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from teamsight.analysis.studies.folder.manifest import Manifest
-    from teamsight.analysis.studies.folder.parts import Damaged
-    from teamsight.analysis.studies.folder.progress import Heartbeat
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
 
@@ -34,11 +45,15 @@ class StudyFolder:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)
+        self._indexes = {kind: Index(self.path, kind) for kind in DONE}
+
+    def __repr__(self) -> str:
+        return f"StudyFolder({os.fspath(self.path)!r})"
 
     @property
     def is_prepared(self) -> bool:
         """Whether there is a manifest."""
-        raise NotImplementedError
+        return os.path.lexists(self.path / MANIFEST)
 
     @property
     def manifest(self) -> Manifest:
@@ -49,12 +64,25 @@ class StudyFolder:
         ValueError
             If this is not the folder of a study, or the manifest is damaged or of a newer version.
         """
-        raise NotImplementedError
+        return read_manifest(self.path)
 
     @property
     def study(self) -> Study:
         """The study as the manifest has it, with all runs that were ever asked for."""
-        raise NotImplementedError
+        from teamsight.analysis.studies.study import Study
+
+        return Study.from_dict(self.manifest.study)
+
+    @property
+    def progress(self) -> tuple[Progress, ...]:
+        """The last heartbeats: of a sweep of all, and of each shard of a job array."""
+        paths = [self.path / PROGRESS, *sorted((self.path / ARRAY).glob("*.json"))]
+        return tuple(found for path in paths if (found := read_progress(path)) is not None)
+
+    @property
+    def sweeps(self) -> list[Record]:
+        """Begin and end of each sweep: time, host, engine, workers, versions, and how many runs were made."""
+        return read_sweeps(self.path)
 
     def prepare(
         self,
@@ -77,7 +105,7 @@ class StudyFolder:
         sources : mapping of str to str
             Digest of the file of each module that the study names.
         types : mapping of str to str, optional
-            Parquet type of each parameter; by default those of the plan.
+            Type of each parameter's column; by default those of the plan.
         mixed_code : bool
             Accept runs of other code beside those of this.
 
@@ -88,16 +116,21 @@ class StudyFolder:
         ValueError
             If it is that of another study, which the message compares with this, or of other code.
         """
-        raise NotImplementedError
+        given = plan.types if types is None else types
+        # Shards of a job array do this at the same time.
+        with self._exclusively(".prepare"):
+            return prepared(self.path, study, plan, code, sources, given, mixed_code)
 
     @contextlib.contextmanager
     def lock(
         self,
         shard: tuple[int, int] | None = None,
         wait: bool = False,
-        waiting: Callable[[str], object] = lambda holder: None,
+        waiting: Callable[[str], object] = lambda message: None,
     ) -> Iterator[None]:
         """Keep other sweeps out of the folder, which is created if it does not exist.
+
+        The lock ends with the process, however that ends.
 
         Parameters
         ----------
@@ -106,7 +139,7 @@ class StudyFolder:
         wait : bool
             Wait until others have ended, in place of raising.
         waiting : callable
-            Called once with a description of who holds the folder, before waiting.
+            Called with a message that says who holds the folder, before waiting.
 
         Raises
         ------
@@ -115,21 +148,43 @@ class StudyFolder:
         UnwritableError
             If the folder cannot be written, or holds something else.
         """
-        raise NotImplementedError
-        yield
+        if shard is not None:
+            checks.count("shard", shard[0], most=checks.count("shard", shard[1]), cure="give i/n with i from 1 to n")
+        make_folder(self.path)
+        with locked(self.path, shard, wait, waiting):
+            yield
 
     @contextlib.contextmanager
-    def recorded(self, *, engine: str, workers: int, code: str, shard: tuple[int, int] | None = None) -> Iterator[Heartbeat]:
-        """Record begin and end of a sweep in ``sweeps.jsonl``; call `update` of what is returned with what is done."""
-        raise NotImplementedError
-        yield
+    def recorded(
+        self, *, engine: str, workers: int, code: str, shard: tuple[int, int] | None = None
+    ) -> Iterator[Heartbeat]:
+        """Record begin and end of a sweep; call `Heartbeat.update` of what is returned with what is done.
+
+        Parameters
+        ----------
+        engine, workers : str, int
+            What makes the runs.
+        code : str
+            Digest of teamsight's code.
+        shard : (int, int), optional
+            See `lock`.
+        """
+        with recorded(self.path, engine, workers, code, shard) as heartbeat:
+            yield heartbeat
 
     def tidy(self) -> list[Damaged]:
         """Remove drafts that killed processes have left, and set damaged parts of runs aside; return these.
 
         Only under `lock` of all. Parts of the other kinds are checked by `read` and by `verify`.
         """
-        raise NotImplementedError
+        remove_drafts(self.path)
+        damaged = self.damaged()
+        set_aside(self.path, {each.name.partition("-")[0] for each in damaged})
+        return damaged
+
+    def damaged(self) -> list[Damaged]:
+        """Return the damaged parts among those of which runs are done or failed; their runs are missing."""
+        return [each for kind in DONE for each in self._indexes[kind].update()[1]]
 
     def write(self, parts: Mapping[str, bytes], run_ids: Iterable[str]) -> None:
         """Write the parts of a shard; those of "failed" and "runs" last, since they make it done.
@@ -149,15 +204,20 @@ class StudyFolder:
         UnwritableError
             If a part cannot be written, such as on a full disk.
         """
-        raise NotImplementedError
+        for kind in parts:
+            checks.choice("kind", kind, KINDS)
+        shard = part_files.shard_of(run_ids)
+        for kind in KINDS:
+            if kind in parts:
+                part_files.write(self.path, kind, shard, parts[kind])
 
     def done(self) -> RunSet:
-        """Return the runs that are in an undamaged part."""
-        raise NotImplementedError
+        """Return the distinct runs that are in undamaged parts, in the order of their ids."""
+        return self._indexes["runs"].update()[0]
 
     def failed(self) -> RunSet:
         """Return the runs that have failed, except those that were made later."""
-        raise NotImplementedError
+        return self._indexes["failed"].update()[0].without(self.done())
 
     def read(self, kind: str, columns: Iterable[str] | None = None) -> pa.Table:
         """Return the rows of a kind, each run once; without columns if there are no parts.
@@ -174,4 +234,15 @@ class StudyFolder:
         DamagedError
             If a part is damaged.
         """
-        raise NotImplementedError
+        checks.choice("kind", kind, KINDS)
+        without = self.done() if kind == "failed" else None
+        return read_parts(self.path, kind, columns, without)
+
+    @contextlib.contextmanager
+    def _exclusively(self, name: str) -> Iterator[None]:
+        """Hold a lock for a moment, after waiting for it."""
+        make_folder(self.path)
+        with opened(self.path / name) as lock:
+            while not lock.take():
+                time.sleep(0.02)
+            yield

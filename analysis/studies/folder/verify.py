@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
-from teamsight.analysis.studies.folder.parts import Damaged
+from teamsight.analysis.studies.folder import parts
+from teamsight.analysis.studies.folder.aside import drafts, remove_drafts, set_aside
+from teamsight.analysis.studies.folder.belonging import why_strange
+from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, PART
+from teamsight.analysis.studies.folder.parts import Damaged, DamagedError, Part
+from teamsight.analysis.studies.folder.run_set import IDENTITY, runs_in
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
 
 
 class Verification(NamedTuple):
@@ -26,9 +39,7 @@ class Verification(NamedTuple):
     foreign : tuple of str
         Files among the parts that are none, which are left where they are.
     drafts : int
-        Drafts of killed processes that were removed.
-    missing : int
-        Planned runs that are neither done nor failed now.
+        Drafts that killed processes have left; they are removed by a repair.
     """
 
     parts: int
@@ -38,7 +49,6 @@ class Verification(NamedTuple):
     unnamed: int
     foreign: tuple[str, ...]
     drafts: int
-    missing: int
 
 
 def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
@@ -55,5 +65,68 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
     ------
     LockedError
         If a sweep runs, and `repair` is set.
+    ValueError
+        If this is not the folder of a study.
     """
-    raise NotImplementedError
+    place = StudyFolder(folder)
+    study = place.study
+    plan = study.plan()
+    with place.lock() if repair else contextlib.nullcontext():
+        found = [part for kind in KINDS for part in parts.listed(place.path, kind)]
+        damaged = tuple(_damage(found, study, plan))
+        shards = {each.name.partition("-")[0]: list[Part]() for each in damaged}
+        for part in found:
+            if part.shard in shards:
+                shards[part.shard].append(part)
+        # Parts that are set aside can no longer be read.
+        named = [_runs_of(*shard) for shard in sorted(shards.items())]
+        foreign, left = _foreign(place.path), _drafts(place.path)
+        aside = set_aside(place.path, shards) if repair else []
+        if repair:
+            remove_drafts(place.path)
+    runs = tuple(run for names in named for run in names)
+    unnamed = sum(not names for names in named)
+    return Verification(len(found), damaged, tuple(aside), runs, unnamed, foreign, left)
+
+
+def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged]:
+    """Yield each part that is damaged or of another study."""
+    for part in found:
+        try:
+            why = why_strange(part, parts.load(part), study, plan)
+        except DamagedError as error:
+            yield error.damaged
+        except FileNotFoundError:
+            # Set aside by another process, where this one only looks.
+            continue
+        else:
+            if why:
+                yield Damaged(part.kind, part.path.name, why)
+
+
+def _runs_of(shard: str, found: list[Part]) -> list[str]:
+    """Return the ids of the runs of a shard, if its name confirms them; empty if they are not known."""
+    names: set[str] = set()
+    for part in found:
+        # A damaged part may still be readable; its reader raises errors of many kinds.
+        with contextlib.suppress(Exception):
+            runs = runs_in(parts.rows(part, parts.bytes_of(part), IDENTITY)).distinct()
+            names.update(runs.names())
+            if parts.shard_of(names) == shard:
+                return sorted(names)
+    return []
+
+
+def _foreign(folder: Path) -> tuple[str, ...]:
+    """Return files among the parts that are neither parts nor drafts nor hidden."""
+    found = []
+    for kind in KINDS:
+        with contextlib.suppress(FileNotFoundError):
+            for name in sorted(os.listdir(folder / kind)):
+                if not (PART.fullmatch(name) or DRAFT.fullmatch(name) or name.startswith(".")):
+                    found.append(f"{kind}/{name}")
+    return tuple(found)
+
+
+def _drafts(folder: Path) -> int:
+    return sum(len(drafts(place)) for place in (folder, *(folder / kind for kind in KINDS)))

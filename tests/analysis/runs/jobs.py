@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 
 from teamsight.analysis.runs.workers import emit
 from teamsight.core.kernel.cache_folder import cache_folder
@@ -61,3 +62,15 @@ def fail_at_length(number: int) -> None:
     raise ValueError(
         f"number={number}: is wrong\n" + "for a reason that takes long to explain " * 40 + "(in the run rng=7)"
     )
+
+
+def die_at_three(number: int) -> int:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def slow(number: int) -> int:
+    """Return the double, after more work than a scheduler needs to notice anything."""
+    time.sleep(0.2)
+    return 2 * number

@@ -1,0 +1,59 @@
+"""A study's results in words: what was run, and what is missing."""
+
+from __future__ import annotations
+
+import html
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.results import StudyResults
+
+# Characters of the parameters that are fixed.
+_LONGEST = 90
+
+
+def what_is_missing(results: StudyResults) -> str:
+    """Return what is missing, on one line, as in "partial: 312 of 1,000 runs, 5 failed"; empty if nothing is."""
+    failed = f", {results.failed:,} failed" if results.failed else ""
+    if results.missing:
+        return f"partial: {results.done:,} of {results.planned:,} runs{failed}"
+    return f"{results.failed:,} of {results.planned:,} runs failed" if failed else ""
+
+
+def conditions(results: StudyResults) -> str:
+    """Return the study and its conditions, on one line."""
+    study = results.study
+    fixed = ", ".join(f"{name} = {value}" for name, value in study.fixed.items())
+    shown = fixed if len(fixed) <= _LONGEST else f"{fixed[: _LONGEST - 1]}…"
+    model = "" if study.model == "cmommt" else f"{study.model}, "
+    return f"{results.name}: {model}{shown}{', ' * bool(shown)}{study.steps:,} steps, seed {study.seed}"
+
+
+def described(results: StudyResults) -> str:
+    """Return the lines of the repr."""
+    return "\n".join([f"StudyResults of {results.name!r}", *(f"  {name}: {text}" for name, text in _lines(results))])
+
+
+def described_in_html(results: StudyResults) -> str:
+    """Return a small table for notebooks."""
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
+        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+        for name, text in _lines(results)
+    )
+    return f"<table><caption>{html.escape(results.name)}</caption>{rows}</table>"
+
+
+def _lines(results: StudyResults) -> list[tuple[str, str]]:
+    axes = [f"{', '.join(group)} ({len(results.plan.values(group[0])):,})" for group in results.groups]
+    runs = f"{results.done:,} of {results.planned:,} done"
+    if results.failed:
+        runs += f", {results.failed:,} failed"
+    if results.missing:
+        runs += f", {results.missing:,} missing: teamsight sweep continues"
+    return [
+        ("folder", str(results.folder)),
+        ("axes", "; ".join(axes) or "none"),
+        ("measures", ", ".join(results.measures) or "none yet"),
+        ("runs", runs),
+    ]

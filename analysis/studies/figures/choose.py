@@ -1,0 +1,147 @@
+"""Which kind of picture suits a study, and which axis is drawn along which direction."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from teamsight.analysis.studies.figures.cells import Cells
+from teamsight.analysis.studies.figures.dimension import Dimension
+from teamsight.core import checks
+
+#: Kinds of pictures.
+KINDS = ("auto", "heat-map", "lines", "surface", "scatter", "runs")
+#: More panels, or more lines in one of them, cannot be read.
+MOST_PANELS, MOST_LINES = 12, 10
+# An axis with fewer numbers becomes lines beside each other rather than a side of a map.
+_LEAST_SIDE = 3
+# More combinations than settings by this factor are not drawn as a map unless they are few.
+_MOST_EMPTY = 2500
+
+
+class Choice(NamedTuple):
+    """What is drawn along each direction."""
+
+    kind: str
+    x: Dimension | None = None
+    y: Dimension | None = None
+    panels: tuple[Dimension, ...] = ()
+
+
+def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None = None) -> Choice:
+    """Return what is drawn along each direction.
+
+    Parameters
+    ----------
+    cells : Cells
+        The settings.
+    kind : str
+        One of `KINDS`.
+    x, y : str, optional
+        The axes along the picture's two directions; lines have a line for each value of `y`.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not suit the kind, or there would be too many panels or lines.
+    """
+    checks.choice("kind", kind, KINDS)
+    given = [None if name is None else cells.named(name) for name in (x, y)]
+    if given[0] is not None and given[0] is given[1]:
+        raise ValueError(f"y={y}: advances together with x={x}; give another axis")
+    if kind == "auto":
+        kind = _suitable(cells, given)
+    if kind == "runs":
+        if cells.dimensions:
+            raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} vary; {_where(cells.dimensions)}")
+        return Choice("runs")
+    if kind == "scatter":
+        return Choice("scatter", *given)
+    return _on_a_grid(cells, kind, given)
+
+
+def _suitable(cells: Cells, given: list[Dimension | None]) -> str:
+    if not cells.dimensions:
+        return "runs"
+    if not cells.is_grid:
+        return "scatter"
+    if len(cells.dimensions) == 1:
+        return "lines"
+    first, second = _directions(cells, "heat-map", given)
+    sides = [dimension for dimension in (first, second) if dimension is not None]
+    numeric = [dimension.numbers is not None and len(dimension) >= _LEAST_SIDE for dimension in sides]
+    # Two texts have no order in which a line could connect them.
+    return "heat-map" if all(numeric) or not any(numeric) else "lines"
+
+
+def _directions(cells: Cells, kind: str, given: list[Dimension | None]) -> tuple[Dimension, Dimension | None]:
+    """Return x and y; those that are not given are the first axes that are left, numbers before texts in lines."""
+    free = [one for one in cells.dimensions if one not in given]
+    if kind == "lines":
+        # A line along many numbers, for each of few values.
+        free.sort(key=lambda one: (one.numbers is None or len(one) < _LEAST_SIDE, one.numbers is None))
+    x = given[0] or free.pop(0)
+    return x, given[1] or (free.pop(0) if free else None)
+
+
+def _on_a_grid(cells: Cells, kind: str, given: list[Dimension | None]) -> Choice:
+    if not cells.dimensions:
+        raise ValueError(f"kind={kind}: needs an axis, but the study has one setting; give --kind runs")
+    x, y = _directions(cells, kind, given)
+    if kind != "lines" and y is None:
+        raise ValueError(f"kind={kind}: needs two axes, but only {x.names[0]} varies; give --kind lines")
+    if kind == "surface":
+        for side in (x, y):
+            if side is not None and side.numbers is None:
+                raise ValueError(f"kind=surface: needs numbers, but {side.names[0]} has texts; give --kind heat-map")
+    rest = tuple(one for one in cells.dimensions if one is not x and one is not y)
+    _check_panels(rest)
+    _check_filled(cells, kind, x, y, rest)
+    if kind == "lines" and y is not None and len(y) > MOST_LINES:
+        raise ValueError(
+            f"y={y.names[0]}: has {len(y)} values, at most {MOST_LINES} lines; give another --y, {_where((y,))}, or "
+            "--kind heat-map"
+        )
+    return Choice(kind, x, y, rest)
+
+
+def _check_panels(rest: tuple[Dimension, ...]) -> None:
+    panels = int(np.prod([float(len(one)) for one in rest]))
+    if panels > MOST_PANELS:
+        names = ", ".join(one.names[0] for one in rest)
+        raise ValueError(
+            f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}"
+        )
+
+
+def _check_filled(cells: Cells, kind: str, x: Dimension, y: Dimension | None, rest: tuple[Dimension, ...]) -> None:
+    combinations = np.prod([float(len(one)) for one in (x, y, *rest) if one is not None])
+    if combinations > max(_MOST_EMPTY, 2 * len(cells.statistics)):
+        raise ValueError(
+            f"kind={kind}: the {len(cells.statistics):,} settings are no grid ({combinations:,.0f} combinations of "
+            "their values); give --kind scatter"
+        )
+
+
+def panels_of(choice: Choice) -> list[tuple[str, NDArray[np.bool_] | None]]:
+    """Return title and settings of each panel; None stands for all settings."""
+    if not choice.panels:
+        return [("", None)]
+    found = []
+    for levels in product(*(range(len(one)) for one in choice.panels)):
+        chosen = list(zip(choice.panels, levels, strict=True))
+        title = ", ".join(f"{one.label} = {one.texts[level]}" for one, level in chosen)
+        found.append((title, np.logical_and.reduce([one.levels == level for one, level in chosen])))
+    return found
+
+
+def _names(cells: Cells) -> str:
+    return ", ".join(one.names[0] for one in cells.dimensions)
+
+
+def _where(dimensions: tuple[Dimension, ...]) -> str:
+    widest = max(dimensions, key=len)
+    return f"choose a value, as in --where {widest.names[0]}={widest.texts[0]}"

@@ -1,0 +1,107 @@
+"""`draw`: the picture of a study, or of the difference of two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
+from teamsight.analysis.studies.figures.choose import choose
+from teamsight.analysis.studies.figures.difference import pair
+from teamsight.analysis.studies.figures.page import Picture
+from teamsight.analysis.studies.figures.quantity import Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+    from teamsight.analysis.studies.results import StudyResults
+
+
+def draw(
+    results: StudyResults,
+    *,
+    kind: str = "auto",
+    x: str | None = None,
+    y: str | None = None,
+    measure: str | None = None,
+    minus: StudyResults | None = None,
+    where: Mapping[str, object] | None = None,
+) -> Canvas:
+    """Return a picture of a measure over the axes of a study.
+
+    Parameters
+    ----------
+    results : StudyResults
+        The study.
+    kind : {"auto", "heat-map", "lines", "surface", "scatter", "runs"}
+        The kind of picture; "auto" chooses one that suits the axes.
+    x, y : str, optional
+        The axes along the picture's two directions; lines have a line for each value of `y`. Further axes become
+        panels.
+    measure : str, optional
+        What is drawn; the first measure by default.
+    minus : StudyResults, optional
+        A study that is subtracted, run by run, where both have the same values of their common axes, the same
+        replicate and the same seed.
+    where : mapping, optional
+        Values of axes; only settings with these values are drawn.
+
+    Raises
+    ------
+    ValueError
+        If there is nothing to draw, or the axes do not suit the kind of picture.
+    """
+    name = results.measured(measure)
+    picture = _picture(results, Quantity(name, minus is not None), minus, where or {})
+    choice = choose(picture.cells, kind, x, y)
+    if choice.kind == "heat-map":
+        from teamsight.analysis.studies.figures.heat_map import draw_heat_map
+
+        return draw_heat_map(picture, choice)
+    if choice.kind == "lines":
+        from teamsight.analysis.studies.figures.lines import draw_lines
+
+        return draw_lines(picture, choice)
+    if choice.kind == "surface":
+        from teamsight.analysis.studies.figures.surface import draw_surfaces
+
+        return draw_surfaces(picture, choice)
+    if choice.kind == "scatter":
+        from teamsight.analysis.studies.figures.scatter import draw_scatter
+
+        return draw_scatter(picture, choice)
+    from teamsight.analysis.studies.figures.runs import draw_runs
+
+    return draw_runs(picture)
+
+
+def _picture(
+    results: StudyResults, quantity: Quantity, minus: StudyResults | None, where: Mapping[str, object]
+) -> Picture:
+    frame, setting = results.frame, results.setting_numbers
+    values = frame[quantity.name].to_numpy(float) * quantity.factor
+    source, warning = results.source, results.warning
+    # An axis of the study that is subtracted may be chosen, too.
+    own = {axis: value for axis, value in where.items() if minus is None or axis not in minus.axes or axis in results.axes}
+    chosen = matching(results.settings, own)
+    if minus is not None:
+        shared = [axis for axis in results.axes if axis in minus.axes]
+        mask = matching(minus.settings, {axis: value for axis, value in where.items() if axis in minus.axes})
+        kept, rest = chosen[setting], mask[minus.setting_numbers]
+        minus.measured(quantity.name)
+        pairs = pair(frame[kept], minus.frame[rest], shared, quantity.name)
+        values, setting = pairs.values * quantity.factor, setting[kept][pairs.row]
+        source = f"{source} minus {minus.source}; {len(values):,} pairs of runs"
+        warning = "; ".join(text for text in (warning, minus.warning and f"{minus.name}: {minus.warning}") if text)
+    cells = cells_of(results.settings, results.groups, values, setting)
+    if where:
+        cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])
+    return Picture(cells, _fitted(quantity, cells), source, warning)
+
+
+def _fitted(quantity: Quantity, cells: Cells) -> Quantity:
+    found = cells.statistics
+    with np.errstate(invalid="ignore"):
+        return quantity.fitted(found["mean"].to_numpy(), ((found["high"] - found["low"]) / 2).to_numpy())

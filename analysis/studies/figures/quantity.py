@@ -1,0 +1,73 @@
+"""How a measure is written: its label, its unit, and as many decimals as its intervals justify."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Digits of a quantity whose intervals are unknown.
+_DIGITS = 3
+_MOST_DECIMALS = 6
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measure, or the difference of a measure in two studies.
+
+    Attributes
+    ----------
+    name : str
+        Name of the measure; a fraction, whose name ends so, is written in percent.
+    is_difference : bool
+        Whether it is a difference, in which 0 is special.
+    decimals : int
+        Decimals of its numbers.
+    """
+
+    name: str
+    is_difference: bool = False
+    decimals: int = 1
+
+    @property
+    def factor(self) -> float:
+        """What values are multiplied by before they are written."""
+        return 100.0 if self.name.endswith("fraction") else 1.0
+
+    @property
+    def title(self) -> str:
+        """The name in words."""
+        words = self.name.replace("_", " ")
+        return f"difference in {words}" if self.is_difference else words
+
+    @property
+    def label(self) -> str:
+        """The name in words with its unit."""
+        unit = ("  [percentage points]" if self.is_difference else "  [%]") if self.factor != 1.0 else ""
+        return self.title + unit
+
+    def write(self, value: float) -> str:
+        """Return a value in the unit of the quantity; a difference has a sign."""
+        text = f"{value:{'+' if self.is_difference else ''}.{self.decimals}f}"
+        # What rounds to 0 has no sign.
+        text = text if any(digit in "123456789" for digit in text) else text.lstrip("+-")
+        return text.replace("-", "−")
+
+    def fitted(self, mean: NDArray[np.float64], half_width: NDArray[np.float64]) -> Quantity:
+        """Return the quantity with the decimals that half widths of intervals justify.
+
+        Parameters
+        ----------
+        mean, half_width : ndarray of float64, shape (n,)
+            Means and half widths in the unit of the quantity.
+        """
+        known = half_width[np.isfinite(half_width) & (half_width > 0)]
+        means = np.abs(mean[np.isfinite(mean)])
+        if len(known):
+            decimals = -np.floor(np.log10(np.median(known) / 2))
+        elif len(means) and means.max() > 0 and (means % 1).any():
+            decimals = _DIGITS - 1 - np.floor(np.log10(means.max()))
+        else:
+            decimals = 0
+        return replace(self, decimals=int(np.clip(decimals, 0, _MOST_DECIMALS)))

@@ -1,0 +1,75 @@
+"""A measure over two axes of numbers as a surface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from teamsight.analysis.plot.style import DIVERGING, SEQUENTIAL
+from teamsight.analysis.plot.surface import Look, draw_surface
+from teamsight.analysis.studies.figures.choose import Choice, panels_of
+from teamsight.analysis.studies.figures.dimension import Dimension
+from teamsight.analysis.studies.figures.page import Picture, page, runs_of
+from teamsight.analysis.studies.figures.panels import colour_range, layout_of, panel_title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+# A panel [inches], and the part of it on which the surface itself stands.
+_PANEL = 6.4
+_MOST_TICKS = 7
+
+
+def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
+    """Return a surface of the means over x and y for each combination of the other axes."""
+    import matplotlib
+
+    x, y = choice.x, choice.y
+    assert x is not None
+    assert y is not None
+    panels = panels_of(choice)
+    layout = layout_of(len(panels))
+    size = _PANEL if len(panels) == 1 else 4.9
+    title = picture.quantity.title
+    title = f"{title[0].upper()}{title[1:]} by {x.label} and {y.label}"
+    notes = [f"means of {runs_of(picture.cells, 'a vertex')}", "a heat map shows the intervals"]
+    figure = page(picture, title, notes, layout.columns * size + 0.6, layout.rows * 0.88 * size)
+    norm = colour_range(picture)
+    colours = matplotlib.colormaps[DIVERGING if picture.quantity.is_difference else SEQUENTIAL]
+    look = Look(picture.quantity.label, picture.quantity.write, float(norm.vmin or 0.0), float(norm.vmax or 0.0))
+    axes = layout.axes_of(figure, subplot_kw={"projection": "3d"})
+    for place, (name, settings) in zip(axes.flat, panels, strict=False):
+        cells = picture.cells.statistics["mean"].to_numpy()
+        chosen = np.ones(len(cells), bool) if settings is None else settings
+        grid = np.full((len(y), len(x)), np.nan)
+        grid[y.levels[chosen], x.levels[chosen]] = cells[chosen]
+        table = pd.DataFrame(grid, index=_places(y), columns=_places(x))
+        draw_surface(place, table, look, norm, colours, (y.label, x.label))
+        _ticks(place.xaxis, y)
+        _ticks(place.yaxis, x)
+        place.tick_params(labelsize=8)
+        panel_title(place, name)
+    bar = figure.colorbar(
+        matplotlib.cm.ScalarMappable(norm, colours), ax=axes.ravel().tolist(), aspect=32, shrink=0.7, pad=0.08
+    )
+    bar.set_label(picture.quantity.label, size=10)
+    bar.outline.set_visible(False)
+    return figure
+
+
+def _places(dimension: Dimension) -> np.ndarray[Any, Any]:
+    # Three dimensions have no logarithmic scale.
+    return np.log10(dimension.places) if dimension.is_logarithmic else dimension.places
+
+
+def _ticks(axis: Any, dimension: Dimension) -> None:
+    """Write some of the values, far enough apart."""
+    places = _places(dimension)
+    least = np.ptp(places) / _MOST_TICKS
+    shown = [0]
+    for level, place in enumerate(places):
+        if place - places[shown[-1]] >= least:
+            shown.append(level)
+    axis.set_ticks(places[shown], [dimension.texts[level] for level in shown])

@@ -1,0 +1,155 @@
+"""Preparing a folder for a sweep: a new one gets a manifest, an old one must be that of the same study."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teamsight.analysis.studies.folder import origin
+from teamsight.analysis.studies.folder.belonging import check_belongs
+from teamsight.analysis.studies.folder.layout import MANIFEST, is_own
+from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest, write_manifest
+from teamsight.analysis.studies.folder.sweeps import read_sweeps
+from teamsight.core import files
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
+
+# Lines of the difference of two studies that an error shows.
+_MOST_LINES = 6
+
+
+def check_own(folder: Path) -> None:
+    """Raise an error if a folder holds something else than a study.
+
+    Raises
+    ------
+    UnwritableError
+        If it does, or it cannot be examined.
+    """
+    files.check_name(folder)
+    try:
+        if os.path.lexists(folder / MANIFEST):
+            return
+        foreign = sorted(name for name in os.listdir(folder) if not is_own(name))
+    except FileNotFoundError:
+        return
+    except NotADirectoryError:
+        raise files.UnwritableError(f"{folder}: is a file; give a folder") from None
+    except OSError as error:
+        raise files.unwritable(folder, error) from error
+    if foreign:
+        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
+        raise files.UnwritableError(
+            f"{folder}: holds something else ({foreign[0]}{more}); give an empty or a new folder"
+        )
+
+
+def make_folder(folder: Path) -> None:
+    """Create the folder of a study, unless it is there.
+
+    Raises
+    ------
+    UnwritableError
+        If it cannot be created or holds something else.
+    """
+    check_own(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise files.unwritable(folder, error) from error
+
+
+def prepared(
+    folder: Path,
+    study: Study,
+    plan: Plan,
+    code: str,
+    sources: Mapping[str, str],
+    types: Mapping[str, str],
+    mixed_code: bool,
+) -> Manifest:
+    """Create or check a folder; see `StudyFolder.prepare`."""
+    make_folder(folder)
+    if not os.path.lexists(folder / MANIFEST):
+        check_belongs(folder, study, plan)
+        _check_recorded_code(folder, code, mixed_code)
+        return _created(folder, study, code, sources, types)
+    found = read_manifest(folder)
+    wanted = _grown(folder, found, study, types)
+    wanted = _with_code(folder, wanted, code, sources, mixed_code)
+    if wanted != found:
+        wanted = wanted._replace(changed=_now())
+        write_manifest(folder, wanted)
+    return wanted
+
+
+def _created(
+    folder: Path, study: Study, code: str, sources: Mapping[str, str], types: Mapping[str, str]
+) -> Manifest:
+    place = None if study.path is None else Path(study.path)
+    now = _now()
+    made = Manifest(
+        study.as_dict(), dict(types), code, dict(sources), (), origin.versions(), origin.commits(place),
+        origin.machine(), now, now,
+    )  # fmt: skip
+    write_manifest(folder, made)
+    return made
+
+
+def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]) -> Manifest:
+    """Return the manifest with the additions of a study to that of the folder."""
+    from teamsight.analysis.studies.definition.difference import difference
+    from teamsight.analysis.studies.study import Study
+
+    lines = difference(Study.from_dict(found.study), study)
+    lines += [
+        f"type of {name}: {old} in the folder, {types[name]} now"
+        for name, old in found.types.items()
+        if name in types and types[name] != old
+    ]
+    if lines:
+        more = [f"and {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
+        raise ValueError(
+            f"{folder}: is the folder of another study ({'; '.join([*lines[:_MOST_LINES], *more])}); give another "
+            "folder, or the study that it was made with"
+        )
+    return found._replace(study=study.as_dict(), types=dict(types))
+
+
+def _with_code(
+    folder: Path, found: Manifest, code: str, sources: Mapping[str, str], mixed_code: bool
+) -> Manifest:
+    """Return the manifest with the code that makes runs now, if it is the same or may differ."""
+    changed = [name for name, digest in found.sources.items() if sources.get(name, digest) != digest]
+    wanted = found._replace(code=code, sources={**found.sources, **sources})
+    if found.code == code and not changed:
+        return wanted
+    if not mixed_code:
+        what = f"module {changed[0]!r}" if found.code == code else "teamsight"
+        old, new = (found.code, code) if found.code != code else (found.sources[changed[0]], sources[changed[0]])
+        raise _other_code(folder, what, old, new)
+    before = {"code": found.code, "sources": dict(found.sources), "until": _now()}
+    return wanted._replace(earlier=(*found.earlier, before))
+
+
+def _check_recorded_code(folder: Path, code: str, mixed_code: bool) -> None:
+    """Refuse other code than that of earlier sweeps, where the manifest that says so is lost."""
+    used = [record["code"] for record in read_sweeps(folder) if "code" in record]
+    if used and code not in used and not mixed_code:
+        raise _other_code(folder, "teamsight", str(used[-1]), code)
+
+
+def _other_code(folder: Path, what: str, old: str, new: str) -> ValueError:
+    return ValueError(
+        f"{folder}: its runs were made by another version of {what} ({old}, now {new}); give another folder, use that "
+        "version, or accept a mixture with --mixed-code (in Python, mixed_code=True)"
+    )
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

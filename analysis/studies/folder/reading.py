@@ -1,0 +1,113 @@
+"""Reading the parts of one kind as one table with each run once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from teamsight.analysis.studies.folder import parts
+from teamsight.analysis.studies.folder.layout import DONE
+from teamsight.analysis.studies.folder.parts import DamagedError, Part
+from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet, joined, runs_in
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+def read_parts(
+    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None
+) -> pa.Table:
+    """Return the rows of all parts of a kind.
+
+    A run that several parts have, as those of two machines, is taken from the part whose name comes first.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study.
+    kind : str
+        Which parts.
+    columns : iterable of str, optional
+        Names of columns, in the order wanted; all by default.
+    without : RunSet, optional
+        Runs to leave out.
+
+    Raises
+    ------
+    DamagedError
+        If a part is damaged.
+    """
+    import pyarrow as pa
+
+    wanted = None if columns is None else list(columns)
+    needed = None if wanted is None else [*wanted, *(name for name in IDENTITY if name not in wanted)]
+    tables, keys = [], []
+    for part in _counting(folder, kind):
+        try:
+            table = parts.rows(part, parts.load(part), needed)
+            keys.append(_runs(part, table))
+        except FileNotFoundError:
+            # It was set aside meanwhile, and its runs are missing now.
+            continue
+        tables.append(table)
+    if not tables:
+        return pa.table({})
+    kept = _kept(keys, without)
+    tables = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
+    whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+    return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
+
+
+def _counting(folder: Path, kind: str) -> list[Part]:
+    """Return the parts that count: those of shards that are done."""
+    found = parts.listed(folder, kind)
+    if kind in DONE:
+        return found
+    done = {part.shard for each in DONE for part in parts.listed(folder, each)}
+    return [part for part in found if part.shard in done]
+
+
+def _runs(part: Part, table: pa.Table) -> RunSet:
+    try:
+        return runs_in(table)
+    except ValueError as error:
+        raise DamagedError(part, str(error)) from None
+
+
+def _kept(keys: list[RunSet], without: RunSet | None) -> list[NDArray[np.bool_]]:
+    """Return which rows of each part are kept: those of runs that no part before it has."""
+    # Runs have many rows each in some kinds: first come the runs of each part, then their rows.
+    starts = [_starts(key) for key in keys]
+    blocks = joined([RunSet(key.ids[start], key.replicates[start]) for key, start in zip(keys, starts, strict=True)])
+    number = np.repeat(np.arange(len(keys)), [start.sum() for start in starts])
+    kept = _first_part(blocks, number)
+    if without is not None and without.size:
+        left = blocks.without(without)
+        kept &= ~joined((left, blocks)).firsts()[left.size :]
+    ends = np.cumsum([start.sum() for start in starts])[:-1]
+    per_part = np.split(kept, ends)
+    return [
+        chosen[np.cumsum(start) - 1] if len(start) else np.empty(0, bool)
+        for chosen, start in zip(per_part, starts, strict=True)
+    ]
+
+
+def _starts(key: RunSet) -> NDArray[np.bool_]:
+    """Return in which rows another run begins than that of the row before."""
+    start = np.ones(key.size, bool)
+    start[1:] = (key.ids[1:] != key.ids[:-1]) | (key.replicates[1:] != key.replicates[:-1])
+    return start
+
+
+def _first_part(blocks: RunSet, number: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return whether each block of rows is of the first part that has its run."""
+    order, first = blocks.sorted_firsts()
+    # The order is stable, so the first of equal blocks is of the first part.
+    group = np.cumsum(first) - 1
+    found = np.empty(blocks.size, bool)
+    found[order] = number[order] == number[order[first]][group] if blocks.size else True
+    return found

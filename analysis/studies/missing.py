@@ -1,0 +1,74 @@
+"""The runs of a study that are still to be made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.folder.run_set import RunSet
+    from teamsight.analysis.studies.plan import Plan
+
+# Settings whose runs are listed at a time.
+_BLOCK = 1024
+
+
+class Selection:
+    """Runs of a plan: one bit for each setting, in the order in which settings are run, and replicate.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    needed : ndarray, shape (S,), int64
+        Number of replicates of each setting.
+    shard : (int, int), optional
+        Only shard i of n, from 1. A study whose settings need different numbers of replicates is divided by settings.
+    by_setting : bool
+        Divide by settings.
+    """
+
+    def __init__(
+        self, plan: Plan, needed: NDArray[np.int64], shard: tuple[int, int] | None = None, *, by_setting: bool = False
+    ) -> None:
+        self._plan = plan
+        self._position = np.empty(plan.settings, np.int64)
+        self._position[plan.order] = np.arange(plan.settings)
+        most = int(needed.max(initial=0))
+        self._is_selected: NDArray[np.bool_] = np.less.outer(np.arange(most), needed[plan.order]).T.copy()
+        if shard is not None:
+            self._keep(*shard, by_setting=by_setting)
+
+    def _keep(self, part: int, parts: int, *, by_setting: bool) -> None:
+        """Keep the runs of one shard: each has some replicates of each setting, so that all take about as long."""
+        replicates = np.arange(self._is_selected.shape[1]) * (not by_setting)
+        for first in range(min(parts, len(self._is_selected))):
+            self._is_selected[first::parts] &= (first + replicates) % parts == part - 1
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return int(np.count_nonzero(self._is_selected))
+
+    @property
+    def settings(self) -> NDArray[np.bool_]:
+        """Whether any run of each setting is selected, in the order of the plan."""
+        return np.asarray(self._is_selected.any(axis=1)[self._position])
+
+    def remove(self, runs: RunSet) -> int:
+        """Remove runs; return how many were selected."""
+        index = self._plan.index_of(runs.ids)
+        within = (index >= 0) & (runs.replicates >= 0) & (runs.replicates < self._is_selected.shape[1])
+        rows, columns = self._position[index[within]], runs.replicates[within]
+        count = int(np.count_nonzero(self._is_selected[rows, columns]))
+        self._is_selected[rows, columns] = False
+        return count
+
+    def __iter__(self) -> Iterator[tuple[int, int]]:
+        """Yield setting and replicate of each run, so that alike ones follow each other."""
+        for first in range(0, len(self._is_selected), _BLOCK):
+            rows, replicates = np.nonzero(self._is_selected[first : first + _BLOCK])
+            yield from zip(self._plan.order[first + rows].tolist(), replicates.tolist(), strict=True)

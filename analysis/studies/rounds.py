@@ -1,0 +1,211 @@
+"""The rounds of a sweep: make what is missing, and in adaptive studies see whether more is needed."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from teamsight.analysis.studies.missing import Selection
+from teamsight.analysis.studies.part_tables import Kinds, merged
+from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
+from teamsight.analysis.studies.sharding import Sharding, Sized
+from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import Executor, Outcome
+    from teamsight.analysis.studies.folder.progress import Heartbeat
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
+
+# Failed runs whose errors are kept for the summary.
+_MOST_ERRORS = 5
+
+
+@dataclass
+class Counts:
+    """Numbers of runs: planned so far, done, failed, and made by this sweep."""
+
+    planned: int = 0
+    done: int = 0
+    failed: int = 0
+    made: int = 0
+
+
+class Rounds:
+    """Makes the missing runs of a study.
+
+    Parameters
+    ----------
+    study, plan, common : Study, Plan, Common
+        What is to be run.
+    folder : StudyFolder
+        Where parts are written; locked.
+    engine : Executor
+        What makes shards.
+    heartbeat : Heartbeat
+        Takes note of how far the sweep is.
+    progress : callable
+        Called with runs done, runs in all, and seconds left.
+    shard : (int, int), optional
+        Make shard i of n only.
+    retry_failed : bool
+        Make failed runs again.
+    stops : bool
+        Stop after a run that fails.
+
+    Attributes
+    ----------
+    counts : Counts
+        How far it is.
+    errors : list of (str, str)
+        The id and the error of the first runs that failed.
+    """
+
+    def __init__(
+        self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
+        progress: Callable[[int, int, float | None], object], shard: tuple[int, int] | None, retry_failed: bool,
+        stops: bool,
+    ) -> None:  # fmt: skip
+        self.counts, self.errors = Counts(), list[tuple[str, str]]()
+        self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
+        self._heartbeat, self._progress, self._shard = heartbeat, progress, shard
+        self._retry_failed, self._stops = retry_failed, stops
+        self._kinds: Kinds = {}
+        self._rate: float | None = None
+        self._in_flight: dict[int, Sized] = {}
+
+    def run(self) -> None:
+        """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
+        needed = np.full(self._plan.settings, self._study.replicates, np.int64)
+        while True:
+            missing, own = self._missing(needed)
+            self._report()
+            if missing.size:
+                self._make(missing)
+            if self._study.until is None or (self._stops and self.errors):
+                return
+            more = self._needed(needed, own)
+            if np.array_equal(more, needed):
+                return
+            needed = more
+
+    def _missing(self, needed: NDArray[np.int64]) -> tuple[Selection, NDArray[np.bool_]]:
+        """Return the runs that are neither done nor failed, and which settings are in the shard; count the others."""
+        selected = Selection(self._plan, needed, self._shard, by_setting=self._study.until is not None)
+        self.counts.planned, own = selected.size, selected.settings
+        self.counts.done = selected.remove(self._folder.done())
+        # In later rounds, failed runs have been made again.
+        self.counts.failed = (
+            0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
+        )
+        return selected, own
+
+    def _make(self, missing: Selection) -> None:
+        if self._engine.size > 1 and self._rate is None:
+            self._warm_up()
+        sharding = Sharding(self._plan, self._common, missing, self._engine.size, self._rate)
+        while not sharding.is_empty:
+            self._in_flight.clear()
+            with contextlib.closing(self._engine.outcomes(make_shard, self._jobs(sharding))) as outcomes:
+                for outcome in outcomes:
+                    self._take(outcome, sharding)
+                    if self._stops and self.errors:
+                        return
+        self._rate = sharding.rate
+
+    def _warm_up(self) -> None:
+        """Compile in one worker, before others would compile the same."""
+        with contextlib.closing(self._engine.outcomes(warm_up, [one_of_each_kind(self._plan, self._common)])) as found:
+            for outcome in found:
+                if outcome.status in ("failed", "unsent"):
+                    raise _fatal(outcome, "the first runs")
+
+    def _jobs(self, sharding: Sharding) -> Iterator[Shard]:
+        for index, sized in enumerate(sharding):
+            self._in_flight[index] = sized
+            yield sized.shard
+
+    def _take(self, outcome: Outcome, sharding: Sharding) -> None:
+        """Write what a worker has made."""
+        sized = self._in_flight.pop(outcome.index)
+        if outcome.status == "died":
+            if len(sized.shard.runs) > 1:
+                sharding.divide(sized)
+                return
+            self._write(sized.shard, died(sized.shard, _death(outcome.value)))
+        elif outcome.status == "done":
+            result: ShardResult = outcome.value
+            sharding.measured(sized, result.seconds)
+            self._write(sized.shard, result)
+        else:
+            raise _fatal(outcome, sized.shard.describe())
+        self._report()
+
+    def _write(self, shard: Shard, result: ShardResult) -> None:
+        self._kinds = merged(self._kinds, result.kinds, shard.describe())
+        self._folder.write(result.parts, [run.id for run in shard.runs])
+        self.counts.done += result.done
+        self.counts.failed += len(result.failed)
+        self.counts.made += len(shard.runs)
+        self.errors.extend(result.failed[: _MOST_ERRORS - len(self.errors)])
+
+    def _report(self) -> None:
+        counts = self.counts
+        running = sum(len(sized.shard.runs) for sized in self._in_flight.values())
+        self._heartbeat.update(counts.done, counts.planned, failed=counts.failed, running=running, made=counts.made)
+        self._progress(counts.done + counts.failed, counts.planned, self._heartbeat.seconds_left)
+
+    def _needed(self, needed: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return how many replicates each setting needs by what was measured so far; other shards see to theirs."""
+        from teamsight.analysis.studies.adaptive import all_needed
+
+        until = self._study.until
+        assert until is not None
+        setting, replicate, value = self._measured(until.measure)
+        found = all_needed(until, self._study.replicates, setting, replicate, value, self._plan.settings)
+        return np.where(own, np.maximum(found, needed), needed)
+
+    def _measured(self, measure: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
+        table = self._folder.read("runs")
+        if table.num_rows and measure not in table.column_names:
+            hint = checks.suggestion(measure, table.column_names)
+            raise ValueError(
+                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of "
+                f"{', '.join(table.column_names)}"
+            )
+        failed = self._folder.failed()
+        columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]
+        if table.num_rows:
+            names = table.column("setting").combine_chunks().dictionary_encode()
+            ids = np.array([int(name, 16) for name in names.dictionary.to_pylist()], np.uint64)
+            columns[0].append(ids[names.indices.to_numpy()])
+            columns[1].append(table.column("replicate").to_numpy())
+            columns[2].append(table.column(measure).to_numpy().astype(np.float64))
+        ids, replicates, values = (np.concatenate(parts) for parts in columns)
+        setting = self._plan.index_of(ids)
+        planned = setting >= 0
+        return setting[planned], replicates[planned], values[planned]
+
+
+def _death(value: object) -> str:
+    """Return the error of a run that no worker survived."""
+    if not isinstance(value, int):
+        return str(value)
+    cure = "; if memory ran out, use fewer workers" if value < 0 else ""
+    return f"the worker ended with exit code {value}, three times{cure}"
+
+
+def _fatal(outcome: Outcome, what: str) -> Exception:
+    """Return the error for a shard that cannot be made."""
+    from teamsight.analysis.runs.workers import JobError
+
+    text = outcome.value[0] if outcome.status == "failed" else f"{outcome.value} (in {what})"
+    return JobError(" ".join(str(text).split()))

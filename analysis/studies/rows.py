@@ -1,0 +1,183 @@
+"""The rows of a study's parts in the order of its plan, as tables of pandas."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
+
+# Columns of the parts that are neither parameters nor measures.
+_OWN = ("run", "setting", "replicate", "seed", "steps", "error", "traceback")
+
+
+class Made(NamedTuple):
+    """Runs that are done or have failed, in the order of the plan.
+
+    Attributes
+    ----------
+    table : pyarrow.Table
+        Their rows; the measures of failed runs, and the errors of others, are null.
+    setting, replicate : ndarray of int64, shape (runs,)
+        The number of the setting in the plan, and of the run.
+    failed : int
+        How many have failed.
+    """
+
+    table: pa.Table
+    setting: NDArray[np.int64]
+    replicate: NDArray[np.int64]
+    failed: int
+
+
+def measures_of(runs: pa.Table, parameters: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the columns that are measures."""
+    return tuple(name for name in runs.column_names if name not in _OWN and name not in parameters)
+
+
+def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
+    """Return the runs that are done and those that have failed as one table; runs that are not planned are left out."""
+    import pyarrow as pa
+
+    tables = [table for table in (runs, failed) if table.num_columns]
+    if not tables:
+        nothing = np.empty(0, np.int64)
+        return Made(pa.table({}), nothing, nothing, 0)
+    table = pa.concat_tables(tables, promote_options="permissive")
+    setting = plan.index_of(setting_ids(table["setting"]))
+    replicate = table["replicate"].to_numpy().astype(np.int64)
+    # A run that is done may have failed before: of equal runs the first is kept.
+    has_failed = np.arange(len(setting)) >= (runs.num_rows if runs.num_columns else 0)
+    order = np.lexsort((has_failed, replicate, setting))
+    order = order[setting[order] >= 0]
+    same = np.zeros(len(order), bool)
+    same[1:] = (np.diff(setting[order]) == 0) & (np.diff(replicate[order]) == 0)
+    order = order[~same]
+    if not np.array_equal(order, np.arange(table.num_rows)):
+        table = table.take(order)
+    return Made(table, setting[order], replicate[order], int(has_failed[order].sum()))
+
+
+def setting_ids(column: pa.ChunkedArray) -> NDArray[np.uint64]:
+    """Return texts of 16 hexadecimal digits as numbers."""
+    if not len(column):
+        return np.empty(0, np.uint64)
+    text = "".join(column.to_pylist())
+    return np.frombuffer(bytes.fromhex(text), ">u8").astype(np.uint64)
+
+
+def run_ids(table: pa.Table) -> pd.Index[str]:
+    """Return the run id of each row as an index."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if not table.num_columns:
+        return pd.Index([], dtype="str", name="run")
+    joined = pc.binary_join_element_wise(table["setting"], table["replicate"].cast(pa.string()), "-")
+    return pd.Index(joined.to_pandas(), name="run")
+
+
+def frame_of(made: Made, parameters: Sequence[str], measures: Sequence[str]) -> pd.DataFrame:
+    """Return one row for each run: parameters, replicate, seed, steps, measures and error; see `StudyResults.frame`."""
+    table = made.table
+    names = [name for name in (*parameters, "replicate", "seed", "steps", *measures) if name in table.column_names]
+    frame = pd.DataFrame({name: table[name].to_pandas() for name in names})
+    errors = np.full(table.num_rows, None, object)
+    if made.failed:
+        errors[:] = table["error"].to_pylist()
+    frame["error"] = pd.Series(errors, dtype=object)
+    return frame.set_index(run_ids(table))
+
+
+def failures_of(made: Made, parameters: Sequence[str]) -> pd.DataFrame:
+    """Return one row for each failed run; see `StudyResults.failures`."""
+    import pyarrow.compute as pc
+
+    table = made.table
+    if not made.failed:
+        return pd.DataFrame(columns=[*parameters, "replicate", "seed", "steps", "error", "traceback"])
+    table = table.filter(pc.is_valid(table["error"]))
+    names = (*parameters, "replicate", "seed", "steps", "error", "traceback")
+    found = table.select([name for name in names if name in table.column_names]).to_pandas()
+    return found.set_index(run_ids(table))
+
+
+def numeric_measures(table: pa.Table, measures: Sequence[str]) -> tuple[str, ...]:
+    """Return the measures that are numbers or truth values."""
+    import pyarrow as pa
+
+    def is_number(kind: pa.DataType) -> bool:
+        return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind))
+
+    return tuple(name for name in measures if is_number(table.schema.field(name).type))
+
+
+def numbers(table: pa.Table, measure: str) -> NDArray[np.float64]:
+    """Return a measure of all runs; NaN for failed ones."""
+    import pyarrow as pa
+
+    found: NDArray[np.float64] = table[measure].cast(pa.float64()).to_numpy()
+    return found
+
+
+def settings_of(plan: Plan) -> pd.DataFrame:
+    """Return one row for each setting: its axes; see `StudyResults.settings`."""
+    columns = {name: pd.Series(scalars(plan.values(name))).take(plan.places(name)).array for name in plan.swept}
+    index = pd.Index([f"{number:016x}" for number in plan.ids.tolist()], name="setting", dtype="str")
+    return pd.DataFrame(columns, index=index)
+
+
+def scalars(values: Sequence[object]) -> list[object]:
+    """Return values that tables can hold: lists and tables become JSON."""
+    return [json.dumps(value) if isinstance(value, dict | list | tuple) else value for value in values]
+
+
+def groups_of(study: Study) -> tuple[tuple[str, ...], ...]:
+    """Return the axes of a study; those that advance together in one group, columns of points and samples alone."""
+    return tuple(
+        group
+        for block in study.blocks
+        for group in ([tuple(block.columns)] if is_of_axes(study, block.columns) else [(name,) for name in block.columns])
+    )
+
+
+def is_of_axes(study: Study, names: Sequence[str] | object) -> bool:
+    """Whether parameters are axes rather than columns of points or of a sample."""
+    return all(name in study.axes for name in names)  # type: ignore[attr-defined]
+
+
+def planned_and_missing(study: Study, plan: Plan, made: Made) -> tuple[int, int]:
+    """Return how many runs are planned, and how many of these are neither done nor failed."""
+    if study.until is None:
+        present = int((made.replicate < study.replicates).sum())
+        return plan.runs, plan.runs - present
+    from teamsight.analysis.studies.adaptive import all_needed
+
+    name = study.until.measure
+    table = made.table
+    values = numbers(table, name) if name in table.column_names else np.full(len(made.setting), np.nan)
+    needed = all_needed(study.until, study.replicates, made.setting, made.replicate, values, plan.settings)
+    present = int((made.replicate < needed[made.setting]).sum())
+    planned = int(needed.sum())
+    return planned, planned - present
+
+
+def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:
+    """Return what was recorded of each run in the order of the plan, by run id."""
+    if not table.num_columns:
+        return pd.DataFrame(index=run_ids(table))
+    setting = plan.index_of(setting_ids(table["setting"]))
+    # Stable: the rows of a run stay in their order.
+    order = np.lexsort((table["replicate"].to_numpy(), setting))
+    order = order[setting[order] >= 0]
+    table = table.take(order)
+    return table.to_pandas().set_index(run_ids(table))

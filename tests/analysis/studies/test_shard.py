@@ -1,0 +1,219 @@
+"""A shard: its tables are those of `run_many` and of the library's recorders, and depend on its runs alone."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from teamsight import CMOMMT, Failures, run_many
+from teamsight.analysis.studies import same_code
+from teamsight.analysis.studies.missing import Selection
+from teamsight.analysis.studies.same_code import SourceError
+from teamsight.analysis.studies.shard import Shard, ShardResult, ShardRun, died, make_shard
+from teamsight.analysis.studies.study import Record, Study
+from teamsight.analysis.studies.sweep import common_of
+
+HERE = Path(__file__).parent
+GRID: dict[str, Any] = {"robots": [2, 5], "radius": [2.0, 3.5]}
+FIXED: dict[str, Any] = {"targets": 3, "policy": "a-cmommt"}
+
+
+@pytest.fixture(autouse=True)
+def _path_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+
+def shard_of(study: Study) -> Shard:
+    """Return all runs of a study in one shard."""
+    plan = study.plan()
+    runs = tuple(
+        ShardRun(f"{int(plan.ids[k]):016x}", replicate, plan.seed(k, replicate), plan.parameters(k))
+        for k, replicate in Selection(plan, np.full(plan.settings, study.replicates))
+    )
+    return Shard(common_of(study, plan.types), runs)
+
+
+def odd(name: str, measure: str = "summary", **given: Any) -> Study:
+    model = "cmommt" if name == "cmommt" else f"odd_models:{name}"
+    measure = measure if measure == "summary" else f"odd_models:{measure}"
+    return Study(**{"model": model, "record": Record(measure), "steps": 5, "path": HERE, **given})
+
+
+def table(result: ShardResult, kind: str = "runs") -> pd.DataFrame:
+    return pq.read_table(io.BytesIO(result.parts[kind])).to_pandas()
+
+
+@pytest.mark.short
+def test_runs_are_those_of_run_many() -> None:
+    study = Study(fixed=FIXED, axes=GRID, replicates=3, steps=20, seed=4)
+    result = make_shard(shard_of(study))
+    expected = run_many(FIXED | GRID, replicates=3, steps=20, rng=4)
+    found = table(result).drop(columns="setting")
+    assert (result.done, result.failed) == (12, ())
+    keys = ["robots", "radius", "replicate"]
+    pd.testing.assert_frame_equal(
+        found.sort_values(keys, ignore_index=True)[list(expected)], expected.sort_values(keys, ignore_index=True)
+    )
+    assert [*found] == [*FIXED, *GRID, "replicate", "seed", "steps", *expected.columns[-3:]]
+
+
+def test_the_bytes_depend_on_the_runs_alone() -> None:
+    shard = shard_of(Study(fixed=FIXED, axes=GRID, steps=20, record=Record(steps=True, trajectories=7, events=True)))
+    first = make_shard(shard)
+    assert make_shard(pickle.loads(pickle.dumps(shard))).parts == first.parts
+    # Each run alone, and in the other order, gives the same rows.
+    apart = [table(make_shard(shard._replace(runs=(run,)))) for run in reversed(shard.runs)]
+    pd.testing.assert_frame_equal(pd.concat(apart[::-1], ignore_index=True), table(first), check_exact=True)
+
+
+def test_recorded_tables_are_those_of_the_library() -> None:
+    fixed = {**FIXED, "events": Failures(8.0, 4.0)}
+    study = Study(fixed=fixed, axes={"robots": [3, 4]}, steps=30, record=Record(steps=True, trajectories=7, events=True))
+    shard = shard_of(study)
+    result = make_shard(shard)
+    for run in shard.runs:
+        world = CMOMMT(**{**study.plan().components(0), "robots": run.parameters["robots"]}, rng=run.seed)
+        world.recording.record_positions(7)
+        world.run(30)
+        expected = {
+            "steps": world.recording.history.reset_index(),
+            "trajectories": world.recording.trajectory,
+            "events": world.events,
+        }
+        for kind, frame in expected.items():
+            found = table(result, kind)
+            mine = found[found["setting"] == run.setting].drop(columns=["setting", "replicate"])
+            assert len(frame)
+            pd.testing.assert_frame_equal(
+                mine.reset_index(drop=True), frame, check_dtype=False, check_exact=True
+            )  # fmt: skip
+
+
+@pytest.mark.short
+def test_types_of_columns() -> None:
+    study = odd("cmommt", "numbers", axes={"robots": [1, 2], "radius": [2, 3.5]}, replicates=2, fixed={"delta": 4})
+    schema = pq.read_schema(io.BytesIO(make_shard(shard_of(study)).parts["runs"]))
+    types = {field.name: field.type for field in schema}
+    assert types == {
+        "setting": pa.string(), "delta": pa.int64(), "robots": pa.int64(), "radius": pa.float64(),
+        "replicate": pa.int64(), "seed": pa.int64(), "steps": pa.int64(), "observed": pa.float64(),
+        "steps_made": pa.int64(), "is_even": pa.bool_(), "word": pa.string(), "perhaps": pa.float64(),
+    }  # fmt: skip
+    plain = pq.read_table(io.BytesIO(make_shard(shard_of(odd("cmommt", "plain"))).parts["runs"]))
+    found = plain.select(["ticks", "is_even", "word", "nothing"])
+    assert [field.type for field in found.schema] == [pa.float64(), pa.float64(), pa.string(), pa.float64()]
+    assert found.to_pylist()[0]["word"] == "ü"
+
+
+@pytest.mark.short
+def test_a_run_that_raises_is_a_row_with_its_error() -> None:
+    study = odd("raising", axes={"robots": [2, 1, 3]}, fixed={"bad": 1}, replicates=2)
+    shard = shard_of(study)
+    result = make_shard(shard)
+    assert result.done == 4
+    failed = table(result, "failed")
+    runs = [run for run in shard.runs if run.parameters["robots"] == 1]
+    assert list(failed["run"]) == [run.id for run in runs] == [name for name, _ in result.failed]
+    assert list(failed["seed"]) == [run.seed for run in runs]
+    error = "RuntimeError: no team of 1 in <object object at 0x…>"
+    assert set(failed["error"]) == {error} == {text for _, text in result.failed}
+    trace = failed["traceback"][0]
+    assert "in raising" in trace
+    assert "0x…" in trace
+    assert [*failed] == ["run", "setting", "bad", "robots", "replicate", "seed", "steps", "error", "traceback"]
+
+
+@pytest.mark.parametrize(
+    ("model", "measure", "error"),
+    [
+        ("no_world", "summary", "model returned 2: must return a World"),
+        ("leaving", "summary", "SystemExit: enough"),
+        ("cmommt", "nested", "measure returned parts={'first': 1}: must be a number, a text, True, False or None; give its parts as columns"),
+        ("cmommt", "taken", "measure returned 'replicate': the table has this column; take another name"),
+    ],
+)  # fmt: skip
+def test_what_fails(model: str, measure: str, error: str) -> None:
+    robots = [2] if model != "leaving" else [3]
+    result = make_shard(shard_of(odd(model, measure, axes={"robots": robots})))
+    assert [text[: len(error)] for _, text in result.failed] == [error]
+    assert "runs" not in result.parts
+
+
+def test_a_component_that_cannot_be_made_fails_its_runs_only() -> None:
+    policies = ["a-cmommt", {"use": "teamsight.policies.handmade.a_cmommt:ACmommt", "no_such": 1}]
+    result = make_shard(shard_of(Study(axes={"policy": policies}, fixed={"robots": 2, "targets": 2}, steps=3)))
+    assert result.done == 1
+    assert "no_such" in result.failed[0][1]
+
+
+@pytest.mark.short
+def test_missing_columns_are_null_and_two_types_are_refused() -> None:
+    result = make_shard(shard_of(odd("cmommt", "other_columns", replicates=12)))
+    found = table(result)
+    assert set(found["a"]) == {1.0}
+    assert (found["b"].isna() ^ found["c"].isna()).all()
+    assert found["b"].isna().any()
+    assert found["c"].isna().any()
+    with pytest.raises(ValueError, match=r"measure returned a \w+ as 'a' in run \w{16}-\d+ and a \w+ .*one type"):
+        make_shard(shard_of(odd("cmommt", "other_types", replicates=12)))
+
+
+def test_details_of_events_have_one_type_in_all_parts() -> None:
+    study = odd("cmommt", "logging", replicates=2, record=Record("odd_models:logging", events=True))
+    events = pq.read_table(io.BytesIO(make_shard(shard_of(study)).parts["events"]))
+    types = {field.name: field.type for field in events.schema}
+    assert (types["steps"], types["share"], types["word"]) == (pa.float64(), pa.float64(), pa.string())
+    assert (types["agent"], types["tick"]) == (pa.int64(), pa.int64())
+
+
+@pytest.mark.short
+def test_an_interrupt_ends_the_shard_but_fails_the_run_where_interrupts_are_ignored() -> None:
+    shard = shard_of(odd("interrupting", axes={"robots": [2, 3]}))
+    with pytest.raises(KeyboardInterrupt):
+        make_shard(shard)
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        result = make_shard(shard)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (result.done, [text for _, text in result.failed]) == (1, ["KeyboardInterrupt"])
+
+
+@pytest.mark.short
+def test_other_code_is_refused() -> None:
+    shard = shard_of(odd("Own", axes={"robots": [2]}))
+    own = shard.common.code
+    with pytest.raises(SourceError, match=f"version {own} of teamsight's code, the sweep has 0123; install the same"):
+        make_shard(shard._replace(common=shard.common._replace(code="0123")))
+    assert list(shard.common.sources) == ["odd_models"]
+    digest = shard.common.sources["odd_models"]
+    other = shard.common._replace(sources={"odd_models": "4567"})
+    with pytest.raises(SourceError, match=f"version {digest} of module 'odd_models', the sweep has 4567; give all"):
+        make_shard(shard._replace(common=other))
+
+
+def test_the_digest_of_a_module_is_that_of_the_code_that_this_process_has(tmp_path: Path) -> None:
+    sys.path.insert(0, str(tmp_path))
+    module = tmp_path / "changing_part_of_a_study.py"
+    module.write_text("x = 1\n")
+    before = same_code.source_digests(["changing_part_of_a_study"])
+    module.write_text("x = 2\n")
+    assert same_code.source_digests(["changing_part_of_a_study"]) == before
+    assert same_code.source_digests(["no_such_part_of_a_study"]) == {"no_such_part_of_a_study": "no file"}
+
+
+def test_runs_of_a_shard_that_no_worker_survived() -> None:
+    shard = shard_of(Study(fixed=FIXED, axes=GRID))
+    result = died(shard, "the worker ended")
+    assert (result.done, len(result.failed)) == (0, 4)
+    assert set(table(result, "failed")["error"]) == {"the worker ended"}
