@@ -185,7 +185,9 @@ def _security(scheduler: str | None, files: dict[str, str | Path | None]) -> Any
     distributed = check_installed()
     given = {name: Path(path) for name, path in files.items() if path is not None}
     if scheduler is not None and not scheduler.startswith(("tcp://", "tls://")):
-        raise ValueError(f"scheduler={checks.shown(scheduler)}: must be an address such as tcp://10.0.0.1:8786, or tls://…")
+        raise ValueError(
+            f"scheduler={checks.shown(scheduler)}: must be an address such as tcp://10.0.0.1:8786, or tls://…"
+        )
     if scheduler is not None and scheduler.startswith("tls://") and len(given) < 3:
         missing = next(name for name in files if name not in given)
         raise ValueError(f"{missing}=None: is needed for {scheduler}; give tls_ca, tls_cert and tls_key")

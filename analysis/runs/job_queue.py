@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from teamsight.analysis.runs.executor import MOST_DEATHS, Outcome
@@ -28,24 +28,37 @@ class JobQueue:
         # The messages of jobs without an outcome, for another worker if one dies.
         self._messages: dict[int, bytes] = {}
         self._deaths: Counter[int] = Counter()
+        self._unsent: list[Outcome] = []
+        self._is_exhausted = False
 
     @property
     def unfinished(self) -> int:
         """Number of jobs that were taken and have no outcome."""
         return len(self._messages)
 
-    def take(self, count: int) -> Iterator[Outcome]:
-        """Take jobs until `count` wait; yield the outcome of those that cannot be sent."""
-        while len(self._waiting) < count:
+    @property
+    def is_empty(self) -> bool:
+        """Whether all jobs were taken and have their outcome."""
+        return self._is_exhausted and not self._messages
+
+    def take(self, count: int) -> None:
+        """Take jobs until `count` wait."""
+        while len(self._waiting) + len(self._unsent) < count and not self._is_exhausted:
             index, job = next(self._jobs, (None, None))
             if index is None:
+                self._is_exhausted = True
                 return
             try:
                 self._messages[index] = packed(self._function, job)
             except Exception as error:
-                yield Outcome(index, "unsent", said(error))
+                self._unsent.append(Outcome(index, "unsent", said(error)))
             else:
                 self._waiting.append(index)
+
+    def unsent(self) -> list[Outcome]:
+        """Remove and return the outcomes of jobs that were taken and cannot be sent."""
+        found, self._unsent = self._unsent, []
+        return found
 
     def first(self) -> tuple[int, bytes] | None:
         """Remove and return the first job that waits, and its message."""

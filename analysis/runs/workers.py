@@ -164,12 +164,10 @@ class WorkerPool:
             raise RuntimeError("jobs: the workers of this pool have others; end the iteration over those first")
         queue = JobQueue(function, jobs)
         try:
-            while True:
-                yield from queue.take(self.size)
+            while not queue.is_empty:
                 self._hand_out(queue)
-                if not queue.unfinished:
-                    return
-                for worker in self._answering():
+                yield from queue.unsent()
+                for worker in self._answering() if queue.unfinished else ():
                     outcome = self._outcome(worker, queue)
                     if outcome is not None:
                         # Before the caller works on the outcome, so that no worker waits for that.
@@ -179,13 +177,15 @@ class WorkerPool:
             self._kill([worker for worker in self._workers if worker.job is not None])
 
     def _hand_out(self, queue: JobQueue) -> None:
-        """Give each idle worker a job; start those that are missing for the jobs there are."""
+        """Give each idle worker a job, and let as many wait; start workers that are missing for the jobs there are."""
+        queue.take(self.size)
         self._start(min(self.size, queue.unfinished))
         for worker in self._workers:
             if worker.is_ready and worker.job is None and (first := queue.first()):
                 index, message = first
                 if not worker.give(index, message):
                     queue.put_back(index)  # the death of the worker is noticed where its answer is awaited
+        queue.take(self.size)
 
     def _answering(self) -> list[WorkerProcess]:
         """Wait until workers answer or are dead, also idle ones, and return them."""

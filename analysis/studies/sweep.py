@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from teamsight.analysis.studies.lazy_pool import LazyPool
 from teamsight.analysis.studies.rounds import Rounds
 from teamsight.analysis.studies.same_code import source_digests
 from teamsight.analysis.studies.shard import Common
@@ -100,7 +101,6 @@ def sweep(
     JobError
         If no runs can be made, for example because a worker has other code.
     """
-    from teamsight.analysis.runs.checkpoint import code_digest
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
     began = time.perf_counter()
@@ -115,9 +115,9 @@ def sweep(
         folder.prepare(study, plan, code=common.code, sources=common.sources, mixed_code=mixed_code)
         for damaged in folder.tidy() if shard is None else ():
             emit(f"damaged part set aside: {damaged.kind}/{damaged.name} ({damaged.reason}); its runs are made again")
-        engine = executor or stack.enter_context(_pool(workers, emit))
+        engine = executor or stack.enter_context(LazyPool(workers, emit))
         heartbeat = stack.enter_context(
-            folder.recorded(engine=_name(engine), workers=engine.size, code=code_digest(), shard=shard)
+            folder.recorded(engine=_name(engine), workers=engine.size, code=common.code, shard=shard)
         )
         rounds = Rounds(
             study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
@@ -171,21 +171,6 @@ def _check_shard(shard: tuple[int, int] | None) -> None:
         checks.count("shard", part, most=checks.count("shard", parts), cure="shards i/n are numbered from 1")
 
 
-@contextlib.contextmanager
-def _pool(workers: int, emit: Callable[[str], object]) -> Iterator[Executor]:
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool
-
-    def on_message(text: str) -> None:
-        emit(text)
-
-    with WorkerPool(workers, (*IMPORTS, "teamsight.analysis.studies.shard"), on_message) as pool:
-        yield pool
-
-
 def _name(engine: Executor) -> str:
     """Return what the record of sweeps calls an engine."""
-    name = type(engine).__name__
-    if name == "WorkerPool":
-        return "local" if engine.size > 1 else "in-process"
-    return name.removesuffix("Executor").lower()
+    return engine.name if isinstance(engine, LazyPool) else type(engine).__name__.removesuffix("Executor").lower()

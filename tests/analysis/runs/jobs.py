@@ -6,8 +6,9 @@ import os
 import signal
 import threading
 import time
+from pathlib import Path
 
-from teamsight.analysis.runs.workers import emit
+from teamsight.analysis.runs.attempt import emit
 from teamsight.core.kernel.cache_folder import cache_folder
 
 
@@ -74,3 +75,58 @@ def slow(number: int) -> int:
     """Return the double, after more work than a scheduler needs to notice anything."""
     time.sleep(0.2)
     return 2 * number
+
+
+def die_once(job: tuple[str, int]) -> int:
+    """End the worker the first time, then return the square."""
+    folder, number = job
+    try:
+        Path(folder, str(number)).touch(exist_ok=False)
+    except FileExistsError:
+        return number * number
+    os.kill(os.getpid(), signal.SIGKILL)
+    return -1
+
+
+def end(how: str) -> str:
+    """End the worker in one of several ways, or return what was given."""
+    if how == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if how == "exit 0":
+        os._exit(0)
+    if how == "exit 1":
+        os._exit(1)
+    if how == "crash":
+        signal.signal(signal.SIGSEGV, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGSEGV)
+    return how
+
+
+def leave(error: type[BaseException]) -> None:
+    raise error("away")
+
+
+class Odd:
+    """Can be pickled, but not unpickled."""
+
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        return refuse, (1,)
+
+
+def refuse(number: int) -> None:
+    raise OSError("this is no odd thing")
+
+
+def return_odd(kind: str) -> object:
+    return {"lambda": lambda: 1, "odd": Odd(), "plain": 1}[kind]
+
+
+def echo(content: bytes) -> bytes:
+    return content
+
+
+def wait_unless(number: int) -> int:
+    """Return 0 for 0, and wait for ever for any other number."""
+    if number:
+        threading.Event().wait()
+    return number

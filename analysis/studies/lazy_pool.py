@@ -1,0 +1,61 @@
+"""A worker pool that starts when there is work: a study that is complete needs none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from types import TracebackType
+from typing import TYPE_CHECKING, TypeVar
+
+from teamsight.analysis.runs.simulate import IMPORTS
+from teamsight.analysis.runs.workers import WorkerPool, check_workers
+
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import Outcome
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class LazyPool:
+    """An `Executor` of worker processes on this machine, which start with the first jobs.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes; with 1 all jobs run in this one.
+    emit : callable
+        Called with each message of a job.
+
+    Attributes
+    ----------
+    size : int
+        Number of processes.
+    """
+
+    def __init__(self, workers: int, emit: Callable[[str], object]) -> None:
+        self.size = check_workers(workers)
+        self._emit = emit
+        self._pool: WorkerPool | None = None
+
+    @property
+    def name(self) -> str:
+        """What the record of sweeps calls it."""
+        return "local" if self.size > 1 else "in-process"
+
+    def __enter__(self) -> LazyPool:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._pool is not None:
+            self._pool.__exit__(kind, value, trace)
+
+    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Iterator[Outcome]:
+        """Return the outcomes of jobs as they end; see `Executor`."""
+        if self._pool is None:
+            self._pool = WorkerPool(self.size, (*IMPORTS, "teamsight.analysis.studies.shard"), self._message)
+        return self._pool.outcomes(function, jobs)
+
+    def _message(self, text: str) -> None:
+        self._emit(text)
