@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import time
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 # Seconds until a scheduler must have answered, and until it must have a worker.
 _ANSWER, _WORKER = 15.0, 60.0
+# Seconds for which a number of workers is used.
+_AGE = 1.0
 _LOCAL = "127.0.0.1"
 
 T = TypeVar("T")
@@ -70,6 +73,7 @@ class DaskExecutor:
         security = _security(scheduler, {"tls_ca": tls_ca, "tls_cert": tls_cert, "tls_key": tls_key})
         self._cluster: LocalCluster | None = None
         self._address, self._count = scheduler, workers
+        self._size, self._counted_at = 1, -math.inf
         if scheduler is None:
             self._client, self._cluster = _local(workers)
         else:
@@ -83,8 +87,12 @@ class DaskExecutor:
 
     @property
     def size(self) -> int:
-        """Number of worker processes, at least 1; it may change from call to call."""
-        return max(1, len(self._workers()))
+        """Number of worker processes, which may change; while there are none, their number is awaited."""
+        now = time.monotonic()
+        if now > self._counted_at + _AGE:
+            self._wait_for_workers()
+            self._size, self._counted_at = len(self._workers()) or 1, now
+        return self._size
 
     def __enter__(self) -> DaskExecutor:
         return self
@@ -106,16 +114,13 @@ class DaskExecutor:
         """
         submitted = DaskJobs(self._client, function, jobs)
         try:
-            while True:
-                yield from submitted.submit(self.size)
-                if not submitted.unfinished:
-                    return
-                while (outcome := submitted.ended()) is None:
-                    self._wait_for_workers()
-                # Before the caller works on the outcome, so that no worker waits for that.
-                further = list(submitted.submit(self.size))
-                yield outcome
-                yield from further
+            while not submitted.is_empty:
+                submitted.submit(self.size)
+                yield from submitted.unsent()
+                if submitted.unfinished and (outcome := submitted.ended()):
+                    # Before the caller works on the outcome, so that no worker waits for that.
+                    submitted.submit(self.size)
+                    yield outcome
         except (OSError, RuntimeError) as error:
             if isinstance(error, ExecutorError) or self._client.status == "running":
                 raise

@@ -7,7 +7,7 @@ import queue
 import threading
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.attempt import attempt
@@ -48,29 +48,42 @@ class DaskJobs:
         # here, and are then made with no other beside them: whoever dies alone is guilty.
         self._suspects: deque[int] = deque()
         self._alone: int | None = None
+        self._unsent: list[Outcome] = []
+        self._is_exhausted = False
 
     @property
     def unfinished(self) -> int:
         """Number of jobs that were taken and have no outcome."""
         return len(self._messages)
 
-    def submit(self, workers: int) -> Iterator[Outcome]:
-        """Submit jobs for so many workers; yield the outcome of those that cannot be sent."""
+    @property
+    def is_empty(self) -> bool:
+        """Whether all jobs were taken and have their outcome."""
+        return self._is_exhausted and not self._messages
+
+    def submit(self, workers: int) -> None:
+        """Submit jobs for so many workers."""
         if self._suspects or self._alone is not None:
             if not self._futures:
                 self._alone = self._suspects.popleft()
                 self._send(self._alone)
             return
-        while len(self._futures) < _EACH * workers:
+        while len(self._futures) + len(self._unsent) < _EACH * workers and not self._is_exhausted:
             index, job = next(self._jobs, (None, None))
             if index is None:
+                self._is_exhausted = True
                 return
             try:
                 self._messages[index] = pickle.dumps((self._function, job))
             except Exception as error:
-                yield Outcome(index, "unsent", said(error))
+                self._unsent.append(Outcome(index, "unsent", said(error)))
             else:
                 self._send(index)
+
+    def unsent(self) -> list[Outcome]:
+        """Remove and return the outcomes of jobs that were taken and cannot be sent."""
+        found, self._unsent = self._unsent, []
+        return found
 
     def ended(self) -> Outcome | None:
         """Wait for a job and return its outcome; None if none ended for a while, or one is made again."""

@@ -48,6 +48,14 @@ class Selection:
         for first in range(min(parts, len(self._is_selected))):
             self._is_selected[first::parts] &= (first + replicates) % parts == part - 1
 
+    def keep(self, runs: RunSet) -> None:
+        """Keep only these runs."""
+        before = self._is_selected
+        self._is_selected = before.copy()
+        self.remove(runs)
+        # What was removed is what is kept.
+        self._is_selected = before & ~self._is_selected
+
     @property
     def size(self) -> int:
         """The number of runs."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Literal, Protocol
 
@@ -15,30 +15,48 @@ from teamsight.analysis.runs.seeding import SCENARIO, Pairing, derived_seed
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.grid import Block
 from teamsight.analysis.studies.definition.identity import setting_ids
-from teamsight.analysis.studies.definition.model import integers_of
+from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of
 from teamsight.analysis.studies.definition.values import text_of, thawed
 
 #: The type of a column: int64, double, bool or text; see `definition.values.stored`.
 Kind = Literal["int", "number", "flag", "text"]
+
+# Parameters of which worlds with different numbers cannot share arrays; see `Run.likeness`.
+_SIZES = ("robots", "targets", "delta")
+# Seeds that are kept: of the settings that share them, those in work.
+_MOST_SEEDS = 50_000
 
 
 class Definition(Protocol):
     """What a plan reads of a `Study`."""
 
     @property
-    def model(self) -> str: ...
+    def model(self) -> str:
+        """The model."""
+
     @property
-    def fixed(self) -> Mapping[str, object]: ...
+    def fixed(self) -> Mapping[str, object]:
+        """Parameters that all settings share."""
+
     @property
-    def blocks(self) -> tuple[Block, ...]: ...
+    def blocks(self) -> tuple[Block, ...]:
+        """What is crossed, in order."""
+
     @property
-    def replicates(self) -> int: ...
+    def replicates(self) -> int:
+        """Runs of each setting."""
+
     @property
-    def steps(self) -> int: ...
+    def steps(self) -> int:
+        """Steps of each run."""
+
     @property
-    def seed(self) -> int: ...
+    def seed(self) -> int:
+        """The root seed."""
+
     @property
-    def pairing(self) -> Pairing: ...
+    def pairing(self) -> Pairing:
+        """Which values enter the seeds."""
 
 
 class Plan:
@@ -69,44 +87,45 @@ class Plan:
         blocks = study.blocks
         self.swept: tuple[str, ...] = tuple(name for block in blocks for name in block.columns)
         self.names: tuple[str, ...] = (*study.fixed, *self.swept)
-        self._sizes = [block.size for block in blocks]
-        self._strides = [int(np.prod(self._sizes[i + 1 :], dtype=object)) for i in range(len(blocks))]
-        self.settings = int(np.prod(self._sizes, dtype=object))
+        sizes = [block.size for block in blocks]
+        self.settings = math.prod(sizes)
         self.runs = self.settings * study.replicates
-        # Of each parameter the block that it is in, −1 for fixed ones, and its values there.
-        self._home = {name: -1 for name in study.fixed} | {
-            name: index for index, block in enumerate(blocks) for name in block.columns
-        }
-        self._values: dict[str, list[object]] = {name: [thawed(value)] for name, value in study.fixed.items()}
-        for block in blocks:
-            self._values |= {name: [thawed(value) for value in column] for name, column in block.columns.items()}
+        # Of each parameter, how many settings follow each other with one value, and its values: one of a fixed one.
+        self._strides = dict.fromkeys(study.fixed, self.settings)
+        columns: dict[str, Sequence[object]] = {name: (value,) for name, value in study.fixed.items()}
+        for index, block in enumerate(blocks):
+            self._strides |= dict.fromkeys(block.columns, math.prod(sizes[index + 1 :]))
+            columns |= block.columns
+        self._values: dict[str, list[object]] = {name: thawed(tuple(column)) for name, column in columns.items()}
         self._components = Components()
         self._seeds: dict[tuple[object, ...], int] = {}
 
     @cached_property
     def ids(self) -> NDArray[np.uint64]:
         """Ids of the settings, (settings,); in texts they have 16 hexadecimal digits."""
-        texts = {name: [text_of(value) for value in values] for name, values in self._values.items()}
-        return setting_ids(texts, self._home, self._sizes)
+        return setting_ids(self._values, self._strides, self.settings)
 
     @cached_property
     def types(self) -> dict[str, Kind]:
-        """The type of each parameter's column. Imports the model, whose signature tells integers."""
+        """The type of each parameter's column. Imports the model, whose signature says which are integers."""
         integers = integers_of(self.study.model)
         return {name: _kind(values, name in integers) for name, values in self._values.items()}
 
+    def stride(self, name: str) -> int:
+        """Return how many settings follow each other with one value of a parameter."""
+        return self._strides[name]
+
     def places(self, name: str, settings: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return where in `values` of this parameter the value of each setting is; by default of all settings."""
+        """Return where in `values` of a parameter the value of each of these settings is; by default of all."""
         which = np.arange(self.settings) if settings is None else np.asarray(settings)
-        home = self._home[name]
-        return np.zeros(len(which), np.int64) if home < 0 else which // self._strides[home] % self._sizes[home]
+        return which // self._strides[name] % len(self._values[name])
 
     def values(self, name: str) -> list[object]:
         """Return the values of a parameter, JSON-like: one for a fixed one; of points and samples one for each row."""
         return self._values[name]
 
     def parameters(self, k: int) -> dict[str, object]:
-        """Return the values of setting `k`, JSON-like. They must not be changed."""
+        """Return the values of setting `k`, JSON-like. Lists and tables in them must not be changed."""
         return {name: self._value(name, k) for name in self.names}
 
     def components(self, k: int) -> dict[str, object]:
@@ -118,10 +137,13 @@ class Plan:
         study = self.study
         if study.pairing == "none":
             return derived_seed(study.seed, replicate, self.parameters(k), False, "none")
-        is_cmommt = study.model == "cmommt"
-        given = {name: self._value(name, k) for name in SCENARIO if name in self._home} if is_cmommt else {}
+        is_cmommt = study.model == CMOMMT_NAME
+        given = {name: self._value(name, k) for name in SCENARIO if name in self._values} if is_cmommt else {}
+        # True and 1 would be one key, and are two values.
         key = (replicate, *map(repr, given.values()))
         if key not in self._seeds:
+            if len(self._seeds) >= _MOST_SEEDS:
+                self._seeds.clear()
             self._seeds[key] = derived_seed(study.seed, replicate, given, is_cmommt)
         return self._seeds[key]
 
@@ -132,8 +154,12 @@ class Plan:
     @cached_property
     def order(self) -> NDArray[np.int64]:
         """Settings ordered so that alike ones, which can share a built world, follow each other; see `Run.likeness`."""
-        keys = [self._alike(name)[self.places(name)] for name in sorted(self.swept)]
-        return np.lexsort(keys[::-1]) if keys else np.arange(self.settings)
+        keys = []
+        for name in sorted(self.swept, reverse=True):
+            alike = self._alike(name)
+            if alike.any():
+                keys.append(alike[self.places(name)])
+        return np.lexsort(keys) if keys else np.arange(self.settings)
 
     def index_of(self, ids: NDArray[np.uint64]) -> NDArray[np.int64]:
         """Return the number of the setting with each id, −1 for one that is not planned."""
@@ -147,24 +173,24 @@ class Plan:
         return order, self.ids[order]
 
     def _value(self, name: str, k: int) -> object:
-        home = self._home[name]
-        return self._values[name][0 if home < 0 else k // self._strides[home] % self._sizes[home]]
+        values = self._values[name]
+        return values[int(k) // self._strides[name] % len(values)]
 
     def _alike(self, name: str) -> NDArray[np.int64]:
-        """Return one number for each value of a parameter; values of equal numbers can share a world."""
-        matter = name in ("robots", "targets", "delta")
-        texts = [text_of(value) if matter or not _is_number(value) else "" for value in self._values[name]]
+        """Return a number for each value of a parameter; values of equal numbers can share a world."""
+        values = self._values[name]
+        if name not in _SIZES and set(map(type, values)) <= {int, float}:
+            return np.zeros(len(values), np.int64)
+        texts = [text_of(value) if name in _SIZES or type(value) not in (int, float) else "" for value in values]
         numbers = {text: number for number, text in enumerate(dict.fromkeys(texts))}
         return np.array([numbers[text] for text in texts])
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def _kind(values: list[object], is_integer: bool) -> Kind:
-    if all(isinstance(value, bool) for value in values):
+    kinds = set(map(type, values))
+    if kinds == {bool}:
         return "flag"
-    if not all(map(_is_number, values)):
+    if not kinds <= {int, float}:
         return "text"
-    return "int" if is_integer and all(value == int(value) for value in values) else "number"  # type: ignore[call-overload]
+    is_whole = is_integer and all(isinstance(value, int) or value.is_integer() for value in values)  # type: ignore[attr-defined]
+    return "int" if is_whole else "number"

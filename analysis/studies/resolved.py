@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.definition.components import Components
@@ -31,7 +31,7 @@ class Resolved:
     """
 
     def __init__(self, model: str, measure: str, path: tuple[str, ...]) -> None:
-        sys.path[:0] = [folder for folder in path if folder not in sys.path]
+        find_modules_in(path)
         self.model: Callable[..., World] = model_of(model)
         self.measure: Callable[[World, int], Any] = measure_of(measure)
         self._components = Components()
@@ -39,6 +39,11 @@ class Resolved:
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the keyword arguments of the model for parameters as a study has them."""
         return self._components.resolved(given)
+
+
+def find_modules_in(path: Iterable[str]) -> None:
+    """Let Python find modules in folders, besides those that it searches."""
+    sys.path[:0] = [folder for folder in path if folder not in sys.path]
 
 
 def measure_of(name: str) -> Callable[..., Any]:

@@ -45,12 +45,14 @@ def open_study(folder: str | os.PathLike[str]) -> StudyResults:
     ValueError
         If it is not the folder of a study, or a part of it is damaged.
     """
+    from teamsight.analysis.studies.folder.reading import read_parts
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
     found = StudyFolder(folder)
     study = found.study
-    # What is made in the meantime is then at most in both, and counts as done.
-    failed = found.read("failed")
+    # What is made in the meantime is then at most in both, and counts as done. The folder's own `read` would leave such
+    # runs out, for which it reads all parts of the others once more.
+    failed = read_parts(found.path, "failed")
     return StudyResults(found, study, found.read("runs"), failed)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.missing import Selection
-from teamsight.analysis.studies.part_tables import Kinds, merged
+from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, merged
 from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
 from teamsight.analysis.studies.sharding import Sharding, Sized
 from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
@@ -20,6 +20,7 @@ from teamsight.core import checks
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.progress import Heartbeat
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
@@ -59,6 +60,8 @@ class Rounds:
         Make failed runs again.
     stops : bool
         Stop after a run that fails.
+    only : RunSet, optional
+        Make only missing runs among these.
 
     Attributes
     ----------
@@ -71,12 +74,12 @@ class Rounds:
     def __init__(
         self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
         progress: Callable[[int, int, float | None], object], shard: tuple[int, int] | None, retry_failed: bool,
-        stops: bool,
+        stops: bool, only: RunSet | None = None,
     ) -> None:  # fmt: skip
         self.counts, self.errors = Counts(), list[tuple[str, str]]()
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
         self._heartbeat, self._progress, self._shard = heartbeat, progress, shard
-        self._retry_failed, self._stops = retry_failed, stops
+        self._retry_failed, self._stops, self._only = retry_failed, stops, only
         self._kinds: Kinds = {}
         self._rate: float | None = None
         self._in_flight: dict[int, Sized] = {}
@@ -89,7 +92,7 @@ class Rounds:
             self._report()
             if missing.size:
                 self._make(missing)
-            if self._study.until is None or (self._stops and self.errors):
+            if self._study.until is None or self._only is not None or (self._stops and self.errors):
                 return
             more = self._needed(needed, own)
             if np.array_equal(more, needed):
@@ -105,6 +108,8 @@ class Rounds:
         self.counts.failed = (
             0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
         )
+        if self._only is not None:
+            selected.keep(self._only)
         return selected, own
 
     def _make(self, missing: Selection) -> None:
@@ -175,18 +180,18 @@ class Rounds:
     def _measured(self, measure: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
         """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
         table = self._folder.read("runs")
-        if table.num_rows and measure not in table.column_names:
-            hint = checks.suggestion(measure, table.column_names)
+        names = [name for name in table.column_names if name not in OWN_COLUMNS.union(self._common.types)]
+        if table.num_rows and measure not in names:
+            hint = checks.suggestion(measure, names)
             raise ValueError(
-                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of "
-                f"{', '.join(table.column_names)}"
+                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of {', '.join(names)}"
             )
         failed = self._folder.failed()
         columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]
         if table.num_rows:
-            names = table.column("setting").combine_chunks().dictionary_encode()
-            ids = np.array([int(name, 16) for name in names.dictionary.to_pylist()], np.uint64)
-            columns[0].append(ids[names.indices.to_numpy()])
+            settings = table.column("setting").combine_chunks().dictionary_encode()
+            found = np.array([int(name, 16) for name in settings.dictionary.to_pylist()], np.uint64)
+            columns[0].append(found[settings.indices.to_numpy()])
             columns[1].append(table.column("replicate").to_numpy())
             columns[2].append(table.column(measure).to_numpy().astype(np.float64))
         ids, replicates, values = (np.concatenate(parts) for parts in columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -83,7 +83,8 @@ def run_ids(table: pa.Table) -> pd.Index[str]:
     if not table.num_columns:
         return pd.Index([], dtype="str", name="run")
     joined = pc.binary_join_element_wise(table["setting"], table["replicate"].cast(pa.string()), "-")
-    return pd.Index(joined.to_pandas(), name="run")
+    found: pd.Index[str] = pd.Index(joined.to_pandas(), name="run")
+    return found
 
 
 def frame_of(made: Made, parameters: Sequence[str], measures: Sequence[str]) -> pd.DataFrame:
@@ -107,7 +108,7 @@ def failures_of(made: Made, parameters: Sequence[str]) -> pd.DataFrame:
         return pd.DataFrame(columns=[*parameters, "replicate", "seed", "steps", "error", "traceback"])
     table = table.filter(pc.is_valid(table["error"]))
     names = (*parameters, "replicate", "seed", "steps", "error", "traceback")
-    found = table.select([name for name in names if name in table.column_names]).to_pandas()
+    found: pd.DataFrame = table.select([name for name in names if name in table.column_names]).to_pandas()
     return found.set_index(run_ids(table))
 
 
@@ -143,16 +144,15 @@ def scalars(values: Sequence[object]) -> list[object]:
 
 def groups_of(study: Study) -> tuple[tuple[str, ...], ...]:
     """Return the axes of a study; those that advance together in one group, columns of points and samples alone."""
-    return tuple(
-        group
-        for block in study.blocks
-        for group in ([tuple(block.columns)] if is_of_axes(study, block.columns) else [(name,) for name in block.columns])
-    )
+    found: list[tuple[str, ...]] = []
+    for block in study.blocks:
+        found += [tuple(block.columns)] if is_of_axes(study, block.columns) else [(name,) for name in block.columns]
+    return tuple(found)
 
 
-def is_of_axes(study: Study, names: Sequence[str] | object) -> bool:
+def is_of_axes(study: Study, names: Iterable[str]) -> bool:
     """Whether parameters are axes rather than columns of points or of a sample."""
-    return all(name in study.axes for name in names)  # type: ignore[attr-defined]
+    return all(name in study.axes for name in names)
 
 
 def planned_and_missing(study: Study, plan: Plan, made: Made) -> tuple[int, int]:
@@ -180,4 +180,5 @@ def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:
     order = np.lexsort((table["replicate"].to_numpy(), setting))
     order = order[setting[order] >= 0]
     table = table.take(order)
-    return table.to_pandas().set_index(run_ids(table))
+    found: pd.DataFrame = table.to_pandas()
+    return found.set_index(run_ids(table))

@@ -2,28 +2,52 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
 
-from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.seeding import PAIRINGS, Pairing
+from teamsight.analysis.runs.seeding import Pairing
+from teamsight.analysis.studies.definition.check import check_plan
 from teamsight.analysis.studies.definition.grid import Block, blocks_of
 from teamsight.analysis.studies.definition.recording import Record, Until
 from teamsight.analysis.studies.definition.resolved import resolved
 from teamsight.analysis.studies.definition.values import are_equal, thawed
 from teamsight.analysis.studies.plan import Plan
-from teamsight.core import checks
+from teamsight.core import checks, references
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
 
-__all__ = ["PAIRINGS", "Record", "Study", "Until"]
+    from teamsight.analysis.runs.executor import Executor
+
+__all__ = ["Record", "Results", "Study", "Until"]
 
 Values = Mapping[str, Any]
+
+_SUMMARY = Record()
+
+
+class Results(Protocol):
+    """What `Study.run` returns: the `StudyResults` of its folder."""
+
+    @property
+    def frame(self) -> pd.DataFrame:
+        """One row for each run."""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no run is missing."""
+
+    def summary(self, measure: str | None = None) -> pd.DataFrame:
+        """Return mean, interval and maximum of a measure for each setting."""
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return them on the axes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -85,7 +109,7 @@ class Study:
     steps: int = 600
     seed: int = 0
     pairing: Pairing = "scenario"
-    record: Record = Record()
+    record: Record = _SUMMARY
     until: Until | None = None
     name: str | None = None
     path: str | os.PathLike[str] | None = None
@@ -105,13 +129,24 @@ class Study:
         """
         from teamsight.analysis.studies.definition.study_file import read_study_file
 
-        study = cls(**read_study_file(Path(path)))
-        study.check()
+        values = read_study_file(Path(path))
+        try:
+            study = cls(**values)
+            study.check()
+        except (TypeError, ValueError) as error:
+            kind = TypeError if isinstance(error, TypeError) else ValueError
+            raise kind(f"{os.fspath(path)}: {error}") from error
         return study
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
-        """Return the study of which these are the values; see `as_dict`."""
+        """Return the study of which these are the values; see `as_dict`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a key is unknown or a value is wrong.
+        """
         for key in values:
             checks.choice("study: key", key, [one.name for one in fields(cls)])
         return cls(**values)
@@ -132,7 +167,7 @@ class Study:
     @property
     def settings(self) -> int:
         """The number of settings."""
-        return _product(block.size for block in self.blocks)
+        return math.prod(block.size for block in self.blocks)
 
     @property
     def runs(self) -> int:
@@ -145,17 +180,54 @@ class Study:
         Raises
         ------
         TypeError, ValueError
-            If one does not load, or the model does not have a parameter.
+            If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
         """
+        references.search_in([] if self.path is None else [os.fspath(self.path)])
+        check_plan(self.plan(), self.model, self.record.measure, self.steps)
 
     def plan(self) -> Plan:
         """Return all runs of this study. Nothing is imported and checked; see `check`."""
         return Plan(self)
 
-    def run(self, out: str | os.PathLike[str], *, workers: int = 1, **options: Any) -> Any:
-        """Make the runs that are missing in a folder, and return its results; see `sweep.sweep`."""
-        # By name: the sweep reads and writes studies, and so imports this module.
-        return resolve_name("teamsight.analysis.studies.sweep:run_study")(self, out, workers=workers, **options)
+    def run(
+        self,
+        out: str | os.PathLike[str],
+        *,
+        workers: int = 1,
+        executor: Executor | None = None,
+        on_error: Literal["continue", "stop"] = "continue",
+        progress: Callable[[int, int, float | None], None] = lambda done, total, seconds_left: None,
+    ) -> Results:
+        """Make the runs that are missing in a folder, and return its results.
+
+        Parameters
+        ----------
+        out : path
+            The folder of the study; created if it does not exist.
+        workers : int
+            Number of processes; with 1 runs are made in this one.
+        executor : Executor, optional
+            What makes the runs, in place of `workers` processes.
+        on_error : "continue" or "stop"
+            Whether to go on after a run that fails.
+        progress : callable
+            Called with the runs that are done, the runs in all and the seconds left, None if unknown.
+
+        Returns
+        -------
+        StudyResults
+            As of `teamsight.open_study`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the study is wrong, see `check`, or the folder cannot be used.
+        """
+        # By name: a sweep reads studies from folders, and so imports this module.
+        results: Results = resolve_name("teamsight.analysis.studies.sweep:run_study")(
+            self, out, workers=workers, executor=executor, on_error=on_error, progress=progress
+        )
+        return results
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Study):
@@ -170,13 +242,6 @@ class Study:
         plain = {one.name: _DEFAULTS[one.name] for one in fields(self)}
         shown = (f"{name}={value!r}" for name, value in vars(self).items() if value != plain[name])
         return f"Study({', '.join(shown)})"
-
-
-def _product(sizes: Any) -> int:
-    result = 1
-    for size in sizes:
-        result *= size
-    return result
 
 
 _DEFAULTS: dict[str, Any] = vars(Study())

@@ -9,7 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from teamsight.analysis.runs.workers import check_workers
 from teamsight.analysis.studies.lazy_pool import LazyPool
+from teamsight.analysis.studies.resolved import find_modules_in, modules_of
 from teamsight.analysis.studies.rounds import Rounds
 from teamsight.analysis.studies.same_code import source_digests
 from teamsight.analysis.studies.shard import Common
@@ -17,6 +19,7 @@ from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.results import StudyResults
     from teamsight.analysis.studies.study import Study
 
@@ -64,6 +67,7 @@ def sweep(
     wait: bool = False,
     mixed_code: bool = False,
     retry_failed: bool = False,
+    only: RunSet | None = None,
     progress: Progress = lambda done, total, seconds_left: None,
     emit: Callable[[str], object] = lambda line: None,
 ) -> SweepSummary:
@@ -91,6 +95,8 @@ def sweep(
         Go on although runs in the folder were made by other code.
     retry_failed : bool
         Make failed runs again.
+    only : RunSet, optional
+        Make only those of the missing runs that are among these.
     progress, emit : callable
         Called with how far it is, and with messages.
 
@@ -106,6 +112,9 @@ def sweep(
     began = time.perf_counter()
     checks.choice("on_error", on_error, ("continue", "stop"))
     _check_shard(shard)
+    if executor is None:
+        check_workers(workers)
+    find_modules_in(_path_of(study))
     study.check()
     plan = study.plan()
     common = common_of(study, plan.types)
@@ -121,7 +130,7 @@ def sweep(
         )
         rounds = Rounds(
             study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
-            retry_failed=retry_failed, stops=on_error == "stop",
+            retry_failed=retry_failed, stops=on_error == "stop", only=only,
         )  # fmt: skip
         rounds.run()
     counts = rounds.counts
@@ -158,11 +167,15 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
         The type of each parameter's column.
     """
     from teamsight.analysis.runs.checkpoint import code_digest
-    from teamsight.analysis.studies.resolved import modules_of
-
-    path = () if study.path is None else (os.fspath(study.path),)
+    path = _path_of(study)
+    find_modules_in(path)
     sources = source_digests(modules_of(study.as_dict()))
     return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources)
+
+
+def _path_of(study: Study) -> tuple[str, ...]:
+    """Return the folders in which modules of a study are found."""
+    return () if study.path is None else (os.path.abspath(study.path),)
 
 
 def _check_shard(shard: tuple[int, int] | None) -> None:

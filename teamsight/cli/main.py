@@ -16,12 +16,15 @@ from teamsight.cli import (
     learn_evaluate,
     learn_explore,
     learn_figure,
+    plot,
     plugins,
     reproduce,
     rerun,
     run,
+    status,
     sweep,
     unreliable,
+    verify,
 )
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
@@ -74,12 +77,15 @@ commands.add_command(evolution)
 commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
+add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
+add_command(commands, verify.verify, verify.VerifySettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.analysis.studies.definition.axes import MOST_SETTINGS, Values
+from teamsight.analysis.studies.definition.axes import MOST_SETTINGS
 from teamsight.analysis.studies.definition.values import Table, frozen
 from teamsight.core import checks
 
@@ -25,30 +25,33 @@ def columns_of(where: str, given: object) -> Table:
     Raises
     ------
     TypeError, ValueError
-        If it is not, has no rows, columns of different lengths, or a value that is missing.
+        If it is not, has no rows, columns of different lengths, or a value that no study can hold, such as NaN.
     """
-    table: Any = given
-    if type(given).__module__.startswith("pandas.") and hasattr(given, "columns"):
-        table = {name: table[name].tolist() for name in table.columns}
-    if not isinstance(table, Mapping) or not all(isinstance(one, (list, tuple, range, np.ndarray)) for one in table.values()):
-        raise TypeError(f"{where}={checks.shown(given)}: must be a mapping of parameters to lists, or a DataFrame")
+    table = _mapping(where, given)
+    for name, values in table.items():
+        if not isinstance(name, str):
+            raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
+        if not isinstance(values, (list, tuple, range, np.ndarray)):
+            raise TypeError(f"{where}.{name}={checks.shown(values)}: must be a list, with one value for each setting")
     lengths = {name: len(values) for name, values in table.items()}
     if len(set(lengths.values())) > 1:
-        raise ValueError(f"{where}: columns have different lengths, {checks.shown(lengths)}; give as many values in each")
-    if not lengths or 0 in lengths.values():
+        text = checks.shown(lengths)
+        raise ValueError(f"{where}: columns have different lengths, {text}; give as many values in each")
+    rows = max(lengths.values(), default=0)
+    if not rows:
         raise ValueError(f"{where}: has no rows; give at least one, or remove it")
-    rows = max(lengths.values())
     if rows > MOST_SETTINGS:
-        raise ValueError(f"{where}: has {rows} rows, at most {MOST_SETTINGS}; give fewer")
-    return Table({_named(where, name): _column(f"{where}.{name}", values) for name, values in table.items()})
+        raise ValueError(f"{where}: has {rows:,} rows, at most {MOST_SETTINGS:,}; give fewer")
+    return Table({str(name): frozen(f"{where}.{name}", values) for name, values in table.items()})
 
 
-def _named(where: str, name: object) -> str:
-    if not isinstance(name, str):
-        raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
-    return str(name)
-
-
-def _column(where: str, values: Any) -> Values:
-    found: Values = frozen(where, values)
-    return found
+def _mapping(where: str, given: Any) -> Mapping[Any, Any]:
+    if isinstance(given, str):
+        raise TypeError(f"{where}={checks.shown(given)}: is read in study files only; give pandas.read_csv(…) here")
+    if type(given).__module__.startswith("pandas.") and hasattr(given, "columns"):
+        if not given.columns.is_unique:
+            raise ValueError(f"{where}: the table has a column twice; keep one")
+        return {name: given[name].tolist() for name in given.columns}
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{where}={checks.shown(given)}: must be a mapping of parameters to lists, or a DataFrame")
+    return given

@@ -8,10 +8,20 @@ from dataclasses import is_dataclass
 from typing import Any
 
 from teamsight.analysis.runs.seeds import canonical
-from teamsight.core import checks, references
+from teamsight.core import checks, plugins, references
 
 #: The key of a table that makes it a component.
 USE = "use"
+
+# Parameters whose components may also be plug-ins.
+_GROUPS = {
+    "policy": "teamsight.policies",
+    "target_policy": "teamsight.policies",
+    "awareness": "teamsight.awareness",
+    "sensor": "teamsight.sensors",
+}
+# Those which take no names, only objects.
+_OBJECTS = frozenset({"sensor"})
 
 
 def described(name: str, value: object) -> str | dict[str, object]:
@@ -34,7 +44,9 @@ def described(name: str, value: object) -> str | dict[str, object]:
         table: dict[str, object] = {USE: references.reference_to(kind, name), **options}
         rebuilt = kind(**options)
     except (TypeError, ValueError, AttributeError) as error:
-        raise TypeError(f"{name}={checks.shown(value)}: cannot be rebuilt from its options ({error}); {cure}") from error
+        raise TypeError(
+            f"{name}={checks.shown(value)}: cannot be rebuilt from its options ({error}); {cure}"
+        ) from error
     if repr(rebuilt) != repr(value):
         raise TypeError(f"{name}={checks.shown(value)}: its options do not rebuild it; {cure}")
     return table
@@ -50,6 +62,14 @@ def _options(value: object) -> dict[str, Any]:
         if parameter.default is parameter.empty or repr(given) != repr(parameter.default):
             options[parameter.name] = given
     return options
+
+
+def _found(name: str, reference: object) -> object:
+    """Return what a reference, or a plug-in for this parameter, names."""
+    group = _GROUPS.get(name)
+    if not isinstance(reference, str) or references.is_reference(reference) or group is None:
+        return references.load(reference, name)  # type: ignore[arg-type]
+    return plugins.find(group, reference, name)
 
 
 class Components:
@@ -75,7 +95,8 @@ class Components:
     def made(self, name: str, value: object) -> object:
         """Return one value of a parameter with the components in it made."""
         if isinstance(value, str):
-            return self._component(name, value, {}) if references.is_reference(value) else value
+            is_component = references.is_reference(value) or name in _OBJECTS
+            return self._component(name, value, {}) if is_component else value
         if isinstance(value, (list, tuple)):
             return [self.made(name, one) for one in value]
         if isinstance(value, Mapping):
@@ -88,7 +109,7 @@ class Components:
         key = f"{reference!r}{canonical(options)}"
         if key in self._shared:
             return self._shared[key]
-        found = references.load(reference, name)  # type: ignore[arg-type]
+        found = _found(name, reference)
         if inspect.isclass(found):
             made: object = found(**{key: self.made(f"{name}.{key}", one) for key, one in options.items()})
         elif options:

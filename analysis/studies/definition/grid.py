@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from teamsight.analysis.studies.definition.axes import MOST_SETTINGS, Values, check_distinct, texts_of
+from teamsight.analysis.studies.definition.axes import MOST_SETTINGS, Values, large
+from teamsight.analysis.studies.definition.values import text_of
 from teamsight.core import checks
 
 
@@ -17,7 +18,7 @@ class Block(NamedTuple):
     ----------
     where : str
         Its name in errors.
-    columns : dict of str to tuple
+    columns : mapping of str to tuple
         Values of each parameter, of equal lengths.
     """
 
@@ -41,19 +42,9 @@ def blocks_of(
     Raises
     ------
     ValueError
-        If a group names an unknown axis, or axes of unequal lengths; or a parameter is given twice.
+        If a group names an unknown axis, or axes of unequal lengths.
     """
-    group_of: dict[str, Sequence[str]] = {}
-    for group in zipped:
-        for name in group:
-            checks.choice("zip", name, axes)
-            if name in group_of:
-                raise ValueError(f"zip: {name!r} is in two groups; keep it in one")
-            group_of[name] = group
-        lengths = {name: len(axes[name]) for name in group}
-        if len(set(lengths.values())) > 1:
-            text = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-            raise ValueError(f"zip: {text} values; axes that advance together need equally many")
+    group_of = _groups(axes, zipped)
     blocks, seen = [], set[str]()
     for name in axes:
         if name not in seen:
@@ -64,13 +55,31 @@ def blocks_of(
     return tuple(blocks)
 
 
+def _groups(axes: Mapping[str, Values], zipped: Sequence[Sequence[str]]) -> dict[str, Sequence[str]]:
+    """Return the group of each zipped axis."""
+    group_of: dict[str, Sequence[str]] = {}
+    for group in zipped:
+        for name in group:
+            if not axes:
+                raise ValueError(f"zip={checks.shown(group)}: there are no axes; give some, or remove zip")
+            checks.choice("zip", name, axes)
+            if name in group_of or group.count(name) > 1:
+                raise ValueError(f"zip: {name!r} occurs twice; keep it in one group")
+        group_of |= dict.fromkeys(group, group)
+        lengths = {name: len(axes[name]) for name in group}
+        if len(set(lengths.values())) > 1:
+            text = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            raise ValueError(f"zip: {text} values; axes that advance together must have equally many")
+    return group_of
+
+
 def check_blocks(blocks: Sequence[Block], fixed: Mapping[str, object]) -> int:
-    """Return the number of settings.
+    """Return the number of settings, which are not built.
 
     Raises
     ------
     ValueError
-        If a parameter is given twice, or there are too many settings, or two are equal.
+        If a parameter is given twice, there are too many settings, or two are equal.
     """
     places = dict.fromkeys(fixed, "fixed")
     for block in blocks:
@@ -80,15 +89,28 @@ def check_blocks(blocks: Sequence[Block], fixed: Mapping[str, object]) -> int:
             places[name] = block.where
     settings = math.prod(block.size for block in blocks)
     if settings > MOST_SETTINGS:
-        raise ValueError(f"axes: {_count(settings)} settings, at most {_count(MOST_SETTINGS)}; give fewer values")
+        sizes = " × ".join(str(block.size) for block in blocks)
+        raise ValueError(f"axes: {sizes} = {large(settings)} settings, at most {MOST_SETTINGS:,}; give fewer values")
     for block in blocks:
-        rows = zip(*map(texts_of, block.columns.values()), strict=True)
-        columns = tuple(block.columns.values())
-        check_distinct(
-            block.where, map(", ".join, rows), lambda row, of=columns: of[0][row] if len(of) == 1 else tuple(one[row] for one in of)
-        )
+        _check_distinct(block)
     return settings
 
 
-def _count(number: int) -> str:
-    return f"{number:,}" if number < 10**12 else f"{number:.1e}"
+def _check_distinct(block: Block) -> None:
+    columns = tuple(block.columns.values())
+    try:
+        # Quickly, for millions of rows; True and 1 are one value here and two below.
+        if any(len(set(column)) == block.size for column in columns):
+            return
+        if len(set(zip(*columns, strict=True))) == block.size:
+            return
+    except TypeError:  # tables cannot be in sets
+        pass
+    first: dict[tuple[str, ...], int] = {}
+    for row, texts in enumerate(zip(*([text_of(value) for value in one] for one in columns), strict=True)):
+        if first.setdefault(texts, row) != row:
+            shown = {name: column[row] for name, column in block.columns.items()}
+            raise ValueError(
+                f"{block.where}: {checks.shown(shown)} occurs twice (as value {first[texts] + 1} and {row + 1}); keep "
+                "one, and raise replicates if more runs are wanted"
+            )

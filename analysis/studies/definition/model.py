@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
-from teamsight.core import checks, references
+from teamsight.core import checks, plugins, references
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
 
 #: The name of `CMOMMT` in a study.
 CMOMMT_NAME = "cmommt"
+#: The name of `run_many`'s measure.
+SUMMARY_NAME = "summary"
+
+# Two names for the seed, which the study gives.
+_SEEDS = ("rng", "seed")
 
 
 def model_of(model: str) -> Callable[..., World]:
     """Return the class or function of a model; its module is imported.
+
+    Parameters
+    ----------
+    model : str
+        "cmommt", "package.module:Name" or the name of a plug-in.
 
     Raises
     ------
@@ -27,26 +37,89 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    found = references.load(model, "model") if references.is_reference(model) else _plug_in(model)
+    if references.is_reference(model):
+        found = references.load(model, "model")
+    else:
+        found = plug_in("model", "teamsight.models", model, (CMOMMT_NAME,))
     if not callable(found):
-        raise TypeError(f"model={checks.shown(model)}: is not a class or function; give model(**setting, rng=seed)")
+        raise TypeError(f"model={checks.shown(model)}: cannot be called; give a class, or a function with rng")
     return found
 
 
-def signature_of(model: str) -> Mapping[str, inspect.Parameter]:
-    """Return the parameters of a model by name; none if its signature cannot be read."""
+def measure_of(measure: str) -> Callable[[World, int], Any]:
+    """Return the function that measures a run; its module is imported.
+
+    Parameters
+    ----------
+    measure : str
+        "summary", "package.module:name" or the name of a plug-in.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is none of this name, or it cannot be called.
+    """
+    if measure == SUMMARY_NAME:
+        from teamsight.analysis.runs.run_many import summary
+
+        return summary
+    if references.is_reference(measure):
+        found = references.load(measure, "record.measure")
+    else:
+        found = plug_in("record.measure", "teamsight.measures", measure, (SUMMARY_NAME,))
+    if not callable(found):
+        raise TypeError(f"record.measure={checks.shown(measure)}: cannot be called; give a function (world, steps)")
+    return found
+
+
+def plug_in(name: str, group: str, value: str, own: tuple[str, ...]) -> object:
+    """Return a plug-in; the error for an unknown one also names those that are no plug-ins."""
+    if not plugins.has(group, value):
+        checks.choice(name, value, (*own, *plugins.names(group), "package.module:Name"))
+    return plugins.find(group, value, name)
+
+
+def signature_of(model: str) -> Mapping[str, inspect.Parameter] | None:
+    """Return the parameters of a model by name; None if its signature cannot be read. Imports its module."""
     try:
         return inspect.signature(model_of(model)).parameters
-    except ValueError:  # a class of C
-        return {}
+    except ValueError as error:  # a class written in C
+        if str(error).startswith("no signature"):
+            return None
+        raise
 
 
 def integers_of(model: str) -> frozenset[str]:
-    """Return the parameters that the signature of a model declares as integers."""
-    return frozenset(name for name, one in signature_of(model).items() if one.annotation in (int, "int"))
+    """Return the parameters that the signature of a model declares as integers. Imports its module."""
+    return frozenset(name for name, one in (signature_of(model) or {}).items() if one.annotation in (int, "int"))
 
 
-def _plug_in(name: str) -> object:
-    from teamsight.core import plugins
+def check_parameters(model: str, names: Iterable[str]) -> None:
+    """Refuse parameters that a model does not have, and a model to which a seed cannot be given.
 
-    return plugins.find("teamsight.models", name)
+    Raises
+    ------
+    TypeError, ValueError
+        If there is such a parameter; the message suggests the nearest.
+    """
+    parameters = signature_of(model)
+    if parameters is None or any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+        return
+    known = {
+        name: one
+        for name, one in parameters.items()
+        if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY) and name not in _SEEDS
+    }
+    if "rng" not in parameters:
+        raise TypeError(
+            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
+            "as in super().__init__(arena, rng=rng)"
+        )
+    given = set(names)
+    for name in sorted(given - known.keys()):
+        raise ValueError(
+            f"{name}: is no parameter of {model}; {checks.suggestion(name, known)}its parameters are {', '.join(known)}"
+        )
+    for name, one in known.items():
+        if one.default is one.empty and name not in given:
+            raise ValueError(f"{name}: {model} needs this parameter; give it under fixed or axes")

@@ -8,85 +8,93 @@ from typing import Any
 
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeding import PAIRINGS
-from teamsight.analysis.studies.definition.axes import axis_values
+from teamsight.analysis.studies.definition.axes import axis_values, large
 from teamsight.analysis.studies.definition.columns import columns_of
 from teamsight.analysis.studies.definition.grid import blocks_of, check_blocks
+from teamsight.analysis.studies.definition.model import CMOMMT_NAME
 from teamsight.analysis.studies.definition.recording import record_of, until_of
 from teamsight.analysis.studies.definition.sampling import sample_of
 from teamsight.analysis.studies.definition.values import Table, frozen
 from teamsight.core import checks
+from teamsight.core.files import check_name
 
-#: Runs of a study.
+#: Runs of a study, with all replicates that `until` allows.
 MOST_RUNS = 100_000_000
-#: References of the model that the name "cmommt" stands for.
+
+# References of the model that has a name.
 _CMOMMT = ("teamsight:CMOMMT", "teamsight.agents:CMOMMT", "teamsight.agents.cmommt:CMOMMT")
-# Arguments of a model, and columns of the table, that are not parameters.
+# Arguments of a model and columns of the table that are not parameters, and what is meant instead.
 _PLACES = {
-    "rng": "seed, the root of all seeds",
-    "seed": "seed, the root of all seeds",
-    "steps": "steps of the study",
-    "replicate": "replicates",
-    "setting": "another name",
+    "rng": "the key seed, from which the seeds of all runs derive",
+    "seed": "the key seed, from which the seeds of all runs derive",
+    "steps": "the key steps of the study",
+    "replicate": "the key replicates of the study",
+    "setting": "the parameter another name",
+    "run": "the parameter another name",
+    "error": "the parameter another name",
+    "traceback": "the parameter another name",
 }
 
 
 def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a study; raise TypeError or ValueError for wrong ones."""
-    axes = {_parameter("axes", name): axis_values(str(name), one) for name, one in _table("axes", given["axes"]).items()}
+    """Return the fields of a study by name; raise TypeError or ValueError for wrong ones."""
+    fixed, axes = (_table(where, given[where]) for where in ("fixed", "axes"))
     made: dict[str, Any] = {
         "model": _model(given["model"]),
-        "fixed": Table(
-            {_parameter("fixed", name): frozen(f"fixed.{name}", one) for name, one in _table("fixed", given["fixed"]).items()}
-        ),
-        "axes": Table(axes),
+        "fixed": Table({name: frozen(f"fixed.{name}", value) for name, value in fixed.items()}),
+        "axes": Table({name: axis_values(name, value) for name, value in axes.items()}),
         "zip": _groups(given["zip"]),
         "points": None if given["points"] is None else columns_of("points", given["points"]),
         "sample": sample_of(given["sample"]),
         "replicates": checks.count("replicates", given["replicates"], most=MOST_RUNS, cure="give fewer, of more steps"),
         "steps": limits.steps(given["steps"]),
-        "seed": checks.count("seed", given["seed"], least=0, most=checks.MOST_SEED),
+        "seed": checks.count("seed", given["seed"], least=0, most=checks.MOST_SEED, cure="give another seed"),
         "pairing": checks.choice("pairing", given["pairing"], PAIRINGS),
         "record": record_of(given["record"]),
-        "name": _text("name", given["name"]),
-        "path": None if given["path"] is None else os.path.abspath(given["path"]),
+        "name": _name(given["name"]),
+        "path": _folder(given["path"]),
     }
     made["until"] = until_of(given["until"], made["replicates"])
-    for where in ("points", "sample"):
+    for where in ("fixed", "axes", "points", "sample"):
         for name in made[where] or ():
-            _parameter(where, name)
+            _check_parameter(where, name)
     blocks = blocks_of(made["axes"], made["zip"], made["points"], made["sample"])
-    _check_runs(check_blocks(blocks, made["fixed"]), made["replicates"])
+    _check_runs(check_blocks(blocks, made["fixed"]), made)
     return made
 
 
-def _check_runs(settings: int, replicates: int) -> None:
+def _check_runs(settings: int, made: Mapping[str, Any]) -> None:
+    where = "replicates" if made["until"] is None else "until.limit"
+    replicates = made["replicates"] if made["until"] is None else made["until"].limit
     runs = settings * replicates
     if runs > MOST_RUNS:
         raise ValueError(
-            f"replicates={replicates}: {settings:,} settings make {runs:,} runs, at most {MOST_RUNS:,}; give fewer "
+            f"{where}={replicates}: {settings:,} settings make {large(runs)} runs, at most {MOST_RUNS:,}; give fewer "
             "replicates or settings"
         )
+
+
+def _check_parameter(where: str, name: str) -> None:
+    if name in _PLACES:
+        raise ValueError(f"{where}: {name!r} cannot be a parameter; give {_PLACES[name]}")
+    if not name.isidentifier():
+        raise ValueError(f"{where}: {checks.shown(name)} is no name of a parameter; give one such as robots")
 
 
 def _model(given: object) -> str:
     text = frozen("model", given)
     if not isinstance(text, str) or not text:
         raise TypeError(f"model={checks.shown(given)}: must be 'cmommt', a plug-in or 'package.module:Name'")
-    return "cmommt" if text in _CMOMMT else text
+    return CMOMMT_NAME if text in _CMOMMT else text
 
 
-def _table(where: str, given: object) -> Mapping[Any, Any]:
+def _table(where: str, given: object) -> Mapping[str, Any]:
     if not isinstance(given, Mapping):
-        raise TypeError(f"{where}={checks.shown(given)}: must be a table of parameters")
+        raise TypeError(f"{where}={checks.shown(given)}: must be a table of parameters, as {{robots = …}}")
+    for name in given:
+        if not isinstance(name, str):
+            raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
     return given
-
-
-def _parameter(where: str, name: object) -> str:
-    if not isinstance(name, str):
-        raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
-    if name in _PLACES:
-        raise ValueError(f"{where}: {name!r} is no parameter of a setting; give {_PLACES[name]}")
-    return str(name)
 
 
 def _groups(given: Any) -> tuple[tuple[str, ...], ...]:
@@ -99,7 +107,16 @@ def _groups(given: Any) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(frozen("zip", group)) for group in given)
 
 
-def _text(where: str, given: object) -> str | None:
+def _name(given: object) -> str | None:
     if given is not None and not isinstance(given, str):
-        raise TypeError(f"{where}={checks.shown(given)}: must be a text")
-    return given
+        raise TypeError(f"name={checks.shown(given)}: must be a text")
+    return None if given is None else str(frozen("name", given))
+
+
+def _folder(given: str | os.PathLike[str] | None) -> str | None:
+    if given is None:
+        return None
+    if not isinstance(given, (str, os.PathLike)):
+        raise TypeError(f"path={checks.shown(given)}: must be the folder of the study file, or None")
+    check_name(given)
+    return os.path.abspath(given)

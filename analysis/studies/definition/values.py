@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Integral, Real
 from typing import Any, NoReturn
 
@@ -18,6 +18,10 @@ from teamsight.core import checks
 MOST_INTEGER = 2**63 - 1
 #: Lists and tables within each other.
 MOST_LEVELS = 16
+#: Characters of a text.
+MOST_CHARACTERS = 10_000
+
+_SCALARS = frozenset({int, float, bool, str})
 
 
 class Table(dict[str, Any]):
@@ -52,35 +56,63 @@ def frozen(name: str, value: object, level: int = 0) -> Any:
     """
     if level > MOST_LEVELS:
         raise ValueError(f"{name}: has more than {MOST_LEVELS} lists and tables within each other; make it flatter")
-    if value is None or type(value) in (str, bool):
-        return value
-    if isinstance(value, (str, np.bool_)):
-        return str(value) if isinstance(value, str) else bool(value)
+    if value is None or isinstance(value, (bool, np.bool_)):
+        return value if value is None else bool(value)
+    if isinstance(value, str):
+        return _text(name, str(value))
     if isinstance(value, Integral):
-        if not -MOST_INTEGER <= value <= MOST_INTEGER:
-            raise ValueError(f"{name}={checks.shown(int(value))}: must be between ±(2^63 − 1); give a smaller number")
-        return int(value)
+        return _integer(name, int(value))
     if isinstance(value, Real):
         if not math.isfinite(value):
-            raise ValueError(f"{name}={value}: must be a finite number; remove it")
+            raise ValueError(f"{name}={value}: must be a finite number; give one, or remove it")
         return float(value)
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):
                 raise TypeError(f"{name}: the key {checks.shown(key)} must be a text")
         return Table({str(key): frozen(f"{name}.{key}", one, level + 1) for key, one in value.items()})
-    if isinstance(value, (list, tuple, range)) and not hasattr(value, "_fields"):
-        return tuple(frozen(name, one, level + 1) for one in value)
     if isinstance(value, np.ndarray):
         return frozen(name, value.tolist(), level)
+    if isinstance(value, (list, tuple, range)) and not hasattr(value, "_fields"):
+        plain = _plain(value)
+        return tuple(frozen(f"{name}[{i}]", one, level + 1) for i, one in enumerate(value)) if plain is None else plain
     return frozen(name, described(name, value), level)
+
+
+def _plain(values: Sequence[object]) -> tuple[Any, ...] | None:
+    """Return a tuple of valid numbers and booleans, of which there may be millions, at once; None for any other."""
+    kinds = set(map(type, values))
+    if not kinds <= {int, float, bool}:
+        return None
+    found: tuple[Any, ...] = tuple(values)
+    if int in kinds and not -MOST_INTEGER <= min(found) <= max(found) <= MOST_INTEGER:
+        return None
+    return found if float not in kinds or all(map(math.isfinite, found)) else None
+
+
+def _integer(name: str, value: int) -> int:
+    if not -MOST_INTEGER <= value <= MOST_INTEGER:
+        raise ValueError(f"{name}={checks.shown(value)}: must be between -(2^63 - 1) and 2^63 - 1; give a smaller one")
+    return value
+
+
+def _text(name: str, value: str) -> str:
+    if len(value) > MOST_CHARACTERS:
+        raise ValueError(f"{name}={checks.shown(value)}: must have at most {MOST_CHARACTERS} characters; shorten it")
+    try:
+        value.encode()
+    except UnicodeEncodeError as error:  # half a character, as in "\ud800"
+        raise ValueError(f"{name}={checks.shown(value)}: is no valid text; remove odd characters") from error
+    return value
 
 
 def thawed(value: object) -> Any:
     """Return a value of a study with lists and dictionaries, as JSON and models have them."""
     if isinstance(value, dict):
         return {name: thawed(one) for name, one in value.items()}
-    return [thawed(one) for one in value] if isinstance(value, tuple) else value
+    if not isinstance(value, tuple):
+        return value
+    return list(value) if set(map(type, value)) <= _SCALARS else [thawed(one) for one in value]
 
 
 def text_of(value: object) -> str:
@@ -101,7 +133,7 @@ def stored(value: object, kind: str) -> int | float | bool | str:
     value : object
         A value of a parameter, JSON-like.
     kind : str
-        The type of its column: "int", "number", "flag" or "text". In texts, what is not a text is JSON.
+        The type of its column: "int", "number", "flag" or "text". In a column of texts, what is not a text is JSON.
     """
     if kind == "text":
         return value if isinstance(value, str) else json.dumps(value, sort_keys=True, ensure_ascii=False)

@@ -59,7 +59,7 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
             raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} vary; {_where(cells.dimensions)}")
         return Choice("runs")
     if kind == "scatter":
-        return Choice("scatter", *given)
+        return Choice("scatter", given[0], given[1])
     return _on_a_grid(cells, kind, given)
 
 
@@ -70,27 +70,28 @@ def _suitable(cells: Cells, given: list[Dimension | None]) -> str:
         return "scatter"
     if len(cells.dimensions) == 1:
         return "lines"
-    first, second = _directions(cells, "heat-map", given)
-    sides = [dimension for dimension in (first, second) if dimension is not None]
-    numeric = [dimension.numbers is not None and len(dimension) >= _LEAST_SIDE for dimension in sides]
+    sides = _directions(cells, given)
+    ordered = [one is not None and _is_side(one) for one in sides]
+    few = sides[1] is not None and len(sides[1]) <= MOST_LINES
     # Two texts have no order in which a line could connect them.
-    return "heat-map" if all(numeric) or not any(numeric) else "lines"
+    return "lines" if ordered == [True, False] and few else "heat-map"
 
 
-def _directions(cells: Cells, kind: str, given: list[Dimension | None]) -> tuple[Dimension, Dimension | None]:
-    """Return x and y; those that are not given are the first axes that are left, numbers before texts in lines."""
-    free = [one for one in cells.dimensions if one not in given]
-    if kind == "lines":
-        # A line along many numbers, for each of few values.
-        free.sort(key=lambda one: (one.numbers is None or len(one) < _LEAST_SIDE, one.numbers is None))
+def _directions(cells: Cells, given: list[Dimension | None]) -> tuple[Dimension, Dimension | None]:
+    """Return x and y; those that are not given are the first axes that are left, those of many numbers first."""
+    free = sorted((one for one in cells.dimensions if one not in given), key=lambda one: not _is_side(one))
     x = given[0] or free.pop(0)
     return x, given[1] or (free.pop(0) if free else None)
+
+
+def _is_side(dimension: Dimension) -> bool:
+    return dimension.numbers is not None and len(dimension) >= _LEAST_SIDE
 
 
 def _on_a_grid(cells: Cells, kind: str, given: list[Dimension | None]) -> Choice:
     if not cells.dimensions:
         raise ValueError(f"kind={kind}: needs an axis, but the study has one setting; give --kind runs")
-    x, y = _directions(cells, kind, given)
+    x, y = _directions(cells, given)
     if kind != "lines" and y is None:
         raise ValueError(f"kind={kind}: needs two axes, but only {x.names[0]} varies; give --kind lines")
     if kind == "surface":
@@ -112,9 +113,7 @@ def _check_panels(rest: tuple[Dimension, ...]) -> None:
     panels = int(np.prod([float(len(one)) for one in rest]))
     if panels > MOST_PANELS:
         names = ", ".join(one.names[0] for one in rest)
-        raise ValueError(
-            f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}"
-        )
+        raise ValueError(f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}")
 
 
 def _check_filled(cells: Cells, kind: str, x: Dimension, y: Dimension | None, rest: tuple[Dimension, ...]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -77,7 +78,7 @@ def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
     """Return the dimension of some axes of a table with one row for each setting."""
     columns = [pd.factorize(settings[name]) for name in names]
     together = np.stack([codes for codes, _ in columns], axis=1)
-    levels, first = pd.factorize(pd.MultiIndex.from_arrays(together.T) if len(names) > 1 else together[:, 0])
+    levels, first = pd.factorize(pd.MultiIndex.from_arrays(list(together.T)) if len(names) > 1 else together[:, 0])
     rows = [code if isinstance(code, tuple) else (code,) for code in first]
     values = [tuple(found[code] for code, (_, found) in zip(row, columns, strict=True)) for row in rows]
     numbers = _numbers([value[0] for value in values])
@@ -91,11 +92,11 @@ def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
 
 
 def text_of(value: object) -> str:
-    """Return a value as a picture writes it: a number with six digits, a component by its name and its options."""
+    """Return a value as a picture writes it: a number with four digits, a component by its name and its options."""
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
     if isinstance(value, int | float | np.number):
-        return f"{value:g}" if abs(value) < 1e6 or not float(value).is_integer() else f"{value:.4g}"
+        return _number(value)
     text = str(value)
     if text.startswith("{"):
         return _component(text)
@@ -113,18 +114,27 @@ def _component(text: str) -> str:
 
 
 def _numbers(values: Sequence[object]) -> NDArray[np.float64] | None:
-    is_numeric = all(isinstance(value, int | float | np.number) and not isinstance(value, bool) for value in values)
-    return np.array(values, float) if is_numeric and values else None
+    return np.array(values, float) if values and all(map(_is_number, values)) else None
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _number(value: Any) -> str:
+    if float(value).is_integer() and abs(value) < 1e7:
+        return str(int(value))
+    return f"{value:.4g}"
 
 
 def _texts(values: Sequence[tuple[object, ...]]) -> tuple[str, ...]:
     """Return different texts for different values, short ones where possible."""
     long = [", ".join(map(text_of, value)) for value in values]
-    short = [text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 1] + "…" for text in long]
-    for texts in (short, long):
-        if len(set(texts)) == len(texts):
-            return tuple(texts)
-    return tuple(", ".join(map(str, value)) for value in values)
+    half = _LONGEST_TEXT // 2
+    # The beginning is what values often have in common.
+    short = [text if len(text) <= _LONGEST_TEXT else f"{text[: half - 1]}…{text[-half:]}" for text in long]
+    exact = [", ".join(map(str, value)) for value in values]
+    return tuple(next((texts for texts in (short, long) if len(set(texts)) == len(texts)), exact))
 
 
 def _unevenness(numbers: NDArray[np.float64]) -> float:

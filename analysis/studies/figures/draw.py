@@ -84,7 +84,8 @@ def _picture(
     values = frame[quantity.name].to_numpy(float) * quantity.factor
     source, warning = results.source, results.warning
     # An axis of the study that is subtracted may be chosen, too.
-    own = {axis: value for axis, value in where.items() if minus is None or axis not in minus.axes or axis in results.axes}
+    others = set(minus.axes if minus is not None else ()) - set(results.axes)
+    own = {axis: value for axis, value in where.items() if axis not in others}
     chosen = matching(results.settings, own)
     if minus is not None:
         shared = [axis for axis in results.axes if axis in minus.axes]

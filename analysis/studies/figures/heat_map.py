@@ -12,21 +12,31 @@ from teamsight.analysis.plot.style import DIVERGING, SEQUENTIAL
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import Layout, colour_range, label_ticks, layout_of, panel_title
+from teamsight.analysis.studies.figures.panels import (
+    Layout,
+    colour_range,
+    label_ticks,
+    layout_of,
+    panel_title,
+    room_below,
+    width_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure as Canvas
 
-# Sizes [points] of mean, half width and number of runs; the smaller ones are for many cells.
-_LARGE, _SMALL = (9.0, 7.2, 6.2), (7.2, 5.8, 5.2)
+# Sizes [points] of mean, half width and number of runs: for few cells, for more, for many.
+_SIZES = (11.0, 8.8, 7.4), (9.0, 7.2, 6.2), (7.2, 5.8, 5.2)
 # Mean width of a character in its size, and height of a line in its size.
 _CHARACTER, _LINE = 0.62, 1.3
 # The largest pictures with numbers, and panels without [inches].
 _WIDEST, _HIGHEST = 22.0, 17.0
 _PANEL = 5.2
-_EMPTY = "#ececec"
+# Columns are made wider for their names up to this width of all [inches].
+_ROOM_FOR_NAMES = 7.5
+_EMPTY = "#dadada"
 
 
 class _Grid(NamedTuple):
@@ -62,7 +72,7 @@ def draw_heat_map(picture: Picture, choice: Choice) -> Canvas:
     layout = layout_of(2) if is_pair else layout
     label = max(map(len, y.texts))
     width = layout.columns * (texts.width * len(x) + 0.25) + 1.6 + min(0.075 * label, 2.4)
-    height = layout.rows * (texts.height * len(y) + 0.35) + 0.9
+    height = layout.rows * (texts.height * len(y) + 0.35) + 0.9 + layout.rows * room_below(x, texts.width)
     figure = page(picture, _title(picture, x, y), _notes(picture, texts), width, height)
     axes = layout.axes_of(figure)
     norm = colour_range(picture)
@@ -126,20 +136,23 @@ def _texts_of(picture: Picture, x: Dimension, y: Dimension, grids: list[_Grid], 
     n = np.concatenate([grid.n[grid.n > 0] for grid in grids])
     show_n = len(n) > 0 and n.min() < n.max()
     count = 3 if show_n else 2
-    for sizes in (_LARGE[:count], _SMALL[:count]):
-        trial = _Texts(sizes, 0.0, 0.0, show_n)
+    for sizes in _SIZES[max(len(x), len(y)) * layout.columns > 12 :]:
+        trial = _Texts(sizes[:count], 0.0, 0.0, show_n)
         if len(x) * len(y) * layout.rows * layout.columns > 4000:
             break
         widths = [
             max((len(text) for grid in grids for text in _lines(picture, grid, trial)[line]), default=1) * size
-            for line, size in enumerate(sizes)
+            for line, size in enumerate(trial.sizes)
         ]
         width = max(max(widths) * _CHARACTER / 72 + 0.12, 0.42)
-        height = max(sum(sizes) * _LINE / 72 + 0.1, 0.3)
+        height = max(sum(trial.sizes) * _LINE / 72 + 0.1, 0.3)
         # Few cells are larger than their numbers.
         width, height = max(width, min(0.9, 3.6 / len(x))), max(height, min(0.62, 2.6 / len(y)))
+        # Names are not rotated where there are few.
+        if (named := width_of(x)) * len(x) * layout.columns <= _ROOM_FOR_NAMES:
+            width = max(width, named)
         if layout.columns * len(x) * width <= _WIDEST and layout.rows * len(y) * height <= _HIGHEST:
-            return _Texts(sizes, width, height, show_n)
+            return _Texts(trial.sizes, width, height, show_n)
     panel = _PANEL if layout.columns < 3 else 3.4
     return _Texts((), panel / len(x), panel * 0.85 / len(y), show_n)
 

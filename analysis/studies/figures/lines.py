@@ -14,7 +14,7 @@ from teamsight.analysis.plot.style import COLOURS, DEGREE, FAINT, plain
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import label_ticks, layout_of, panel_title
+from teamsight.analysis.studies.figures.panels import label_ticks, layout_of, means_in_view, panel_title, room_below
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,9 @@ def draw_lines(picture: Picture, choice: Choice) -> Canvas:
     title = picture.quantity.title
     title = f"{title[0].upper()}{title[1:]} by {x.label}" + (f" and {y.label}" if y else "")
     width = max(_WIDTH * layout.columns * (0.75 if layout.columns > 2 else 1.0), 0.3 * len(x) * (x.numbers is None))
-    height = layout.rows * (_HEIGHT if layout.rows == 1 else 3.1) + 0.02 * max(map(len, x.texts))
+    height = layout.rows * (_HEIGHT if layout.rows == 1 else 3.1)
+    if x.numbers is None:
+        height += room_below(x, width / layout.columns / len(x))
     figure = page(picture, title, notes, width + legend, height)
     axes = layout.axes_of(figure, sharex=True, sharey=True)
     for number, (place, (name, settings)) in enumerate(zip(axes.flat, panels, strict=False)):
@@ -55,7 +57,8 @@ def draw_lines(picture: Picture, choice: Choice) -> Canvas:
             place.set_xlabel(x.label)
         if number % layout.columns == 0:
             place.set_ylabel(picture.quantity.label)
-    _ticks(axes[0, 0], x, width / layout.columns)
+    means_in_view(axes[0, 0], picture)
+    scale(axes[0, 0], x, width / layout.columns)
     if y is not None:
         handles, labels = axes[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, title=y.label, loc="outside right center", frameon=False, alignment="left")
@@ -104,8 +107,9 @@ def draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour:
     )  # fmt: skip
 
 
-def _ticks(axes: Axes, x: Dimension, width: float) -> None:
-    from matplotlib.ticker import MaxNLocator, NullLocator
+def scale(axes: Axes, x: Dimension, width: float) -> None:
+    """Scale the horizontal axis of some width [inches], and write its values."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
     if x.numbers is None:
         label_ticks(axes.xaxis, x, width / len(x))
@@ -113,6 +117,7 @@ def _ticks(axes: Axes, x: Dimension, width: float) -> None:
         return
     if x.is_logarithmic:
         axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     places = np.log(x.numbers) if x.is_logarithmic else x.numbers
     room = width * np.diff(places).min() / np.ptp(places) if len(x) > 1 else width
     if len(x) <= _MOST_TICKS and room > 0.1 + 0.08 * max(map(len, x.texts)):

@@ -19,7 +19,7 @@ _NARROWEST = 6.4
 _MARGIN, _TITLE, _LINE = 0.3, 0.3, 0.2
 _TITLE_SIZE, _SIZE = 14.0, 9.5
 # Mean width of a character in its size.
-_CHARACTER, _BOLD = 0.54, 0.64
+_CHARACTER, _BOLD = 0.54, 0.6
 
 
 class Picture(NamedTuple):

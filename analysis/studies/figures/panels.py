@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 _MOST_COLUMNS = 4
 # Ticks with a text along one side.
-_MOST_TICKS = 40
+_MOST_TICKS = 32
 # Width of a character of a tick [inches].
-_CHARACTER = 0.082
+_CHARACTER = 0.08
+# Height of a line of ticks [inches].
+_LINE = 0.16
 
 
 class Layout(NamedTuple):
@@ -55,6 +57,17 @@ def panel_title(axes: Axes, title: str) -> None:
         axes.set_title(title, loc="left", size=9.5, color=INK, wrap=True)
 
 
+def width_of(dimension: Dimension) -> float:
+    """Return the width of the longest text of a dimension [inches]."""
+    return max(map(len, dimension.texts)) * _CHARACTER + 0.1
+
+
+def room_below(dimension: Dimension, width: float) -> float:
+    """Return the height of the texts below an axis if each has some room [inches]; 0 if they are not rotated."""
+    rotation = _rotation(dimension, width)
+    return math.sin(math.radians(rotation)) * width_of(dimension)
+
+
 def label_ticks(axis: Axis, dimension: Dimension, width: float = math.inf) -> None:
     """Write the texts of a dimension at 0, 1, 2, …; not all of them if they are many.
 
@@ -67,18 +80,46 @@ def label_ticks(axis: Axis, dimension: Dimension, width: float = math.inf) -> No
     width : float
         Room for each text [inches]; longer texts are rotated.
     """
+    shown = range(0, len(dimension), _every(dimension, width))
+    turned: dict[str, Any] = {}
+    if rotation := _rotation(dimension, width):
+        turned = {"rotation": rotation}
+        turned |= {"ha": "right", "rotation_mode": "anchor"} if rotation < 90 else {}
+    axis.set_ticks(list(shown), [dimension.texts[level] for level in shown], **turned)
+
+
+def _every(dimension: Dimension, width: float) -> int:
+    """Return which levels get a text, so that even rotated ones stay apart."""
     every = math.ceil(len(dimension) / _MOST_TICKS)
-    if math.isfinite(width):
-        every = max(every, math.ceil(0.16 / width))
-    shown = range(0, len(dimension), every)
-    texts = [dimension.texts[level] for level in shown]
-    longest = max(map(len, texts)) * _CHARACTER
-    if longest <= width * every:
-        axis.set_ticks(list(shown), texts)
-    else:
-        steep = longest > 4 * width * every or width * every < 0.3
-        turned = {"rotation": 90} if steep else {"rotation": 40, "ha": "right", "rotation_mode": "anchor"}
-        axis.set_ticks(list(shown), texts, **turned)
+    return max(every, math.ceil(_LINE / width))
+
+
+def _rotation(dimension: Dimension, width: float) -> int:
+    """Return by how many degrees the texts must be rotated."""
+    room, longest = width * _every(dimension, width), width_of(dimension)
+    if longest <= room + 0.1:
+        return 0
+    return 90 if longest > 4 * room or room < 2 * _LINE else 40
+
+
+def means_in_view(axes: Axes, picture: Picture) -> None:
+    """Limit the vertical axis, so that a few wide intervals do not flatten everything else."""
+    cells = picture.cells.statistics
+    cells = cells[cells["n"] > 0]
+    if not len(cells):
+        return
+    mean, wide = cells["mean"].to_numpy(), ((cells["high"] - cells["low"]) / 2).to_numpy()
+    bounded = wide[np.isfinite(wide)]
+    most = max(float(np.ptp(mean)), 3 * float(np.median(bounded))) if len(bounded) else 0.0
+    shown = np.minimum(np.where(np.isfinite(wide), wide, 0.0), most)
+    low, high = float((mean - shown).min()), float((mean + shown).max())
+    quantity = picture.quantity
+    if quantity.factor != 1.0 and not quantity.is_difference:
+        low, high = max(low, 0.0), min(high, quantity.factor)
+    if quantity.is_difference:
+        low, high = min(low, 0.0), max(high, 0.0)
+    margin = 0.04 * (high - low) or max(abs(high), 1.0) * 0.05
+    axes.set_ylim(low - margin, high + margin)
 
 
 def colour_range(picture: Picture) -> Normalize:

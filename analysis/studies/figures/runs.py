@@ -37,7 +37,8 @@ def draw_runs(picture: Picture) -> Canvas:
         axes.axhline(row["mean"], color=COLOURS[1], linewidth=1.8)
     size = 5 if len(values) <= 100 else 2
     axes.plot(np.arange(len(values)), values, "o", color=INK, markersize=size, alpha=0.7, linewidth=0)
-    axes.xaxis.set_major_locator(MaxNLocator(10, integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(10, integer=True, min_n_ticks=1))
+    axes.set_xlim(-0.5 - 0.02 * len(values), max(len(values), 1) - 0.5 + 0.02 * len(values))
     axes.set_xlabel("run")
     axes.set_ylabel(quantity.label)
     return figure

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from teamsight.analysis.plot.style import COLOURS, DIVERGING, FAINT, SEQUENTIAL, plain
 from teamsight.analysis.studies.figures.choose import MOST_PANELS, Choice
 from teamsight.analysis.studies.figures.dimension import Dimension
-from teamsight.analysis.studies.figures.lines import draw_points
+from teamsight.analysis.studies.figures.lines import draw_points, scale
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import colour_range, label_ticks, layout_of
+from teamsight.analysis.studies.figures.panels import colour_range, label_ticks, layout_of, means_in_view
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +55,8 @@ def _draw_against(axes: Axes, picture: Picture, dimension: Dimension, width: flo
     else:
         axes.plot(places, cells["mean"], "o", color=COLOURS[1], markersize=2, alpha=0.5)
     axes.set_xlabel(dimension.label)
-    _scale(axes, dimension, width)
+    means_in_view(axes, picture)
+    scale(axes, dimension, width)
 
 
 def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
@@ -78,7 +79,7 @@ def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
     )  # fmt: skip
     axes.set_xlabel(x.label)
     axes.set_ylabel(y.label)
-    _scale(axes, x, 5.5)
+    scale(axes, x, 5.5)
     if y.numbers is None:
         label_ticks(axes.yaxis, y)
     elif y.is_logarithmic:
@@ -87,14 +88,6 @@ def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
     bar.set_label(picture.quantity.label, size=10)
     bar.outline.set_visible(False)
     return figure
-
-
-def _scale(axes: Axes, dimension: Dimension, width: float) -> None:
-    if dimension.numbers is None:
-        label_ticks(axes.xaxis, dimension, width / len(dimension))
-        axes.set_xlim(-0.5, len(dimension) - 0.5)
-    elif dimension.is_logarithmic:
-        axes.set_xscale("log")
 
 
 def _settings(picture: Picture) -> str:

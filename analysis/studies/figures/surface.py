@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from teamsight.analysis.plot.style import DIVERGING, SEQUENTIAL
 from teamsight.analysis.plot.surface import Look, draw_surface
@@ -38,7 +39,11 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     figure = page(picture, title, notes, layout.columns * size + 0.6, layout.rows * 0.88 * size)
     norm = colour_range(picture)
     colours = matplotlib.colormaps[DIVERGING if picture.quantity.is_difference else SEQUENTIAL]
-    look = Look(picture.quantity.label, picture.quantity.write, float(norm.vmin or 0.0), float(norm.vmax or 0.0))
+    low, high = float(norm.vmin or 0.0), float(norm.vmax or 0.0)
+    # The colours of a difference are symmetric around 0, its heights need not be.
+    means = picture.cells.statistics["mean"].to_numpy()
+    heights = (min(0.0, np.nanmin(means)), max(0.0, np.nanmax(means))) if picture.quantity.is_difference else None
+    look = Look(picture.quantity.label, picture.quantity.write, low, high, heights=heights)
     axes = layout.axes_of(figure, subplot_kw={"projection": "3d"})
     for place, (name, settings) in zip(axes.flat, panels, strict=False):
         cells = picture.cells.statistics["mean"].to_numpy()
@@ -47,6 +52,7 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
         grid[y.levels[chosen], x.levels[chosen]] = cells[chosen]
         table = pd.DataFrame(grid, index=_places(y), columns=_places(x))
         draw_surface(place, table, look, norm, colours, (y.label, x.label))
+        place.view_init(elev=27, azim=_azimuth(grid))
         _ticks(place.xaxis, y)
         _ticks(place.yaxis, x)
         place.tick_params(labelsize=8)
@@ -54,9 +60,17 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     bar = figure.colorbar(
         matplotlib.cm.ScalarMappable(norm, colours), ax=axes.ravel().tolist(), aspect=32, shrink=0.7, pad=0.08
     )
-    bar.set_label(picture.quantity.label, size=10)
     bar.outline.set_visible(False)
     return figure
+
+
+def _azimuth(grid: NDArray[np.float64]) -> float:
+    """Return from where the surface is seen: from above its lowest corner, which hides nothing."""
+    rows, columns = (np.arange(length) >= length / 2 for length in grid.shape)
+    corners = {(False, True): 128.0, (True, True): 52.0, (False, False): -128.0, (True, False): -52.0}
+    quarters = {corner: grid[np.ix_(rows == corner[0], columns == corner[1])] for corner in corners}
+    known = {corner: float(np.nanmean(quarter)) for corner, quarter in quarters.items() if np.isfinite(quarter).any()}
+    return corners[min(known, key=known.__getitem__)] if known else 128.0
 
 
 def _places(dimension: Dimension) -> np.ndarray[Any, Any]:

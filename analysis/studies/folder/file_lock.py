@@ -108,7 +108,8 @@ def is_held(path: Path, *, shared: bool = False) -> bool:
     except OSError:
         return False
     try:
-        return not _try(number, 1 if shared else None, warn=False)
+        # No shard has place 0, which a lock of all excludes.
+        return not _try(number, 0 if shared else None, warn=False)
     except OSError:
         return False
     finally:

@@ -7,7 +7,7 @@ import hashlib
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from teamsight.analysis.studies.folder.layout import PART
 from teamsight.core import files
@@ -99,9 +99,14 @@ def load(part: Part) -> bytes:
         If the part has been moved away.
     """
     content = bytes_of(part)
-    if _digest(content) != part.digest:
+    if not is_whole(part, content):
         raise DamagedError(part, _damage(content))
     return content
+
+
+def is_whole(part: Part, content: bytes) -> bool:
+    """Whether these are the bytes that the name of a part promises."""
+    return _digest(content) == part.digest
 
 
 def bytes_of(part: Part) -> bytes:
@@ -178,20 +183,20 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
         target.parent.mkdir(exist_ok=True)
     except OSError as error:
         raise files.unwritable(target.parent, error) from error
-    with files.complete(target) as draft:
+    name = ""
+
+    def check(target: Path) -> None:
+        # Called when the draft is on disk.
+        with files.open_regular(name) as file:
+            if file.read() != content:
+                raise files.UnwritableError(
+                    f"{target}: reads back as other bytes than were written; check the disk, or give another folder"
+                )
+
+    with files.complete(target, check) as draft:
+        name = draft.name
         draft.write(content)
-        _check_draft(draft, content, target)
     return target
-
-
-def _check_draft(draft: BinaryIO, content: bytes, target: Path) -> None:
-    draft.flush()
-    os.fsync(draft.fileno())
-    with files.open_regular(draft.name) as file:
-        if file.read() != content:
-            raise files.UnwritableError(
-                f"{target}: reads back as other bytes than were written; check the disk, or give another folder"
-            )
 
 
 def _digest(content: bytes) -> str:

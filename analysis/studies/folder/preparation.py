@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.folder import origin
 from teamsight.analysis.studies.folder.belonging import check_belongs
@@ -94,7 +94,7 @@ def _created(
     place = None if study.path is None else Path(study.path)
     now = _now()
     made = Manifest(
-        study.as_dict(), dict(types), code, dict(sources), (), origin.versions(), origin.commits(place),
+        _values(study), dict(types), code, dict(sources), (), origin.versions(), origin.commits(place),
         origin.machine(), now, now,
     )  # fmt: skip
     write_manifest(folder, made)
@@ -118,7 +118,7 @@ def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]
             f"{folder}: is the folder of another study ({'; '.join([*lines[:_MOST_LINES], *more])}); give another "
             "folder, or the study that it was made with"
         )
-    return found._replace(study=study.as_dict(), types=dict(types))
+    return found._replace(study=_values(study), types=dict(types))
 
 
 def _with_code(
@@ -149,6 +149,12 @@ def _other_code(folder: Path, what: str, old: str, new: str) -> ValueError:
         f"{folder}: its runs were made by another version of {what} ({old}, now {new}); give another folder, use that "
         "version, or accept a mixture with --mixed-code (in Python, mixed_code=True)"
     )
+
+
+def _values(study: Study) -> dict[str, Any]:
+    """Return the values of a study, with a folder that is found from everywhere."""
+    place = None if study.path is None else os.path.abspath(study.path)
+    return {**study.as_dict(), "path": place}
 
 
 def _now() -> str:

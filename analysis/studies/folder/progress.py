@@ -16,6 +16,8 @@ from teamsight.core import files
 
 # Seconds between two heartbeats, and over which the rate is a mean.
 _PERIOD, _WINDOW = 1.0, 60.0
+# Bringing a file to disk may take long: the work lasts so many times as long as writing its heartbeats.
+_FACTOR = 200.0
 _MOST_READ = 65_536
 
 
@@ -55,7 +57,8 @@ class Progress(NamedTuple):
 
 
 class Heartbeat:
-    """Writes how far a sweep is, at most once a second; errors of writing are ignored.
+    """Writes how far a sweep is, at most once a second, and more rarely on a slow disk; errors of writing are
+    ignored.
 
     Durations come from the monotonic clock, which nobody sets.
 
@@ -72,7 +75,7 @@ class Heartbeat:
         self._last = Progress(os.getpid(), socket.gethostname(), engine, workers, shard, 0, 0, 0, 0, 0, None, False)
         # When how many runs had been made.
         self._made: deque[tuple[float, int]] = deque()
-        self._written = -math.inf
+        self._written, self._period = -math.inf, _PERIOD
 
     @property
     def made(self) -> int:
@@ -115,9 +118,10 @@ class Heartbeat:
         self._last = self._last._replace(
             done=done, failed=failed, total=total, running=running, made=made, rate=self._rate()
         )
-        if now - self._written >= _PERIOD:
-            self._written = now
+        if now - self._written >= self._period:
             self._write()
+            self._written = time.monotonic()
+            self._period = max(_PERIOD, _FACTOR * (self._written - now))
 
     def end(self) -> None:
         """Write that the sweep has ended."""

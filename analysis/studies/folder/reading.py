@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 
 def read_parts(
-    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None
-) -> pa.Table:
+    folder: Path, kind: str, columns: Iterable[str] | None = None, without: RunSet | None = None, *,
+    skip_damaged: bool = False,
+) -> pa.Table:  # fmt: skip
     """Return the rows of all parts of a kind.
 
     A run that several parts have, as those of two machines, is taken from the part whose name comes first.
@@ -35,6 +36,8 @@ def read_parts(
         Names of columns, in the order wanted; all by default.
     without : RunSet, optional
         Runs to leave out.
+    skip_damaged : bool
+        Leave damaged parts out, in place of raising.
 
     Raises
     ------
@@ -53,6 +56,10 @@ def read_parts(
         except FileNotFoundError:
             # It was set aside meanwhile, and its runs are missing now.
             continue
+        except DamagedError:
+            if skip_damaged:
+                continue
+            raise
         tables.append(table)
     if not tables:
         return pa.table({})

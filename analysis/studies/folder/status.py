@@ -80,15 +80,14 @@ def status(folder: str | os.PathLike[str]) -> Status:
     sweeps = _running(place)
     heartbeats = [each.progress for each in sweeps if each.progress]
     plan = study.plan()
-    done = place.done()
-    counts = [count_planned(runs, plan, study) for runs in (done, place.failed())]
-    planned = max(sum(counts), planned_runs(study, plan, place.progress))
-    missing = planned - sum(counts)
+    done, failed = (count_planned(runs, plan, study) for runs in (place.done(), place.failed()))
+    planned = max(done + failed, planned_runs(study, plan, place.progress))
+    missing = planned - done - failed
     rates = [each.rate for each in heartbeats if each.rate]
     rate = sum(rates) if rates else None
     running = min(missing, sum(each.running for each in heartbeats))
     left = seconds_left(missing, rate)
-    return Status(planned, *counts, missing, running, left, rate, sweeps, tuple(place.damaged()))
+    return Status(planned, done, failed, missing, running, left, rate, sweeps, tuple(place.damaged()))
 
 
 def count_planned(runs: RunSet, plan: Plan, study: Study) -> int:

@@ -219,7 +219,7 @@ class StudyFolder:
         """Return the runs that have failed, except those that were made later."""
         return self._indexes["failed"].update()[0].without(self.done())
 
-    def read(self, kind: str, columns: Iterable[str] | None = None) -> pa.Table:
+    def read(self, kind: str, columns: Iterable[str] | None = None, *, skip_damaged: bool = False) -> pa.Table:
         """Return the rows of a kind, each run once; without columns if there are no parts.
 
         Parameters
@@ -228,6 +228,8 @@ class StudyFolder:
             Which parts. Rows of "failed" whose run was made later, and rows of shards that are not done, are left out.
         columns : iterable of str, optional
             Names of columns; all by default.
+        skip_damaged : bool
+            Leave damaged parts out, in place of raising.
 
         Raises
         ------
@@ -236,7 +238,7 @@ class StudyFolder:
         """
         checks.choice("kind", kind, KINDS)
         without = self.done() if kind == "failed" else None
-        return read_parts(self.path, kind, columns, without)
+        return read_parts(self.path, kind, columns, without, skip_damaged=skip_damaged)
 
     @contextlib.contextmanager
     def _exclusively(self, name: str) -> Iterator[None]:

@@ -33,9 +33,9 @@ class Verification(NamedTuple):
     aside : tuple of str
         Where parts were moved, below the folder; with a damaged part go the others of its shard.
     runs : tuple of str
-        Ids of the runs in them, as far as they are known for certain.
+        Ids of the runs of their shards, as far as they are known for certain.
     unnamed : int
-        Shards among them whose runs are not known.
+        Shards among them whose runs are not all known.
     foreign : tuple of str
         Files among the parts that are none, which are left where they are.
     drafts : int
@@ -80,13 +80,12 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
                 shards[part.shard].append(part)
         # Parts that are set aside can no longer be read.
         named = [_runs_of(*shard) for shard in sorted(shards.items())]
+        runs, unnamed = sorted(set().union(*named)), sum(parts.shard_of(names) not in shards for names in named)
         foreign, left = _foreign(place.path), _drafts(place.path)
         aside = set_aside(place.path, shards) if repair else []
         if repair:
             remove_drafts(place.path)
-    runs = tuple(run for names in named for run in names)
-    unnamed = sum(not names for names in named)
-    return Verification(len(found), damaged, tuple(aside), runs, unnamed, foreign, left)
+    return Verification(len(found), damaged, tuple(aside), tuple(runs), unnamed, foreign, left)
 
 
 def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged]:
@@ -104,17 +103,17 @@ def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged
                 yield Damaged(part.kind, part.path.name, why)
 
 
-def _runs_of(shard: str, found: list[Part]) -> list[str]:
-    """Return the ids of the runs of a shard, if its name confirms them; empty if they are not known."""
-    names: set[str] = set()
+def _runs_of(shard: str, found: list[Part]) -> set[str]:
+    """Return the ids of the runs of a shard: those of its undamaged parts, and all if its name confirms them."""
+    certain, names = set[str](), set[str]()
     for part in found:
         # A damaged part may still be readable; its reader raises errors of many kinds.
         with contextlib.suppress(Exception):
-            runs = runs_in(parts.rows(part, parts.bytes_of(part), IDENTITY)).distinct()
-            names.update(runs.names())
-            if parts.shard_of(names) == shard:
-                return sorted(names)
-    return []
+            content = parts.bytes_of(part)
+            here = runs_in(parts.rows(part, content, IDENTITY)).distinct().names()
+            names.update(here)
+            certain.update(here if parts.is_whole(part, content) else ())
+    return names if parts.shard_of(names) == shard else certain
 
 
 def _foreign(folder: Path) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ class Own(World):
     def __init__(self, robots: int = 2, radius: float = 2.0, *, rng: int | None = None) -> None:
         super().__init__(Disc(radius), rng=rng)
         self.robots = self.add(Robot, robots, policy="a-cmommt")
-        self.add(Target, 2)
+        self.add(Target, 2, policy="random-walk")
 
 
 def without_seed(robots: int = 2) -> World:
@@ -36,11 +36,11 @@ def raising(robots: int = 2, bad: int = 1, *, rng: int) -> World:
     return CMOMMT(robots=robots, **SMALL, rng=rng)
 
 
-def crashing(robots: int = 2, *, rng: int) -> World:
-    """End the process for 13 robots."""
-    if robots == 13:
+def crashing(robots: int = 2, radius: float = 5.0, *, rng: int) -> World:
+    """End the process for 9 robots."""
+    if robots == 9:
         os._exit(7)
-    return CMOMMT(robots=robots, **SMALL, rng=rng)
+    return CMOMMT(robots=robots, radius=radius, **SMALL, rng=rng)
 
 
 def interrupting(robots: int = 2, *, rng: int) -> World:

@@ -1,0 +1,74 @@
+"""The check of a study before its first run: all that it names is imported, and worlds are built."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.studies.definition.components import Components
+from teamsight.analysis.studies.definition.model import CMOMMT_NAME, check_parameters, measure_of
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.plan import Plan
+
+# Settings of which a world is built: enough for each value of all usual studies.
+_MOST_BUILT = 100
+# Robots and targets of such a world, at most.
+_MOST_AGENTS = 2
+
+
+def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
+    """Import the model, the measure and all components of a plan; of `CMOMMT`, build worlds with each kind of value.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
+    """
+    check_parameters(model, plan.names)
+    measure_of(measure)
+    components = Components()
+    for name in plan.names:
+        for value in plan.values(name):
+            if isinstance(value, (str, list, dict)):
+                components.made(name, value)
+    if model == CMOMMT_NAME:
+        for k in _telling(plan):
+            _build(plan, k, steps)
+
+
+def _telling(plan: Plan) -> Iterator[int]:
+    """Yield settings in which each value occurs that is no number, and the smallest and the largest numbers."""
+    found = {0: None}
+    for name in plan.swept:
+        numbers: dict[float, int] = {}
+        for row, value in enumerate(plan.values(name)):
+            k = row * plan.stride(name)
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                numbers[value] = k
+            else:
+                found[k] = None
+        if numbers:
+            found |= {numbers[min(numbers)]: None, numbers[max(numbers)]: None}
+    yield from list(found)[:_MOST_BUILT]
+
+
+def _build(plan: Plan, k: int, steps: int) -> None:
+    from teamsight.agents.cmommt import CMOMMT
+
+    given: dict[str, Any] = plan.components(k)
+    for name in ("robots", "targets"):
+        value = given.get(name, _MOST_AGENTS)
+        given[name] = min(value, _MOST_AGENTS) if isinstance(value, int) else value
+    try:
+        # A world of two robots may warn of what is true of it alone.
+        with warnings.catch_warnings(action="ignore"), closing(CMOMMT(**given, rng=0)):
+            Run(given, 0, steps).check()
+    except (TypeError, ValueError) as error:
+        setting = ", ".join(f"{name}={checks.shown(plan.parameters(k)[name])}" for name in plan.swept[:4])
+        kind = TypeError if isinstance(error, TypeError) else ValueError
+        raise kind(f"{error} (in the setting {setting})" if setting else str(error)) from error

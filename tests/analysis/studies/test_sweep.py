@@ -1,0 +1,279 @@
+"""A sweep makes what is missing and only that; its rows depend on the study alone."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from teamsight import run_many
+from teamsight.analysis.runs import checkpoint
+from teamsight.analysis.runs.workers import JobError
+from teamsight.analysis.studies import same_code, sharding
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.missing import Selection
+from teamsight.analysis.studies.study import Record, Study, Until
+from teamsight.analysis.studies.sweep import sweep
+from tests.analysis.studies.folders import FIXED, GRID, Engine, odd, parts, rows, same_rows, small
+
+
+@pytest.fixture(autouse=True)
+def _path_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+
+def tiny_shards(monkeypatch: pytest.MonkeyPatch, runs: int = 1) -> None:
+    """Make shards of so many runs."""
+    monkeypatch.setattr(sharding, "_MOST_RUNS", runs)
+
+
+@pytest.mark.short
+def test_rows_are_those_of_run_many(tmp_path: Path) -> None:
+    summary = sweep(small(seed=9), tmp_path / "out")
+    assert summary[1:7] == (12, 12, 12, 0, 0, ())
+    expected = run_many(FIXED | GRID, replicates=3, steps=5, rng=9)
+    keys = ["robots", "radius", "replicate"]
+    found = rows(tmp_path / "out")[[*expected]].sort_values(keys, ignore_index=True)
+    pd.testing.assert_frame_equal(found, expected.sort_values(keys, ignore_index=True), check_exact=True)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("size", [1, 2, 5])
+def test_rows_do_not_depend_on_shards_nor_on_the_order_in_which_they_end(
+    size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = small(record=Record(steps=True, trajectories=2, events=True))
+    sweep(study, tmp_path / "whole")
+    tiny_shards(monkeypatch, size)
+    engine = Engine()
+    sweep(study, tmp_path / "out", executor=engine)
+    assert max(len(shard.runs) for shard in engine.jobs) == size
+    for kind in ("runs", "steps", "trajectories"):
+        same_rows(tmp_path / "out", tmp_path / "whole", kind)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("array", [2, 3, 20])
+def test_shards_of_a_job_array(array: int, tmp_path: Path) -> None:
+    sweep(small(), tmp_path / "whole")
+    made = [sweep(small(), tmp_path / "out", shard=(part, array)) for part in (*range(array, 0, -1), 1)]
+    assert [each.made for each in made][-1] == 0
+    assert sum(each.made for each in made) == 12
+    assert {each.missing for each in made} == {0}
+    same_rows(tmp_path / "out", tmp_path / "whole")
+
+
+@pytest.mark.parametrize(("runs", "array"), [((7, 4), 3), ((1, 100), 7), ((100, 1), 7), ((3, 2), 9)])
+def test_shards_of_a_job_array_are_disjoint_and_about_equal(runs: tuple[int, int], array: int) -> None:
+    settings, replicates = runs
+    plan = Study(axes={"radius": [1.0 + 0.1 * k for k in range(settings)]}, replicates=replicates).plan()
+    needed = np.full(settings, replicates)
+    found = [list(Selection(plan, needed, (part, array))) for part in range(1, array + 1)]
+    assert sorted(run for part in found for run in part) == sorted(Selection(plan, needed))
+    sizes = [len(part) for part in found]
+    assert max(sizes) - min(sizes) <= min(settings, array)
+    by_setting = [list(Selection(plan, needed, (part, array), by_setting=True)) for part in range(1, array + 1)]
+    homes = [{setting for setting, _ in part} for part in by_setting]
+    assert sum(map(len, homes)) == settings == len(set().union(*homes))
+
+
+@pytest.mark.short
+def test_more_replicates_and_settings_add_parts_and_change_none(tmp_path: Path) -> None:
+    sweep(small(replicates=2), tmp_path / "out")
+    before = parts(tmp_path / "out")
+    more = small(axes={**GRID, "robots": [1, 2, 5]}, replicates=3)
+    summary = sweep(more, tmp_path / "out")
+    assert (summary.made, summary.planned) == (18 - 8, 18)
+    after = parts(tmp_path / "out")
+    assert {name: after[name] for name in before} == before
+    sweep(more, tmp_path / "whole")
+    same_rows(tmp_path / "out", tmp_path / "whole")
+
+
+@pytest.mark.short
+def test_a_complete_study_starts_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep(small(), tmp_path / "out")
+    monkeypatch.setattr("teamsight.analysis.studies.lazy_pool.WorkerPool", None)
+    assert sweep(small(), tmp_path / "out", workers=2).made == 0
+
+
+@pytest.mark.short
+def test_a_changed_study_is_refused_with_the_difference(tmp_path: Path) -> None:
+    sweep(small(), tmp_path / "out")
+    before = parts(tmp_path / "out")
+    with pytest.raises(ValueError, match="steps: 5 in the folder, 7 now"):
+        sweep(small(steps=7), tmp_path / "out")
+    assert parts(tmp_path / "out") == before
+
+
+@pytest.mark.short
+def test_changed_code_is_refused_unless_mixing_is_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep(small(), tmp_path / "out")
+    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    same_code._check.cache_clear()
+    more = small(replicates=4)
+    with pytest.raises(ValueError, match="0123456789abcdef"):
+        sweep(more, tmp_path / "out")
+    assert sweep(more, tmp_path / "out", mixed_code=True).made == 4
+    same_code._check.cache_clear()
+
+
+def test_a_worker_with_other_code_ends_the_sweep_and_no_run_fails(tmp_path: Path) -> None:
+    message = "worker: has version 1 of teamsight's code, the sweep has 2; install the same version"
+    with pytest.raises(JobError, match=message):
+        sweep(small(), tmp_path / "out", executor=Engine(error=message))
+    folder = StudyFolder(tmp_path / "out")
+    assert (folder.done().size, folder.failed().size) == (0, 0)
+    assert sweep(small(), tmp_path / "out").made == 12
+
+
+@pytest.mark.short
+def test_failed_runs_are_kept_and_made_again_only_on_demand(tmp_path: Path) -> None:
+    study = odd("raising", axes={"robots": [1, 2]}, replicates=3)
+    summary = sweep(study, tmp_path / "out")
+    assert (summary.made, summary.done, summary.failed, summary.missing) == (6, 3, 3, 0)
+    assert [text for _, text in summary.errors] == ["RuntimeError: no team of 1 in <object object at 0x…>"] * 3
+    assert sweep(study, tmp_path / "out").made == 0
+    again = sweep(study, tmp_path / "out", retry_failed=True)
+    assert (again.made, again.done, again.failed) == (3, 3, 3)
+    assert len(rows(tmp_path / "out", "failed")) == 3
+
+
+@pytest.mark.short
+def test_stopping_at_the_first_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tiny_shards(monkeypatch)
+    study = odd("raising", axes={"robots": [1, 2, 3]}, replicates=3)
+    summary = sweep(study, tmp_path / "out", on_error="stop")
+    assert summary.failed == len(summary.errors) == 1
+    assert summary.missing == 9 - summary.done - 1 > 0
+    # What is there stays, and the same sweep goes on.
+    assert sweep(study, tmp_path / "out").missing == 0
+
+
+@pytest.mark.short
+def test_a_run_in_which_workers_die_fails_and_the_others_of_its_shard_do_not(tmp_path: Path) -> None:
+    study = small(replicates=50, axes={}, fixed={"robots": 3, "targets": 2})
+    plan = study.plan()
+    bad = plan.seed(0, 17)
+    engine = Engine(lambda shard: any(run.seed == bad for run in shard.runs))
+    summary = sweep(study, tmp_path / "out", executor=engine)
+    assert (summary.done, summary.failed, summary.missing) == (49, 1, 0)
+    failed = rows(tmp_path / "out", "failed").iloc[0]
+    assert (failed["replicate"], failed["seed"]) == (17, bad)
+    assert failed["error"] == "the worker ended with exit code 7, three times"
+    # In pieces of an eighth: 50 runs, 7 runs, 1 run.
+    assert sum(any(run.seed == bad for run in shard.runs) for shard in engine.jobs) == 3
+
+
+@pytest.mark.short
+def test_ctrl_c_keeps_what_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tiny_shards(monkeypatch, 2)
+    seen: list[int] = []
+
+    def interrupt(done: int, total: int, seconds_left: float | None) -> None:
+        seen.append(done)
+        if done == 6:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(small(), tmp_path / "out", progress=interrupt)
+    assert seen == [0, 2, 4, 6]
+    assert sweep(small(), tmp_path / "out").made == 6
+    sweep(small(), tmp_path / "whole")
+    same_rows(tmp_path / "out", tmp_path / "whole")
+
+
+@pytest.mark.short
+def test_an_interrupt_within_a_model_ends_the_sweep(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        sweep(odd("interrupting", axes={"robots": [2, 3]}), tmp_path / "out")
+    # Without its lock.
+    assert sweep(odd("interrupting", axes={"robots": [2, 3]}), tmp_path / "out", shard=(1, 2)).missing == 0
+
+
+@pytest.mark.short
+def test_odd_models_and_measures(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: Any) -> None:
+    tiny_shards(monkeypatch)
+    # A model of a user, and one that prints.
+    assert sweep(odd("Own", axes={"robots": [1, 3], "radius": [2.0]}), tmp_path / "own").done == 2
+    assert sweep(odd("printing", axes={"robots": [1, 3]}), tmp_path / "printing").done == 2
+    assert capsys.readouterr().out.splitlines() == ["a world 1", "a world 3"]
+    # A measure whose columns depend on the run.
+    sweep(odd("cmommt", "other_columns", replicates=12), tmp_path / "columns")
+    found = rows(tmp_path / "columns")
+    assert (found["b"].isna() ^ found["c"].isna()).all()
+    # One whose types do, in different parts.
+    with pytest.raises(ValueError, match=r"measure returned a \w+ as 'a' in run .* of one type"):
+        sweep(odd("cmommt", "other_types", replicates=12), tmp_path / "types")
+    # A nested value.
+    nested = sweep(odd("cmommt", "nested"), tmp_path / "nested")
+    assert "parts={'first': 1}" in nested.errors[0][1]
+
+
+@pytest.mark.short
+def test_bad_arguments(tmp_path: Path) -> None:
+    for given, message in (
+        ({"on_error": "ignore"}, "on_error='ignore': .*continue"),
+        ({"shard": (0, 2)}, "shard=0: must be at least 1"),
+        ({"shard": (3, 2)}, "shard=3: must be at most 2"),
+        ({"workers": 0}, "workers=0: must be at least 1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            sweep(small(), tmp_path / "out", **given)  # type: ignore[arg-type]
+        assert not parts(tmp_path)
+    with pytest.raises(TypeError, match="takes no rng"):
+        sweep(odd("without_seed"), tmp_path / "without")
+
+
+def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_take_about_a_second() -> None:
+    plan = odd("Own", axes={"robots": [2]}, replicates=1000).plan()
+    common: Any = type("Common", (), {"model": "odd_models:Own"})
+    shards = iter(sharder := sharding.Sharding(plan, common, Selection(plan, np.array([1000])), 1))
+    first = next(shards)
+    assert len(first.shard.runs) == 1
+    sharder.measured(first, 0.02)
+    assert len(next(shards).shard.runs) in (50, 51)
+    # With several workers, the last ones are smaller.
+    few = sharding.Sharding(plan, common, Selection(plan, np.array([100])), 2, rate=first.cost / 0.02)
+    sizes = [len(sized.shard.runs) for sized in few]
+    assert sizes[0] in (12, 13)
+    assert sizes[-1] <= 5
+    assert sum(sizes) == 100
+
+
+@pytest.mark.parametrize("shard", [None, (1, 2)])
+def test_adaptive_studies_are_the_same_however_they_are_made(
+    shard: tuple[int, int] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = small(replicates=4, until=Until(0.2, limit=60), steps=10)
+    sweep(study, tmp_path / "whole")
+    counts = rows(tmp_path / "whole").groupby("setting").size()
+    assert counts.min() >= 4
+    assert 4 < counts.max() <= 60
+    tiny_shards(monkeypatch, 3)
+    if shard:
+        for part in (1, 2, 1):
+            sweep(study, tmp_path / "out", shard=(part, 2))
+    else:
+        with pytest.raises(KeyboardInterrupt):
+            sweep(study, tmp_path / "out", progress=_interrupting_at(20))
+        sweep(study, tmp_path / "out", executor=Engine())
+    same_rows(tmp_path / "out", tmp_path / "whole")
+    assert sweep(study, tmp_path / "out").made == 0
+
+
+def _interrupting_at(number: int) -> Any:
+    def interrupt(done: int, total: int, seconds_left: float | None) -> None:
+        if done >= number:
+            raise KeyboardInterrupt
+
+    return interrupt
+
+
+def test_an_adaptive_study_of_what_is_not_measured(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="until.measure='observed': is not measured; did you mean 'observed_fraction'"):
+        sweep(small(until=Until(0.2, "observed")), tmp_path / "out")
