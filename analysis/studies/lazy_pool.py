@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TypeVar
 
@@ -51,7 +51,7 @@ class LazyPool:
         if self._pool is not None:
             self._pool.__exit__(kind, value, trace)
 
-    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Iterator[Outcome]:
+    def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Generator[Outcome, None, None]:
         """Return the outcomes of jobs as they end; see `Executor`."""
         if self._pool is None:
             self._pool = WorkerPool(self.size, (*IMPORTS, "teamsight.analysis.studies.shard"), self._message)

@@ -22,6 +22,7 @@ from teamsight.cli import (
     rerun,
     run,
     status,
+    submit,
     sweep,
     unreliable,
     verify,
@@ -83,6 +84,7 @@ add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
 add_command(commands, status.status, status.StatusSettings)
+add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)

@@ -1,0 +1,164 @@
+"""A SLURM job array that makes the runs of a study: each task makes one shard of them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from teamsight.core import checks, files
+
+#: The second line of each script, by which one is recognised.
+MARK = "# Written by teamsight submit."
+# Tasks of an array; most clusters allow a thousand.
+MOST_TASKS = 10_000
+_LONGEST = 1000
+
+_TIMES = (
+    r"\d+", r"\d+:\d\d", r"\d+:\d\d:\d\d", r"\d+-\d+", r"\d+-\d+:\d\d", r"\d+-\d+:\d\d:\d\d",
+)  # fmt: skip
+# What SLURM accepts for each option, and an example.
+_FORMS = {
+    "partition": (r"[\w.,+-]+", "short"),
+    "account": (r"[\w.+-]+", "robots"),
+    "time": ("|".join(_TIMES), "02:30:00 or 1-12:00:00"),
+    "memory": (r"\d+[KMGT]?", "4G"),
+    "name": (r"[\w.+-]+", "study"),
+}
+
+
+@dataclass(frozen=True)
+class JobArray:
+    """A job array and what each of its tasks may use.
+
+    Parameters
+    ----------
+    study, out : Path
+        The study file and the folder of the study, which every machine of the cluster must see under these paths.
+    tasks : int
+        Number of tasks, at most `MOST_TASKS`; task i makes shard i of them.
+    cpus : int
+        Processors of each task, which are its workers.
+    partition, account, time, memory : str, optional
+        Of each task, in SLURM's notation; by default what the cluster gives.
+    setup : tuple of str
+        Lines of the shell before the sweep, such as ``module load python``.
+    name : str
+        Name of the job.
+
+    Raises
+    ------
+    ValueError
+        If a value has a form that SLURM refuses, or a path cannot stand in a script.
+    """
+
+    study: Path
+    out: Path
+    tasks: int
+    cpus: int = 1
+    partition: str | None = None
+    account: str | None = None
+    time: str | None = None
+    memory: str | None = None
+    setup: tuple[str, ...] = ()
+    name: str = "teamsight"
+
+    def __post_init__(self) -> None:
+        checks.count("tasks", self.tasks, most=MOST_TASKS)
+        checks.count("cpus", self.cpus, most=1024)
+        for option, (form, example) in _FORMS.items():
+            value = getattr(self, option)
+            if value is not None and not re.fullmatch(form, value, re.ASCII):
+                raise ValueError(
+                    f"{option}={checks.shown(value)}: is not in SLURM's notation; give, for example, {example}"
+                )
+        for option, text in (
+            ("study", str(self.study)),
+            ("out", str(self.out)),
+            *(("setup", line) for line in self.setup),
+        ):
+            if not text.isprintable() or len(text) > _LONGEST:
+                raise ValueError(
+                    f"{option}={checks.shown(text)}: must be one line of at most {_LONGEST} printable characters; "
+                    "give another"
+                )
+
+    def script(self, python: str = sys.executable) -> str:
+        """Return the script for ``sbatch``.
+
+        Parameters
+        ----------
+        python : str
+            The interpreter that runs the sweep.
+        """
+        options = {
+            "job-name": self.name, "array": f"1-{self.tasks}", "cpus-per-task": self.cpus,
+            "partition": self.partition, "account": self.account, "time": self.time, "mem": self.memory,
+        }  # fmt: skip
+        asked = [f"#SBATCH --{option}={value}" for option, value in options.items() if value is not None]
+        study, out = (shlex.quote(str(path.absolute())) for path in (self.study, self.out))
+        return "\n".join([
+            "#!/bin/bash",
+            MARK,
+            "# Each task makes one shard of the runs, and only what is missing: any task may be repeated, at any time.",
+            "# To repeat task 3: sbatch --array=3 and this file.",
+            *asked,
+            *self.setup,
+            f"exec {shlex.quote(python)} -m teamsight sweep {study} --out {out} \\",
+            f'  --shard "${{SLURM_ARRAY_TASK_ID:?run this file by sbatch}}/{self.tasks}" \\',
+            f'  --workers "${{SLURM_CPUS_PER_TASK:-{self.cpus}}}"',
+            "",
+        ])  # fmt: skip
+
+
+def write_script(path: Path, array: JobArray, *, force: bool = False) -> None:
+    """Write the script of a job array; one that was written by this function before is replaced.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write it.
+    array : JobArray
+        The job array.
+    force : bool
+        Replace any file.
+
+    Raises
+    ------
+    ValueError
+        If there is another file at `path`, or it cannot be written.
+    """
+    if files.check_place(path) and not force:
+        with files.open_regular(path) as file:
+            lines = file.read(200).splitlines()
+        if MARK.encode() not in lines[1:2]:
+            raise ValueError(f"{path}: was not written by teamsight submit; give another --script, or --force")
+    with files.complete(path) as file:
+        file.write(array.script().encode())
+
+
+def submit(path: Path) -> str:
+    """Submit a script by ``sbatch`` and return what that prints, such as "Submitted batch job 1234".
+
+    Raises
+    ------
+    ValueError
+        If there is no sbatch on this machine, or it refuses the job.
+    """
+    program = shutil.which("sbatch")
+    if program is None:
+        raise ValueError(f"sbatch: is not on this machine; submit where SLURM is, with: {command(path)}")
+    done = subprocess.run([program, str(path)], capture_output=True, text=True, check=False)
+    said = " ".join((done.stdout + done.stderr).split())
+    if done.returncode:
+        raise ValueError(f"sbatch: refused {path} ({said[:200]}); change the options, or the script")
+    return said
+
+
+def command(path: Path) -> str:
+    """Return the command that submits a script."""
+    return f"sbatch {shlex.quote(str(path))}"

@@ -1,0 +1,89 @@
+"""``teamsight submit``: write a SLURM job array that makes the runs of a study."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from teamsight.cli import values
+from teamsight.cli.options import Option, Settings
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.slurm import JobArray
+
+# Of the longest array that any cluster is known to allow.
+_MOST_TASKS = 10_000
+
+
+class SubmitSettings(Settings):
+    """Settings of ``teamsight submit``."""
+
+    study: Path = values.input_file("STUDY")
+    out: Path = values.folder(None, "Folder of the study, which all machines of the cluster see.", required=True)
+    slurm: bool = values.flag("For a SLURM cluster, the only kind so far.")
+    tasks: int = values.count(16, "Number of tasks; task i makes shard i of the runs.", most=_MOST_TASKS)
+    cpus: int = values.count(1, "Processors of each task, which are its workers.", most=1024)
+    memory: str | None = values.text("Memory of each task, such as 4G.", "that of the cluster", metavar="SIZE")
+    time: str | None = values.text(
+        "Longest time of a task, such as 02:00:00; the same job continues from there.", "that of the cluster",
+        metavar="TIME",
+    )  # fmt: skip
+    partition: str | None = values.text("Partition of the cluster.", "that of the cluster", metavar="NAME")
+    account: str | None = values.text("Account to charge.", "yours", metavar="NAME")
+    setup: tuple[str, ...] = Option(
+        lambda name, lines: tuple(lines), (), "Line of the shell before the sweep, such as 'module load python'.",
+        "LINE", many=True,
+    )  # type: ignore[assignment]  # fmt: skip
+    script: Path | None = values.file("Where to write the script.", shown="STUDY.sbatch in this folder")
+    dry_run: bool = values.flag("Print the script, and write nothing.")
+    submit: bool = values.flag("Call sbatch with the script.")
+    force: bool = values.flag("Replace a script that teamsight did not write.")
+
+    def check(self) -> None:
+        """Refuse options that do not go together."""
+        if not self.slurm:
+            raise ValueError("slurm=False: say for which cluster; give --slurm, the only kind so far")
+        if self.dry_run and self.submit:
+            raise ValueError("submit=True: does not go with --dry-run, which writes nothing; leave one out")
+
+
+def submit(settings: SubmitSettings) -> None:
+    """Write a script by which a cluster makes the runs of a study, and print how to submit it.
+
+    STUDY is a study file; see docs/studies.md. The script is a SLURM job array. Each of its tasks makes one shard of
+    the runs and writes it to the folder of the study, and may be repeated at any time: it makes what is missing.
+
+    \b
+    Examples:
+      teamsight submit study.toml --out results --slurm --tasks 32 --time 02:00:00
+      teamsight submit study.toml --out results --slurm --cpus 8 --setup "module load python" --submit
+      teamsight submit study.toml --out results --slurm --dry-run
+    """
+    from teamsight.analysis.studies import slurm
+    from teamsight.analysis.studies.study import Study
+    from teamsight.cli.show import plural, say
+
+    array = _array(settings)
+    study = Study.from_file(settings.study)
+    study.check()
+    plan = study.plan()
+    # An adaptive study is divided by settings, another by runs.
+    most, things = (plan.runs, "run") if study.until is None else (plan.settings, "setting")
+    if settings.tasks > most:
+        raise ValueError(f"tasks={settings.tasks}: are more than the {plural(most, things)} of the study; give fewer")
+    if settings.dry_run:
+        print(array.script(), end="")
+        return
+    path = settings.script or Path(f"{settings.study.stem}.sbatch")
+    slurm.write_script(path, array, force=settings.force)
+    say(f"{path}: {plural(plan.runs, 'run')} in {plural(settings.tasks, 'task')}")
+    say(slurm.submit(path) if settings.submit else f"next: {slurm.command(path)}")
+    say(f"then: teamsight status {shlex.quote(str(settings.out))}")
+
+
+def _array(settings: SubmitSettings) -> JobArray:
+    from teamsight.analysis.studies.slurm import JobArray
+
+    options = settings.values(("tasks", "cpus", "partition", "account", "time", "memory"))
+    return JobArray(settings.study, settings.out, setup=settings.setup, **options)
