@@ -102,9 +102,10 @@ def resume(study: Study, folder: Path) -> dict[str, Any]:
 def main() -> None:
     """Do one part, and print what it took."""
     kind, runs, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3]) / "study"
-    work: Callable[[Study, Path], dict[str, Any]] = {"write": write, "plan": plan, "status": status, "resume": resume}[kind]
+    parts: dict[str, Callable[[Study, Path], dict[str, Any]]]
+    parts = {"write": write, "plan": plan, "status": status, "resume": resume}
     begin = time.perf_counter()
-    facts = work(study_of(runs), folder)
+    facts = parts[kind](study_of(runs), folder)
     seconds = time.perf_counter() - begin
     assert facts.get("made", PART) == facts.get("missing", PART) == PART, facts
     # Not ru_maxrss, which begins with the memory of the process that started this one.

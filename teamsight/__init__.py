@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 
 from teamsight.core.lazy_names import lazy_names
+from teamsight.core.version import __version__
 
 # Nothing slow is imported, because `teamsight.__main__` should handle Ctrl-C soon.
 TYPE_CHECKING = False
@@ -40,8 +41,6 @@ if TYPE_CHECKING:
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.polygon import Polygon
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "Body": "teamsight.agents.body",

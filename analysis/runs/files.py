@@ -17,8 +17,8 @@ from typing import Any
 
 import pandas as pd
 
-from teamsight import __version__
 from teamsight.core.files import UnwritableError, check_name, check_place, complete, open_regular, unwritable
+from teamsight.core.version import __version__
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",

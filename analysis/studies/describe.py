@@ -6,13 +6,13 @@ import html
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.results import StudyResults
+    from teamsight.analysis.studies.study_tables import StudyTables
 
 # Characters of the parameters that are fixed.
 _LONGEST = 90
 
 
-def what_is_missing(results: StudyResults) -> str:
+def what_is_missing(results: StudyTables) -> str:
     """Return what is missing, on one line, as in "partial: 312 of 1,000 runs, 5 failed"; empty if nothing is."""
     failed = f", {results.failed:,} failed" if results.failed else ""
     if results.missing:
@@ -20,7 +20,7 @@ def what_is_missing(results: StudyResults) -> str:
     return f"{results.failed:,} of {results.planned:,} runs failed" if failed else ""
 
 
-def conditions(results: StudyResults) -> str:
+def conditions(results: StudyTables) -> str:
     """Return the study and its conditions, on one line."""
     study = results.study
     fixed = ", ".join(f"{name} = {value}" for name, value in study.fixed.items())
@@ -29,12 +29,12 @@ def conditions(results: StudyResults) -> str:
     return f"{results.name}: {model}{shown}{', ' * bool(shown)}{study.steps:,} steps, seed {study.seed}"
 
 
-def described(results: StudyResults) -> str:
+def described(results: StudyTables) -> str:
     """Return the lines of the repr."""
     return "\n".join([f"StudyResults of {results.name!r}", *(f"  {name}: {text}" for name, text in _lines(results))])
 
 
-def described_in_html(results: StudyResults) -> str:
+def described_in_html(results: StudyTables) -> str:
     """Return a small table for notebooks."""
     rows = "".join(
         f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
@@ -44,7 +44,7 @@ def described_in_html(results: StudyResults) -> str:
     return f"<table><caption>{html.escape(results.name)}</caption>{rows}</table>"
 
 
-def _lines(results: StudyResults) -> list[tuple[str, str]]:
+def _lines(results: StudyTables) -> list[tuple[str, str]]:
     axes = [f"{', '.join(group)} ({len(results.plan.values(group[0])):,})" for group in results.groups]
     runs = f"{results.done:,} of {results.planned:,} done"
     if results.failed:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+import threading
 import traceback
 from typing import NamedTuple
 
@@ -36,14 +37,19 @@ def failure_of(error: BaseException) -> Failure:
     """
     if isinstance(error, GeneratorExit):
         raise error
-    # Workers ignore Ctrl-C, so there it was the model that raised it.
-    if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+    if isinstance(error, KeyboardInterrupt) and _receives_interrupts():
         raise error
     text, name = _plain(str(error)), type(error).__name__
     if not isinstance(error, _READABLE):
         text = f"{name}: {text}" if text else name
     trace = _plain("".join(traceback.format_exception(error)))
     return Failure(one_line(text or name), _shortened(trace, _LONGEST_TRACEBACK))
+
+
+def _receives_interrupts() -> bool:
+    """Whether Ctrl-C reaches this thread; in workers it does not, so there it is the model that raises it."""
+    is_main = threading.current_thread() is threading.main_thread()
+    return is_main and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
 
 
 def one_line(text: str) -> str:

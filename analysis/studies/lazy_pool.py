@@ -37,11 +37,6 @@ class LazyPool:
         self._emit = emit
         self._pool: WorkerPool | None = None
 
-    @property
-    def name(self) -> str:
-        """What the record of sweeps calls it."""
-        return "local" if self.size > 1 else "in-process"
-
     def __enter__(self) -> LazyPool:
         return self
 

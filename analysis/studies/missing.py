@@ -38,7 +38,7 @@ class Selection:
         self._position = np.empty(plan.settings, np.int64)
         self._position[plan.order] = np.arange(plan.settings)
         most = int(needed.max(initial=0))
-        self._is_selected: NDArray[np.bool_] = np.less.outer(np.arange(most), needed[plan.order]).T.copy()
+        self._is_selected: NDArray[np.bool_] = np.greater.outer(needed[plan.order], np.arange(most))
         if shard is not None:
             self._keep(*shard, by_setting=by_setting)
 
@@ -64,7 +64,8 @@ class Selection:
     @property
     def settings(self) -> NDArray[np.bool_]:
         """Whether any run of each setting is selected, in the order of the plan."""
-        return np.asarray(self._is_selected.any(axis=1)[self._position])
+        has_any: NDArray[np.bool_] = np.logical_or.reduce(self._is_selected, axis=1)
+        return has_any[self._position]
 
     def remove(self, runs: RunSet) -> int:
         """Remove runs; return how many were selected."""

@@ -6,17 +6,17 @@ import io
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from teamsight import __version__
 from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
+from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
     from teamsight.analysis.studies.recording import MadeRun
-    from teamsight.analysis.studies.shard import ShardRun
+    from teamsight.analysis.studies.shard_run import ShardRun
 
 #: What each column holds, by name.
 Types = Mapping[str, str]
@@ -171,7 +171,7 @@ def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
     }
     for field, column in zip(table.schema, table.columns, strict=True):
         if field.name in columns:
-            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the detail of the event another name")
+            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the event's detail another name")
         is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
         columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
     return pa.table(columns)
@@ -199,7 +199,7 @@ def _joined(kind: str, tables: list[pa.Table]) -> pa.Table:
 def _parquet(table: pa.Table) -> bytes:
     import pyarrow.parquet as pq
 
-    table = table.replace_schema_metadata({b"software": f"teamsight {__version__}".encode()})
+    table = table.replace_schema_metadata({b"software": b"teamsight"})
     target = io.BytesIO()
     pq.write_table(table, target, compression="zstd")
     return target.getvalue()

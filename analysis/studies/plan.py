@@ -170,7 +170,12 @@ class Plan:
     @cached_property
     def _sorted(self) -> tuple[NDArray[np.int64], NDArray[np.uint64]]:
         order = np.argsort(self.ids, kind="stable")
-        return order, self.ids[order]
+        known = self.ids[order]
+        if (known[1:] == known[:-1]).any():
+            raise ValueError(
+                f"axes: two of {self.settings:,} settings have one id by chance; give a parameter another value"
+            )
+        return order, known
 
     def _value(self, name: str, k: int) -> object:
         values = self._values[name]

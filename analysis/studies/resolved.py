@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.definition.components import Components
-from teamsight.analysis.studies.definition.model import model_of
-from teamsight.core import checks, references
+from teamsight.analysis.studies.definition.model import measure_of, model_of
+from teamsight.core import plugins, references
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -26,12 +25,12 @@ class Resolved:
 
     Raises
     ------
-    ValueError
+    TypeError, ValueError
         If a name does not lead to a function or class.
     """
 
     def __init__(self, model: str, measure: str, path: tuple[str, ...]) -> None:
-        find_modules_in(path)
+        references.search_in(path)
         self.model: Callable[..., World] = model_of(model)
         self.measure: Callable[[World, int], Any] = measure_of(measure)
         self._components = Components()
@@ -41,33 +40,17 @@ class Resolved:
         return self._components.resolved(given)
 
 
-def find_modules_in(path: Iterable[str]) -> None:
-    """Let Python find modules in folders, besides those that it searches."""
-    sys.path[:0] = [folder for folder in path if folder not in sys.path]
+def modules_of(values: Mapping[str, object]) -> set[str]:
+    """Return the names of the modules of all objects that the values of a study name, plug-ins included."""
+    texts = set(_texts_in(values))
+    named = {text for text in texts if references.is_reference(text)}
+    named |= {plug_in.reference for plug_in in plugins.plug_ins() if plug_in.name in texts}
+    return {reference.partition(":")[0] for reference in named}
 
 
-def measure_of(name: str) -> Callable[..., Any]:
-    """Return the measure of a name: ``"summary"``, a reference, or the name of a plug-in."""
-    if name == "summary":
-        from teamsight.analysis.runs.run_many import summary
-
-        return summary
-    found = references.load(name, "measure") if references.is_reference(name) else _plug_in(name)
-    if not callable(found):
-        raise TypeError(f"measure={checks.shown(name)}: is not a function; give measure(world, steps)")
-    return found
-
-
-def _plug_in(name: str) -> object:
-    from teamsight.core import plugins
-
-    return plugins.find("teamsight.measures", name)
-
-
-def modules_of(value: object) -> set[str]:
-    """Return the names of the modules to which a study's values refer."""
+def _texts_in(value: object) -> list[str]:
+    """Return all texts in lists and tables."""
     if isinstance(value, str):
-        return {value.partition(":")[0]} if references.is_reference(value) else set()
-    if isinstance(value, Mapping):
-        return set().union(*map(modules_of, value.values()))
-    return set().union(*map(modules_of, value)) if isinstance(value, (list, tuple)) else set()
+        return [value]
+    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, (list, tuple)) else ()
+    return [text for one in inner for text in _texts_in(one)]

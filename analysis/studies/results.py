@@ -5,26 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from teamsight.analysis.studies import rows
 from teamsight.analysis.studies.describe import conditions, described, described_in_html, what_is_missing
-from teamsight.analysis.studies.summary import summarise
-from teamsight.core import checks
+from teamsight.analysis.studies.study_tables import StudyTables
 
 if TYPE_CHECKING:
-    import pyarrow as pa
     import xarray
     from matplotlib.figure import Figure
-
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
-    from teamsight.analysis.studies.plan import Plan
-    from teamsight.analysis.studies.study import Study
 
 
 def open_study(folder: str | os.PathLike[str]) -> StudyResults:
@@ -56,17 +47,8 @@ def open_study(folder: str | os.PathLike[str]) -> StudyResults:
     return StudyResults(found, study, found.read("runs"), failed)
 
 
-class StudyResults:
-    """What a study has found so far; see `open_study`.
-
-    Parameters
-    ----------
-    folder : StudyFolder
-        Where it is.
-    study : Study
-        What was asked.
-    runs, failed : pyarrow.Table
-        Rows of the runs that are done, and of those that have failed.
+class StudyResults(StudyTables):
+    """What a study has found so far; see `open_study`. All that it has is in the order of the plan.
 
     Attributes
     ----------
@@ -82,70 +64,9 @@ class StudyResults:
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
         Numbers of runs. An adaptive study plans those that it needs as far as its runs tell.
+    frame, settings : DataFrame
+        One row for each run that is there, and one for each setting.
     """
-
-    def __init__(self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table) -> None:
-        self._folder = folder
-        self.study: Study = study
-        self.folder: Path = folder.path
-        self.plan: Plan = study.plan()
-        self.axes: tuple[str, ...] = self.plan.swept
-        self.measures: tuple[str, ...] = rows.measures_of(runs, self.plan.names)
-        self._made = rows.together(runs, failed, self.plan)
-        self.failed: int = self._made.failed
-        self.done: int = self._made.table.num_rows - self.failed
-        self.planned, self.missing = rows.planned_and_missing(study, self.plan, self._made)
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether each planned run is done or has failed."""
-        return not self.missing
-
-    @cached_property
-    def frame(self) -> pd.DataFrame:
-        """One row for each run that is done or has failed, in the order of the plan; the index is the run id.
-
-        Columns: the parameters, replicate, seed, steps, the measures, and error, which is None for runs that are done.
-        The measures of a failed run are NaN.
-        """
-        return rows.frame_of(self._made, self.plan.names, self.measures)
-
-    @cached_property
-    def settings(self) -> pd.DataFrame:
-        """One row for each setting, with or without runs, in the order of the plan: its axes; the index is its id."""
-        return rows.settings_of(self.plan)
-
-    @property
-    def setting_numbers(self) -> NDArray[np.int64]:
-        """The row of `settings` of each row of `frame`, (runs,)."""
-        return self._made.setting
-
-    @property
-    def groups(self) -> tuple[tuple[str, ...], ...]:
-        """The axes; those that advance together in one group."""
-        return rows.groups_of(self.study)
-
-    @property
-    def numeric(self) -> tuple[str, ...]:
-        """The measures that are numbers or truth values."""
-        return rows.numeric_measures(self._made.table, self.measures)
-
-    def measured(self, measure: str | None = None) -> str:
-        """Return the name of a measure of numbers; the first by default.
-
-        Raises
-        ------
-        ValueError
-            If there is no such measure, or it is a text.
-        """
-        if not self.measures:
-            raise ValueError(f"{self.folder}: no run is done yet; run teamsight sweep, or wait")
-        if measure is None and self.numeric:
-            return self.numeric[0]
-        name = checks.choice("measure", measure or self.measures[0], self.measures)
-        if name not in self.numeric:
-            raise ValueError(f"measure={name}: is a text; give one of numbers: {', '.join(self.numeric) or 'none'}")
-        return name
 
     def summary(self, measure: str | None = None) -> pd.DataFrame:
         """Return the statistics of a measure, one row for each setting, by setting id.
@@ -164,18 +85,13 @@ class StudyResults:
         found = self.statistics(self.measured(measure))
         return pd.concat([self.settings, found.set_index(self.settings.index)], axis=1)
 
-    def statistics(self, measure: str) -> pd.DataFrame:
-        """Return n, mean, low, high and maximum of a measure for each row of `settings`."""
-        values = rows.numbers(self._made.table, measure)
-        return summarise(values, self._made.setting, self.plan.settings)
-
     def to_xarray(self) -> xarray.Dataset:
         """Return the statistics of all measures as an xarray Dataset on the axes; needs the extra ``xarray``.
 
         Each axis is a dimension. Axes that advance together share one, named after the first; points and samples have
         the dimension "setting". A measure named m has the variables m (the mean), m_low and m_high (the ends of the
         95 % interval), m_maximum and m_n (the number of runs); without runs they are NaN. "failed" is the number of
-        failed runs. Attributes name the study and say what is missing.
+        failed runs. Attributes name the study and what is missing.
         """
         from teamsight.analysis.studies.to_xarray import to_xarray
 
@@ -200,11 +116,6 @@ class StudyResults:
     def failures(self) -> pd.DataFrame:
         """The failed runs: `frame` without measures, and with the traceback of each."""
         return rows.failures_of(self._made, self.plan.names)
-
-    @property
-    def name(self) -> str:
-        """The name of the study, or else of its folder."""
-        return self.study.name or self.folder.resolve().name
 
     @property
     def source(self) -> str:

@@ -18,6 +18,8 @@ from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
 from teamsight.core import checks
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.progress import Heartbeat
     from teamsight.analysis.studies.folder.run_set import RunSet
@@ -193,11 +195,20 @@ class Rounds:
             found = np.array([int(name, 16) for name in settings.dictionary.to_pylist()], np.uint64)
             columns[0].append(found[settings.indices.to_numpy()])
             columns[1].append(table.column("replicate").to_numpy())
-            columns[2].append(table.column(measure).to_numpy().astype(np.float64))
+            columns[2].append(_numbers(table.column(measure), measure))
         ids, replicates, values = (np.concatenate(parts) for parts in columns)
         setting = self._plan.index_of(ids)
         planned = setting >= 0
         return setting[planned], replicates[planned], values[planned]
+
+
+def _numbers(column: pa.ChunkedArray, measure: str) -> NDArray[np.float64]:
+    """Return a measure as numbers; NaN where it has no value."""
+    try:
+        return np.asarray(column.cast("double").to_numpy())
+    except ValueError as error:
+        shown = checks.shown(measure)
+        raise ValueError(f"until.measure={shown}: holds texts; give a measure that is a number") from error
 
 
 def _death(value: object) -> str:

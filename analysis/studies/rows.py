@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -130,9 +130,27 @@ def numbers(table: pa.Table, measure: str) -> NDArray[np.float64]:
     return found
 
 
-def settings_of(plan: Plan) -> pd.DataFrame:
-    """Return one row for each setting: its axes; see `StudyResults.settings`."""
-    columns = {name: pd.Series(scalars(plan.values(name))).take(plan.places(name)).array for name in plan.swept}
+def real_columns(table: pa.Table) -> frozenset[str]:
+    """Return the names of the columns of real numbers."""
+    import pyarrow as pa
+
+    return frozenset(field.name for field in table.schema if pa.types.is_floating(field.type))
+
+
+def settings_of(plan: Plan, real: Collection[str] = ()) -> pd.DataFrame:
+    """Return one row for each setting: its axes; see `StudyResults.settings`.
+
+    Parameters
+    ----------
+    plan : Plan
+        All runs.
+    real : collection of str
+        Axes of real numbers, even if all of their values are whole.
+    """
+    columns = {}
+    for name in plan.swept:
+        values = pd.Series(scalars(plan.values(name)))
+        columns[name] = (values.astype(float) if name in real else values).take(plan.places(name)).array
     index = pd.Index([f"{number:016x}" for number in plan.ids.tolist()], name="setting", dtype="str")
     return pd.DataFrame(columns, index=index)
 

@@ -12,6 +12,7 @@ from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, PartTable
 from teamsight.analysis.studies.recording import MadeRun, Recorder
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import check_same_code
+from teamsight.analysis.studies.shard_run import ShardRun
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.study import Record
@@ -47,32 +48,6 @@ class Common(NamedTuple):
     path: tuple[str, ...]
     code: str
     sources: dict[str, str]
-
-
-class ShardRun(NamedTuple):
-    """One run of a shard.
-
-    Attributes
-    ----------
-    setting : str
-        The setting's id, 16 hexadecimal digits.
-    replicate : int
-        The number of the replicate.
-    seed : int
-        The seed of the world.
-    parameters : dict of str to object
-        Values of the model's parameters as a study file writes them; components are texts or tables.
-    """
-
-    setting: str
-    replicate: int
-    seed: int
-    parameters: dict[str, object]
-
-    @property
-    def id(self) -> str:
-        """The run's id: the setting's id and the replicate."""
-        return f"{self.setting}-{self.replicate}"
 
 
 class Shard(NamedTuple):

@@ -7,7 +7,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from teamsight.analysis.studies.shard import Common, Shard, ShardRun
+from teamsight.analysis.studies.shard import Common, Shard
+from teamsight.analysis.studies.shard_run import ShardRun
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.missing import Selection

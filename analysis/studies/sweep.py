@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teamsight.analysis.runs.workers import check_workers
 from teamsight.analysis.studies.lazy_pool import LazyPool
-from teamsight.analysis.studies.resolved import find_modules_in, modules_of
+from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
 from teamsight.analysis.studies.same_code import source_digests
 from teamsight.analysis.studies.shard import Common
-from teamsight.core import checks
+from teamsight.core import checks, references
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
@@ -114,7 +114,6 @@ def sweep(
     _check_shard(shard)
     if executor is None:
         check_workers(workers)
-    find_modules_in(_path_of(study))
     study.check()
     plan = study.plan()
     common = common_of(study, plan.types)
@@ -167,15 +166,10 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
         The type of each parameter's column.
     """
     from teamsight.analysis.runs.checkpoint import code_digest
-    path = _path_of(study)
-    find_modules_in(path)
+    path = () if study.path is None else (os.path.abspath(study.path),)
+    references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()))
     return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources)
-
-
-def _path_of(study: Study) -> tuple[str, ...]:
-    """Return the folders in which modules of a study are found."""
-    return () if study.path is None else (os.path.abspath(study.path),)
 
 
 def _check_shard(shard: tuple[int, int] | None) -> None:
@@ -186,4 +180,7 @@ def _check_shard(shard: tuple[int, int] | None) -> None:
 
 def _name(engine: Executor) -> str:
     """Return what the record of sweeps calls an engine."""
-    return engine.name if isinstance(engine, LazyPool) else type(engine).__name__.removesuffix("Executor").lower()
+    kind = type(engine).__name__
+    if kind in ("LazyPool", "WorkerPool"):
+        return "local" if engine.size > 1 else "in-process"
+    return kind.removesuffix("Executor").lower()

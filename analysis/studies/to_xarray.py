@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from teamsight import __version__
 from teamsight.analysis.studies import rows
+from teamsight.analysis.studies.describe import what_is_missing
+from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import xarray
 
-    from teamsight.analysis.studies.results import StudyResults
+    from teamsight.analysis.studies.study_tables import StudyTables
 
 #: The dimension of settings that are listed or drawn one by one.
 SETTING = "setting"
@@ -23,7 +24,7 @@ _KINDS = {"mean": ("", "mean"), "low": ("_low", "lower end of the 95 % interval 
           "n": ("_n", "number of runs")}  # fmt: skip
 
 
-def to_xarray(results: StudyResults) -> xarray.Dataset:
+def to_xarray(results: StudyTables) -> xarray.Dataset:
     """Return the statistics of all measures; see `StudyResults.to_xarray`.
 
     Raises
@@ -53,7 +54,7 @@ def to_xarray(results: StudyResults) -> xarray.Dataset:
     return xarray.Dataset(variables, coordinates, _attributes(results))
 
 
-def _dimensions(results: StudyResults) -> tuple[dict[str, int], dict[str, Any]]:
+def _dimensions(results: StudyTables) -> tuple[dict[str, int], dict[str, Any]]:
     """Return the size of each dimension, and the coordinates along them."""
     study = results.study
     listed = [block for block in study.blocks if not rows.is_of_axes(study, block.columns)]
@@ -66,15 +67,15 @@ def _dimensions(results: StudyResults) -> tuple[dict[str, int], dict[str, Any]]:
             name = SETTING if len(listed) == 1 else block.where
         dimensions[name] = block.size
         for axis in block.columns:
-            values = pd.Series(rows.scalars(results.plan.values(axis))).to_numpy()
-            coordinates[axis] = (name, values)
+            values = pd.Series(rows.scalars(results.plan.values(axis)), dtype=results.settings[axis].dtype)
+            coordinates[axis] = (name, values.to_numpy())
     return dimensions, coordinates
 
 
-def _attributes(results: StudyResults) -> dict[str, Any]:
+def _attributes(results: StudyTables) -> dict[str, Any]:
     # Texts and numbers only, which netCDF can hold.
     return {
         "study": json.dumps(results.study.as_dict()), "teamsight": __version__, "planned": results.planned,
         "done": results.done, "failed": results.failed, "missing": results.missing,
-        "partial": results.warning,
+        "partial": what_is_missing(results),
     }  # fmt: skip

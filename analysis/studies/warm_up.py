@@ -10,7 +10,8 @@ import numpy as np
 
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import check_same_code
-from teamsight.analysis.studies.shard import Common, Shard, ShardRun
+from teamsight.analysis.studies.shard import Common, Shard
+from teamsight.analysis.studies.shard_run import ShardRun
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.plan import Plan

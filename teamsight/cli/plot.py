@@ -46,7 +46,7 @@ class PlotSettings(Settings):
         _pairs, (), "Draw only settings with this value of an axis; may be repeated.", "NAME=VALUE", many=True
     )  # type: ignore[assignment]
     minus: Path | None = Option(
-        _folder, None, "Subtract this study, run by run, where both have the same noise.", "FOLDER"
+        _folder, None, "Subtract this study, run by run, where both have the same noise.", "FOLDER", "nothing"
     )  # type: ignore[assignment]
     force: bool = values.flag("Replace a file that teamsight did not write.")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 _ENGINES = ("local", "dask")
 _ON_ERROR = ("continue", "stop")
+# Seconds from one line of progress to the next where there is no terminal, as in the log of a cluster's job.
+_PERIOD = 30.0
 _OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 
 
@@ -30,9 +33,9 @@ class SweepSettings(Settings):
     scheduler: str | None = values.text(
         "Address of a Dask scheduler, such as tcp://10.0.0.1:8786.", "a cluster on this machine", metavar="ADDRESS"
     )
-    tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.")
-    tls_cert: Path | None = values.file("Certificate for the Dask cluster.")
-    tls_key: Path | None = values.file("Private key of the certificate.")
+    tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.", shown="no TLS")
+    tls_cert: Path | None = values.file("Certificate for the Dask cluster.", shown="no TLS")
+    tls_key: Path | None = values.file("Private key of the certificate.", shown="no TLS")
     on_error: Literal["continue", "stop"] = values.choice(
         "continue", "What to do after a run that fails: {names}.", lambda: _ON_ERROR
     )
@@ -67,14 +70,22 @@ def sweep(settings: SweepSettings) -> int:
     from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import sweep as make
     from teamsight.cli.show import Watch
+    from teamsight.core.status_line import seconds
 
     study = Study.from_file(settings.study)
-    progress = [0, 0]
-    with when_stopped(lambda: _kept(settings, *progress)), Watch() as watch:
+    runs = 0
+    with when_stopped(lambda: _kept(settings, runs)), Watch() as watch:
+
+        said = time.monotonic()
 
         def show(done: int, total: int, seconds_left: float | None) -> None:
-            progress[:] = done, total
+            nonlocal said, runs
+            runs = total
             watch("runs", done, total)
+            if not watch.console.is_terminal and time.monotonic() > said + _PERIOD:
+                said = time.monotonic()
+                left = "" if seconds_left is None else f", {seconds(seconds_left)} left"
+                watch.emit(f"{done} of {total} runs{left}")
 
         with _engine(settings, watch.emit) as (executor, workers):
             summary = make(
@@ -101,10 +112,15 @@ def _engine(settings: SweepSettings, emit: Callable[[str], None]) -> Iterator[tu
         yield executor, workers
 
 
-def _kept(settings: SweepSettings, done: int, total: int) -> str:
-    if not done:
+def _kept(settings: SweepSettings, total: int) -> str:
+    """Return what the folder has, which may be more than was reported."""
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
+    folder = StudyFolder(settings.out)
+    kept = folder.done().size + folder.failed().size if total else 0
+    if not kept:
         return "nothing was kept"
-    return f"{done} of {total} runs are kept in {settings.out}; the same command continues from there"
+    return f"{kept} of {total} runs are kept in {settings.out}; the same command continues from there"
 
 
 def _show(settings: SweepSettings, summary: SweepSummary) -> int:
@@ -119,6 +135,8 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
     if summary.missing:
         counts.append(f"{summary.missing} missing")
     of = f" of shard {settings.shard[0]}/{settings.shard[1]}" if settings.shard else ""
+    if summary.missing and summary.errors and settings.on_error == "stop":
+        say("stopped after a run that failed, as --on-error stop says; the same command goes on with the others")
     say(
         f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
         f"{plural(summary.planned, 'run')}{of}"

@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import teamsight
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
@@ -32,6 +34,14 @@ def has_in_order(output: str, said: str) -> bool:
     """Return whether the lines of a block occur in an output, in their order; … stands for anything within a line."""
     lines = [r"[^\n]*".join(map(re.escape, line.split("…"))) for line in said.strip().splitlines()]
     return re.search(r"\n(?:.*\n)?".join(lines), output, re.DOTALL) is not None
+
+
+@pytest.mark.short
+def test_the_study_of_the_readme_and_of_the_examples_are_studies(tmp_path: Path) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "study.toml").write_text(re.findall(r"^```toml\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)[0])
+    assert teamsight.Study.from_file(tmp_path / "study.toml").runs == 3_500
+    assert teamsight.Study.from_file(ROOT / "examples" / "study.toml").runs == 200
 
 
 def test_all_commands_and_code_of_the_page_work_as_written(tmp_path: Path) -> None:

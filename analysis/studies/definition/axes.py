@@ -42,7 +42,8 @@ def axis_values(name: str, given: object) -> Values:
     where = f"axes.{name}"
     if isinstance(given, Mapping):
         return _range(where, given)
-    if isinstance(given, str) or not isinstance(given, (list, tuple, range, np.ndarray)) or np.ndim(given) == 0:
+    is_scalar = isinstance(given, np.ndarray) and given.ndim == 0
+    if is_scalar or not isinstance(given, (list, tuple, range, np.ndarray)):
         raise TypeError(
             f"{where}={checks.shown(given)}: must be a list of values, or a table such as "
             "{from = 1, to = 5, step = 1}; one value for all runs belongs in fixed"

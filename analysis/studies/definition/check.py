@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, check_parameters, measure_of
+from teamsight.analysis.studies.definition.values import text_of
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -41,29 +41,30 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
             _build(plan, k, steps)
 
 
-def _telling(plan: Plan) -> Iterator[int]:
-    """Yield settings in which each value occurs that is no number, and the smallest and the largest numbers."""
+def _telling(plan: Plan) -> list[int]:
+    """Return settings in which each value occurs that is no number, and the smallest and the largest numbers."""
     found = {0: None}
     for name in plan.swept:
-        numbers: dict[float, int] = {}
-        for row, value in enumerate(plan.values(name)):
-            k = row * plan.stride(name)
-            if isinstance(value, (int, float)) and not isinstance(value, bool):
-                numbers[value] = k
-            else:
-                found[k] = None
+        values = plan.values(name)
+        rows: dict[object, int] = {}
+        for row, value in enumerate(values):
+            if type(value) not in (int, float):
+                rows.setdefault(text_of(value), row)
+        numbers = [value for value in values if isinstance(value, (int, float)) and not isinstance(value, bool)]
         if numbers:
-            found |= {numbers[min(numbers)]: None, numbers[max(numbers)]: None}
-    yield from list(found)[:_MOST_BUILT]
+            rows |= {end: values.index(end) for end in (min(numbers), max(numbers))}
+        found |= dict.fromkeys(row * plan.stride(name) for row in list(rows.values())[:_MOST_BUILT])
+    return list(found)[:_MOST_BUILT]
 
 
 def _build(plan: Plan, k: int, steps: int) -> None:
     from teamsight.agents.cmommt import CMOMMT
 
     given: dict[str, Any] = plan.components(k)
-    for name in ("robots", "targets"):
-        value = given.get(name, _MOST_AGENTS)
-        given[name] = min(value, _MOST_AGENTS) if isinstance(value, int) else value
+    if "events" not in given:  # which may need all agents
+        for name in ("robots", "targets"):
+            value = given.get(name, _MOST_AGENTS)
+            given[name] = min(value, _MOST_AGENTS) if type(value) is int else value
     try:
         # A world of two robots may warn of what is true of it alone.
         with warnings.catch_warnings(action="ignore"), closing(CMOMMT(**given, rng=0)):

@@ -20,7 +20,7 @@ def columns_of(where: str, given: object) -> Table:
     where : str
         The name used in errors.
     given : object
-        A mapping of names to lists, or a table of pandas.
+        A mapping of names to lists, or a DataFrame of pandas or polars.
 
     Raises
     ------
@@ -31,7 +31,8 @@ def columns_of(where: str, given: object) -> Table:
     for name, values in table.items():
         if not isinstance(name, str):
             raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
-        if not isinstance(values, (list, tuple, range, np.ndarray)):
+        is_scalar = isinstance(values, np.ndarray) and values.ndim == 0
+        if is_scalar or not isinstance(values, (list, tuple, range, np.ndarray)):
             raise TypeError(f"{where}.{name}={checks.shown(values)}: must be a list, with one value for each setting")
     lengths = {name: len(values) for name, values in table.items()}
     if len(set(lengths.values())) > 1:
@@ -48,10 +49,11 @@ def columns_of(where: str, given: object) -> Table:
 def _mapping(where: str, given: Any) -> Mapping[Any, Any]:
     if isinstance(given, str):
         raise TypeError(f"{where}={checks.shown(given)}: is read in study files only; give pandas.read_csv(…) here")
-    if type(given).__module__.startswith("pandas.") and hasattr(given, "columns"):
-        if not given.columns.is_unique:
+    if hasattr(given, "columns"):
+        names = list(given.columns)
+        if len(set(names)) < len(names):
             raise ValueError(f"{where}: the table has a column twice; keep one")
-        return {name: given[name].tolist() for name in given.columns}
+        return {name: np.asarray(given[name]).tolist() for name in names}
     if not isinstance(given, Mapping):
         raise TypeError(f"{where}={checks.shown(given)}: must be a mapping of parameters to lists, or a DataFrame")
     return given

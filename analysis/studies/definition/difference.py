@@ -32,6 +32,8 @@ def difference(old: Study, new: Study) -> list[str]:
     list of str
         Lines such as ``steps: 600 in the folder, 800 now``.
     """
+    if old == new:
+        return []
     lines = [
         _line(name, getattr(old, name), getattr(new, name))
         for name in ("model", "steps", "seed", "pairing")

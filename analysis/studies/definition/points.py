@@ -27,7 +27,7 @@ def read_points(name: str, folder: Path) -> dict[str, list[Any]]:
     ValueError
         If it is elsewhere, cannot be read, is no table, or a value is missing.
     """
-    given = f"points={checks.shown(name)}"
+    given = f"points={checks.shown(name, 200)}"
     path = _place(given, name, folder)
     table = _table(given, path)
     names = list(table.column_names)
@@ -87,6 +87,8 @@ def _values(given: str, name: str, column: Any) -> list[Any]:
     kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
     is_text = pa.types.is_string(kind) or pa.types.is_large_string(kind)
     is_known = is_text or pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
+    if pa.types.is_binary(kind):
+        raise ValueError(f"{given}: column {checks.shown(name)} is not UTF-8; save it as UTF-8")
     if not is_known and not pa.types.is_null(kind):
         raise ValueError(
             f"{given}: column {checks.shown(name)} has the type {kind}; a parameter is a number, text or boolean"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teamsight.analysis.studies.describe import conditions, what_is_missing
 from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
 from teamsight.analysis.studies.figures.choose import choose
 from teamsight.analysis.studies.figures.difference import pair
@@ -16,24 +17,24 @@ from teamsight.analysis.studies.figures.quantity import Quantity
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from teamsight.analysis.studies.results import StudyResults
+    from teamsight.analysis.studies.study_tables import StudyTables
 
 
 def draw(
-    results: StudyResults,
+    results: StudyTables,
     *,
     kind: str = "auto",
     x: str | None = None,
     y: str | None = None,
     measure: str | None = None,
-    minus: StudyResults | None = None,
+    minus: StudyTables | None = None,
     where: Mapping[str, object] | None = None,
 ) -> Canvas:
     """Return a picture of a measure over the axes of a study.
 
     Parameters
     ----------
-    results : StudyResults
+    results : StudyTables
         The study.
     kind : {"auto", "heat-map", "lines", "surface", "scatter", "runs"}
         The kind of picture; "auto" chooses one that suits the axes.
@@ -42,7 +43,7 @@ def draw(
         panels.
     measure : str, optional
         What is drawn; the first measure by default.
-    minus : StudyResults, optional
+    minus : StudyTables, optional
         A study that is subtracted, run by run, where both have the same values of their common axes, the same
         replicate and the same seed.
     where : mapping, optional
@@ -78,11 +79,11 @@ def draw(
 
 
 def _picture(
-    results: StudyResults, quantity: Quantity, minus: StudyResults | None, where: Mapping[str, object]
+    results: StudyTables, quantity: Quantity, minus: StudyTables | None, where: Mapping[str, object]
 ) -> Picture:
     frame, setting = results.frame, results.setting_numbers
     values = frame[quantity.name].to_numpy(float) * quantity.factor
-    source, warning = results.source, results.warning
+    source, warning = conditions(results), what_is_missing(results)
     # An axis of the study that is subtracted may be chosen, too.
     others = set(minus.axes if minus is not None else ()) - set(results.axes)
     own = {axis: value for axis, value in where.items() if axis not in others}
@@ -94,8 +95,9 @@ def _picture(
         minus.measured(quantity.name)
         pairs = pair(frame[kept], minus.frame[rest], shared, quantity.name)
         values, setting = pairs.values * quantity.factor, setting[kept][pairs.row]
-        source = f"{source} minus {minus.source}; {len(values):,} pairs of runs"
-        warning = "; ".join(text for text in (warning, minus.warning and f"{minus.name}: {minus.warning}") if text)
+        source = f"{source} minus {conditions(minus)}; {len(values):,} pairs of runs"
+        missing = what_is_missing(minus)
+        warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
     cells = cells_of(results.settings, results.groups, values, setting)
     if where:
         cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])

@@ -11,7 +11,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-import teamsight
+from teamsight.core import version
 
 # Packages that decide results, and those that write them.
 _PACKAGES = ("numpy", "numba", "llvmlite", "mesa", "simpy", "scipy", "pandas", "pyarrow")
@@ -21,7 +21,7 @@ _PATIENCE = 10.0
 @cache
 def versions() -> dict[str, str]:
     """Return the versions of Python, teamsight and the packages that decide results."""
-    found = {"python": platform.python_version(), "teamsight": teamsight.__version__}
+    found = {"python": platform.python_version(), "teamsight": version.__version__}
     for name in _PACKAGES:
         with contextlib.suppress(metadata.PackageNotFoundError):
             found[name] = metadata.version(name)
@@ -45,7 +45,7 @@ def commits(study_folder: Path | None) -> dict[str, dict[str, str | bool]]:
     study_folder : Path or None
         Where the modules of the study are.
     """
-    places = {"teamsight": Path(teamsight.__file__).resolve().parent, "study": study_folder}
+    places = {"teamsight": Path(version.__file__).resolve().parent.parent, "study": study_folder}
     found = {name: _commit(place) for name, place in places.items() if place is not None}
     return {name: commit for name, commit in found.items() if commit}
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import pytest
 
 from teamsight.analysis.runs import dask_executor as module
@@ -18,6 +19,9 @@ from teamsight.analysis.runs.dask_executor import DaskExecutor
 from teamsight.analysis.runs.executor import ExecutorError, Outcome
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import run_all
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.study import Study
+from teamsight.analysis.studies.sweep import sweep
 
 pytest.importorskip("distributed")
 sys.path.insert(0, str(Path(__file__).parent))
@@ -250,3 +254,25 @@ def test_ctrl_c_ends_a_cluster_on_this_machine_without_a_word(tmp_path: Path) ->
     else:
         os.killpg(process.pid, signal.SIGKILL)
         pytest.fail("processes were left")
+
+
+def test_a_sweep_on_a_cluster_whose_worker_is_killed_gives_the_same_rows(
+    executor: DaskExecutor, tmp_path: Path
+) -> None:
+    study = Study(fixed={"targets": 2, "radius": 2.0}, axes={"robots": [2, 3]}, replicates=300, steps=100, seed=3)
+    processes = values(executor.outcomes(jobs.process_of, range(12)))
+
+    def kill(done: int, total: int, seconds_left: float | None) -> None:
+        if 0 < done < total and processes:
+            os.kill(processes[0], signal.SIGKILL)
+            processes.clear()
+
+    summary = sweep(study, tmp_path / "cluster", executor=executor, progress=kill)
+    assert not processes, "all was done before a worker was killed"
+    assert (summary.done, summary.failed) == (600, 0)
+    sweep(study, tmp_path / "here")
+    frames = [
+        StudyFolder(tmp_path / name).read("runs").to_pandas().sort_values(["setting", "replicate"], ignore_index=True)
+        for name in ("cluster", "here")
+    ]
+    pd.testing.assert_frame_equal(*frames)

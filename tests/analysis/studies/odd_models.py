@@ -18,7 +18,7 @@ class Own(World):
     def __init__(self, robots: int = 2, radius: float = 2.0, *, rng: int | None = None) -> None:
         super().__init__(Disc(radius), rng=rng)
         self.robots = self.add(Robot, robots, policy="a-cmommt")
-        self.add(Target, 2, policy="random-walk")
+        self.senses(self.robots, self.add(Target, 2, policy="random-walk"))
 
 
 def without_seed(robots: int = 2) -> World:

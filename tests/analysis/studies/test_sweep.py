@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +21,8 @@ from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study, Until
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import FIXED, GRID, Engine, odd, parts, rows, same_rows, small
+
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(autouse=True)
@@ -277,3 +281,42 @@ def _interrupting_at(number: int) -> Any:
 def test_an_adaptive_study_of_what_is_not_measured(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="until.measure='observed': is not measured; did you mean 'observed_fraction'"):
         sweep(small(until=Until(0.2, "observed")), tmp_path / "out")
+
+
+def test_an_adaptive_study_of_a_text(tmp_path: Path) -> None:
+    study = odd("cmommt", "numbers", fixed={"targets": 2}, until=Until(0.2, "word"))
+    with pytest.raises(ValueError, match="until.measure='word': holds texts; give a measure that is a number"):
+        sweep(study, tmp_path / "out")
+
+
+@pytest.mark.short
+def test_a_study_runs_itself_and_returns_its_results(tmp_path: Path) -> None:
+    found = small().run(tmp_path / "out")
+    assert found.is_complete
+    assert len(found.frame) == 12
+    assert '"engine": "in-process", "workers": 1' in (tmp_path / "out" / "sweeps.jsonl").read_text()
+
+
+@pytest.mark.short
+def test_a_changed_module_of_a_study_is_refused(tmp_path: Path) -> None:
+    """In another process, since this one has the module that it has imported."""
+    program = (
+        "import sys; from pathlib import Path; from teamsight.analysis.studies.study import Study, Record\n"
+        "from teamsight.analysis.studies.sweep import sweep\n"
+        "study = Study(record=Record('parts_of_a_study:measure'), path=Path('.'), steps=2, replicates=int(sys.argv[1]))\n"
+        "print(sweep(study, 'out').made)\n"
+    )
+    module = tmp_path / "parts_of_a_study.py"
+    module.write_text("def measure(world, steps):\n    return {'x': world.seed_used % 7}\n")
+
+    def made(replicates: int) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", program, str(replicates)], cwd=tmp_path, capture_output=True, text=True, check=False,
+            env=dict(os.environ, PYTHONPATH=str(ROOT)), timeout=120,
+        )  # fmt: skip
+
+    assert made(1).stdout == "1\n"
+    module.write_text(module.read_text().replace("% 7", "% 8"))
+    found = made(2)
+    assert found.returncode == 1
+    assert "parts_of_a_study" in found.stderr.splitlines()[-1]

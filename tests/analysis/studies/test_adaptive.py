@@ -1,0 +1,125 @@
+"""How many replicates a setting needs: against a naive twin, and the coverage of the interval that is left."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from teamsight.analysis.studies.adaptive import FIRST_LOOK, all_needed, looks, replicates_needed
+from teamsight.analysis.studies.definition.recording import Until
+
+Values = list[float]
+
+
+def naive(until: Until, start: int, values: Values) -> int:
+    """Return the replicates that one setting needs, look by look."""
+    count, narrow = min(max(start, 30), until.limit), 0
+    while True:
+        if len(values) < count:
+            return count
+        seen = [value for value in values[:count] if not math.isnan(value)]
+        if not seen or count == until.limit:
+            return count
+        if len(seen) > 1:
+            half = stats.t.ppf(0.975, len(seen) - 1) * np.std(seen, ddof=1) / math.sqrt(len(seen))
+            # Not decided by the last digit.
+            assert abs(2 * half - until.interval) > 1e-9
+            narrow = narrow + 1 if 2 * half < until.interval else 0
+        else:
+            narrow = 0
+        if narrow == 2:
+            return count
+        count = min(math.ceil(count * 1.25), until.limit)
+
+
+@st.composite
+def settings_with_values(draw: st.DrawFn) -> tuple[Until, int, list[Values]]:
+    until = Until(draw(st.floats(0.2, 1.5)), "x", draw(st.integers(2, 150)))
+    generator = np.random.default_rng(draw(st.integers(0, 2**32)))
+    several = []
+    for _ in range(draw(st.integers(1, 5))):
+        values = generator.normal(0, draw(st.sampled_from([0.1, 1.0, 3.0])), draw(st.integers(0, 160)))
+        values[generator.random(len(values)) < draw(st.sampled_from([0.0, 0.1, 1.0]))] = math.nan
+        several.append(values.tolist())
+    return until, draw(st.integers(1, min(60, until.limit))), several
+
+
+def columns(several: list[Values], order: Any = None) -> tuple[Any, Any, Any, int]:
+    setting = np.repeat(np.arange(len(several)), list(map(len, several)))
+    replicate = np.concatenate([np.arange(len(one)) for one in several])
+    value = np.concatenate([np.array(one, float) for one in several])
+    order = np.arange(len(value)) if order is None else order(len(value))
+    return setting[order], replicate[order], value[order], len(several)
+
+
+@given(settings_with_values(), st.integers(0, 100))
+def test_what_is_needed_is_that_of_the_naive_twin_in_any_order(
+    case: tuple[Until, int, list[Values]], seed: int
+) -> None:
+    until, start, several = case
+    expected = [naive(until, start, values) for values in several]
+    assert [replicates_needed(until, start, values) for values in several] == expected
+    found = all_needed(until, start, *columns(several, np.random.default_rng(seed).permutation))
+    assert found.tolist() == expected
+
+
+@given(settings_with_values())
+def test_it_depends_neither_on_later_replicates_nor_on_when_it_is_asked(case: tuple[Until, int, list[Values]]) -> None:
+    until, start, several = case
+    for values in several:
+        needed = 0
+        while (more := replicates_needed(until, start, values[:needed])) > needed and more <= len(values):
+            needed = more
+        if needed and replicates_needed(until, start, values[:needed]) <= needed:
+            assert replicates_needed(until, start, values) == needed
+        assert replicates_needed(until, start, values) <= until.limit
+
+
+@pytest.mark.short
+def test_looks_are_a_fixed_schedule() -> None:
+    assert list(looks(Until(1, "x", 100), 1)) == [30, 38, 48, 60, 75, 94, 100]
+    assert list(looks(Until(1, "x", 60), 50)) == [50, 60]
+    assert list(looks(Until(1, "x", 20), 5)) == [20]
+    assert next(looks(Until(1), 200)) == 200
+
+
+@pytest.mark.short
+def test_ends() -> None:
+    until = Until(0.5, "x", 100)
+    assert replicates_needed(until, 1, []) == FIRST_LOOK == 30
+    # Without any spread, the interval is narrow at the first two looks.
+    assert replicates_needed(until, 1, [1.0] * 100) == 38
+    assert replicates_needed(until, 1, [0.0, 9.0] * 50) == 100
+    assert replicates_needed(until, 1, [math.nan] * 40) == 30
+    # A gap, as an interruption leaves it, is filled before anything is decided.
+    index = np.array([*range(20), *range(21, 45)])
+    assert all_needed(until, 1, np.zeros(44, int), index, np.ones(44), 1).tolist() == [30]
+    assert all_needed(until, 1, np.zeros(0, int), np.zeros(0, int), np.zeros(0), 3).tolist() == [30] * 3
+
+
+@pytest.mark.parametrize("shape", ["normal", "skewed"])
+def test_the_final_interval_covers_the_mean(shape: str) -> None:
+    """Stopping at the first narrow interval from 10 replicates on would cover it in 93 % (skewed: 92.5 %) of studies.
+
+    The standard error of the share is 0.16 %; 94 to 95 % is what longer simulations show.
+    """
+    generator, settings, most = np.random.default_rng(12), 20_000, 120
+    if shape == "normal":
+        values, mean, deviation = generator.normal(0, 1, (settings, most)), 0.0, 1.0
+    else:
+        values, mean, deviation = generator.beta(2, 5, (settings, most)), 2 / 7, math.sqrt(10 / 392)
+    # An interval that 30 replicates would have on average: hardly more than the first look.
+    until = Until(2 * 1.96 * deviation / math.sqrt(30), "x", most)
+    setting, replicate = np.divmod(np.arange(settings * most), most)
+    needed = all_needed(until, 1, setting, replicate, values.ravel(), settings)
+    assert 38 <= needed.min() < needed.mean() < 60
+    shown = np.where(np.arange(most) < needed[:, None], values, np.nan)
+    middle, error = np.nanmean(shown, axis=1), np.nanstd(shown, axis=1, ddof=1) / np.sqrt(needed)
+    covered = np.abs(middle - mean) <= stats.t.ppf(0.975, needed - 1) * error
+    assert 0.937 < covered.mean() < 0.957
