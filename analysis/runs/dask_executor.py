@@ -117,7 +117,7 @@ class DaskExecutor:
             while not submitted.is_empty:
                 submitted.submit(self.size)
                 yield from submitted.unsent()
-                if submitted.unfinished and (outcome := submitted.ended()):
+                if submitted.open_jobs and (outcome := submitted.ended()):
                     # Before the caller works on the outcome, so that no worker waits for that.
                     submitted.submit(self.size)
                     yield outcome

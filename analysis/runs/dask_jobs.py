@@ -52,7 +52,7 @@ class DaskJobs:
         self._is_exhausted = False
 
     @property
-    def unfinished(self) -> int:
+    def open_jobs(self) -> int:
         """Number of jobs that were taken and have no outcome."""
         return len(self._messages)
 

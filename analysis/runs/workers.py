@@ -167,7 +167,7 @@ class WorkerPool:
             while not queue.is_empty:
                 self._hand_out(queue)
                 yield from queue.unsent()
-                for worker in self._answering() if queue.unfinished else ():
+                for worker in self._answering() if queue.open_jobs else ():
                     outcome = self._outcome(worker, queue)
                     if outcome is not None:
                         # Before the caller works on the outcome, so that no worker waits for that.
@@ -179,7 +179,7 @@ class WorkerPool:
     def _hand_out(self, queue: JobQueue) -> None:
         """Give each idle worker a job, and let as many wait; start workers that are missing for the jobs there are."""
         queue.take(self.size)
-        self._start(min(self.size, queue.unfinished))
+        self._start(min(self.size, queue.open_jobs))
         for worker in self._workers:
             if worker.is_ready and worker.job is None and (first := queue.first()):
                 index, message = first

@@ -27,6 +27,7 @@ pytest.importorskip("distributed")
 sys.path.insert(0, str(Path(__file__).parent))
 import dask_cluster
 import jobs
+from time_limit import time_limit as time_limit
 
 linux = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks at sockets as Linux shows them")
 

@@ -16,6 +16,7 @@ from teamsight.analysis.runs.workers import JobError, WorkerPool
 
 sys.path.insert(0, str(Path(__file__).parent))
 import jobs
+from time_limit import time_limit as time_limit
 
 
 @pytest.fixture(scope="module")
