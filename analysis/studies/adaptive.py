@@ -36,7 +36,7 @@ def looks(until: Until, start: int) -> Iterator[int]:
 
 
 def replicates_needed(until: Until, start: int, values: Sequence[float]) -> int:
-    """Return how many replicates a setting needs, as far as its present ones tell.
+    """Return how many replicates a setting needs, as far as its present ones show.
 
     The interval is looked at when the setting has certain numbers of replicates, and must be narrow enough at two
     looks in succession. So the answer depends on the setting's own replicates 0, 1, … alone, and not on the order or

@@ -12,7 +12,7 @@ import numpy as np
 
 from teamsight.core import checks
 
-#: What a column holds: "int", "number", "flag" or "text"; None where no value tells.
+#: What a column holds: "int", "number", "flag" or "text"; None where it is not known.
 Kind = str | None
 
 _KINDS: dict[object, Kind] = {int: "int", float: "number", bool: "flag", str: "text"}
@@ -37,7 +37,7 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     taken : frozenset of str
         Names of the other columns.
     measure : callable
-        The function that returned it; its annotation tells the types of a mapping.
+        The function that returned it; its annotation names the types of a mapping.
 
     Raises
     ------

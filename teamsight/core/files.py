@@ -100,7 +100,7 @@ def complete(path: str | os.PathLike[str], check: Callable[[Path], object] = lam
         check_place(target)
         check(target)
         os.replace(draft, target)
-        _sync_folder(target.parent)
+        sync_folder(target.parent)
     except OSError as error:
         raise unwritable(target, error) from error
     finally:
@@ -146,6 +146,16 @@ def append(path: str | os.PathLike[str], content: bytes) -> None:
         raise unwritable(path, error) from error
 
 
+def sync_folder(folder: Path) -> None:
+    """Wait until the new name in a folder is on disk, if the system supports that."""
+    with contextlib.suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
+
+
 def _exclusive(name: str, flags: int) -> int:
     # Not tempfile, whose files only their owner can read.
     return os.open(name, flags | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0), 0o666)
@@ -158,13 +168,3 @@ def _sync(number: int) -> None:
     except OSError as error:
         if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
             raise
-
-
-def _sync_folder(folder: Path) -> None:
-    """Wait until the new name in a folder is on disk, if the system supports that."""
-    with contextlib.suppress(OSError):
-        number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)

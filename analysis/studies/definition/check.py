@@ -37,11 +37,11 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
             if isinstance(value, (str, list, dict)):
                 components.made(name, value)
     if model == CMOMMT_NAME:
-        for k in _telling(plan):
+        for k in _typical(plan):
             _build(plan, k, steps)
 
 
-def _telling(plan: Plan) -> list[int]:
+def _typical(plan: Plan) -> list[int]:
     """Return settings in which each value occurs that is no number, and the smallest and the largest numbers."""
     found = {0: None}
     for name in plan.swept:

@@ -14,6 +14,7 @@ from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
 from teamsight.analysis.studies.figures.panels import (
     Layout,
+    colour_bar,
     colour_range,
     label_ticks,
     layout_of,
@@ -80,9 +81,7 @@ def draw_heat_map(picture: Picture, choice: Choice) -> Canvas:
         _draw_map(place, grid.mean, norm, picture, texts, grid)
         panel_title(place, title)
     _finish(figure, axes, x, y, layout, texts.width)
-    shown = axes[0, 0] if is_pair else axes.ravel().tolist()
-    bar = figure.colorbar(axes[0, 0].images[0], ax=shown, aspect=32, shrink=0.95, pad=0.02)
-    _style_bar(bar, picture.quantity.label)
+    colour_bar(figure, axes[0, 0].images[0], axes[0, 0] if is_pair else axes, picture.quantity.label)
     if is_pair:
         _draw_half_widths(figure, axes[0, 1], panels[0][1])
     return figure
@@ -190,8 +189,7 @@ def _draw_half_widths(figure: Canvas, axes: Axes, grid: _Grid) -> None:
     wide = np.where(np.isfinite(grid.wide), grid.wide, np.nan)
     most = float(np.nanmax(wide)) if np.isfinite(wide).any() else 1.0
     colour_cells(axes, wide, Normalize(0.0, most or 1.0), matplotlib.colormaps["cividis"].with_extremes(bad=_EMPTY))
-    bar = figure.colorbar(axes.images[0], ax=axes, aspect=32, shrink=0.95, pad=0.02)
-    _style_bar(bar, "half width of the 95 % interval")
+    colour_bar(figure, axes.images[0], axes, "half width of the 95 % interval")
 
 
 def _finish(figure: Canvas, axes: Any, x: Dimension, y: Dimension, layout: Layout, width: float) -> None:
@@ -204,9 +202,3 @@ def _finish(figure: Canvas, axes: Any, x: Dimension, y: Dimension, layout: Layou
             place.set_xlabel(x.label)
         if number % layout.columns == 0:
             place.set_ylabel(y.label)
-
-
-def _style_bar(bar: Any, label: str) -> None:
-    bar.set_label(label, size=10)
-    bar.outline.set_visible(False)
-    bar.ax.tick_params(labelsize=9)

@@ -14,6 +14,7 @@ from teamsight.analysis.studies.figures.page import Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure as Canvas
 
@@ -24,6 +25,8 @@ _MOST_TICKS = 32
 _CHARACTER = 0.08
 # Height of a line of ticks [inches].
 _LINE = 0.16
+# Width that a scale of colours takes at most, without its labels [inches].
+_BAR = 0.32
 
 
 class Layout(NamedTuple):
@@ -135,3 +138,29 @@ def colour_range(picture: Picture) -> Normalize:
         return Normalize(-most, most)
     low, high = float(means.min()), float(means.max())
     return Normalize(low, high) if low < high else Normalize(low - 0.5, high + 0.5)
+
+
+def colour_bar(figure: Canvas, shown: ScalarMappable, axes: Any, label: str, *, pad: float = 0.12) -> None:
+    """Draw the scale of colours on the right of one or more panels.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+        Where to draw.
+    shown : matplotlib ScalarMappable
+        What has the colours.
+    axes : Axes or ndarray of Axes
+        The panels.
+    label : str
+        Label of the scale.
+    pad : float
+        Distance from the panels [inches].
+    """
+    panels = np.atleast_1d(axes).ravel().tolist()
+    share = len({panel.get_subplotspec().colspan.start for panel in panels}) / panels[0].get_gridspec().ncols
+    # The default is a share of the panels, which is wide beside wide ones.
+    width = figure.get_figwidth() * share
+    bar = figure.colorbar(shown, ax=panels, fraction=_BAR / width, pad=pad / width, shrink=0.95, aspect=32)
+    bar.set_label(label, size=10)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(labelsize=9)

@@ -9,7 +9,7 @@ from teamsight.analysis.studies.figures.choose import MOST_PANELS, Choice
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.lines import draw_points, scale
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import colour_range, label_ticks, layout_of, means_in_view
+from teamsight.analysis.studies.figures.panels import colour_bar, colour_range, label_ticks, layout_of, means_in_view
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,9 +84,7 @@ def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
         label_ticks(axes.yaxis, y)
     elif y.is_logarithmic:
         axes.set_yscale("log")
-    bar = figure.colorbar(points, ax=axes, aspect=32, pad=0.02)
-    bar.set_label(picture.quantity.label, size=10)
-    bar.outline.set_visible(False)
+    colour_bar(figure, points, axes, picture.quantity.label)
     return figure
 
 

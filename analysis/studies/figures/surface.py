@@ -13,7 +13,7 @@ from teamsight.analysis.plot.surface import Look, draw_surface
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import colour_range, layout_of, panel_title
+from teamsight.analysis.studies.figures.panels import colour_bar, colour_range, layout_of, panel_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -57,10 +57,8 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
         _ticks(place.yaxis, x)
         place.tick_params(labelsize=8)
         panel_title(place, name)
-    bar = figure.colorbar(
-        matplotlib.cm.ScalarMappable(norm, colours), ax=axes.ravel().tolist(), aspect=32, shrink=0.7, pad=0.08
-    )
-    bar.outline.set_visible(False)
+    # The vertical axis has the label.
+    colour_bar(figure, matplotlib.cm.ScalarMappable(norm, colours), axes, "", pad=0.5)
     return figure
 
 

@@ -8,7 +8,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from teamsight.analysis.studies.folder import parts
-from teamsight.analysis.studies.folder.layout import ARRAY, DAMAGED, DRAFT, KINDS
+from teamsight.analysis.studies.folder.layout import ARRAY, DAMAGED, DRAFT, KINDS, make_folder
 from teamsight.core import files
 
 
@@ -58,7 +58,7 @@ def drafts(place: Path) -> list[Path]:
 def _moved(path: Path, place: Path) -> Path:
     """Move a file into a folder, under a name that is free there."""
     try:
-        place.mkdir(parents=True, exist_ok=True)
+        make_folder(place, parents=True)
         target, number = place / path.name, 1
         while os.path.lexists(target):
             number += 1

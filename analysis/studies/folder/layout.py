@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
+
+from teamsight.core import files
 
 MANIFEST, SWEEPS, PROGRESS, LOCK = "manifest.json", "sweeps.jsonl", "progress.json", "lock"
 #: Locks and heartbeats of the shards i/n of a job array.
@@ -25,6 +28,22 @@ _OWN = frozenset({MANIFEST, SWEEPS, PROGRESS, LOCK, ARRAY, DAMAGED, *KINDS})
 def is_own(name: str) -> bool:
     """Whether a file of this name may stand in the folder of a study. Hidden files of the system may, too."""
     return name in _OWN or name.startswith(".")
+
+
+def make_folder(folder: Path, *, parents: bool = False) -> None:
+    """Create a folder that stays after a power cut, unless it is there.
+
+    Raises
+    ------
+    UnwritableError
+        If it cannot be created.
+    """
+    if not folder.is_dir():
+        try:
+            folder.mkdir(parents=parents, exist_ok=True)
+        except OSError as error:
+            raise files.unwritable(folder, error) from error
+        files.sync_folder(folder.parent)
 
 
 def shard_file(shard: tuple[int, int], suffix: str) -> str:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 from teamsight.core import version
 
+# The folder of teamsight's code: of the repository, or of the installed package.
+_CODE = Path(__file__).resolve().parents[3]
 # Packages that decide results, and those that write them.
 _PACKAGES = ("numpy", "numba", "llvmlite", "mesa", "simpy", "scipy", "pandas", "pyarrow")
 _PATIENCE = 10.0
@@ -45,7 +47,7 @@ def commits(study_folder: Path | None) -> dict[str, dict[str, str | bool]]:
     study_folder : Path or None
         Where the modules of the study are.
     """
-    places = {"teamsight": Path(version.__file__).resolve().parent.parent, "study": study_folder}
+    places = {"teamsight": _CODE, "study": study_folder}
     found = {name: _commit(place) for name, place in places.items() if place is not None}
     return {name: commit for name, commit in found.items() if commit}
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from teamsight.analysis.studies.folder.layout import PART
+from teamsight.analysis.studies.folder.layout import PART, make_folder
 from teamsight.core import files
 from teamsight.core.checks import shown
 
@@ -179,10 +179,7 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
         If it cannot be written, or reads back as other bytes.
     """
     target = folder / kind / f"{shard}-{_digest(content)}.parquet"
-    try:
-        target.parent.mkdir(exist_ok=True)
-    except OSError as error:
-        raise files.unwritable(target.parent, error) from error
+    make_folder(target.parent)
     name = ""
 
     def check(target: Path) -> None:

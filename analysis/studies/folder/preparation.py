@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.folder import origin
 from teamsight.analysis.studies.folder.belonging import check_belongs
-from teamsight.analysis.studies.folder.layout import MANIFEST, is_own
+from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, MANIFEST, PART, is_own, make_folder
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest, write_manifest
 from teamsight.analysis.studies.folder.sweeps import read_sweeps
 from teamsight.core import files
@@ -35,7 +35,7 @@ def check_own(folder: Path) -> None:
     try:
         if os.path.lexists(folder / MANIFEST):
             return
-        foreign = sorted(name for name in os.listdir(folder) if not is_own(name))
+        foreign = sorted(_foreign(folder))
     except FileNotFoundError:
         return
     except NotADirectoryError:
@@ -49,7 +49,18 @@ def check_own(folder: Path) -> None:
         )
 
 
-def make_folder(folder: Path) -> None:
+def _foreign(folder: Path) -> Iterator[str]:
+    """Yield what is in a folder, and in its folders of parts, that is not of a study."""
+    for name in os.listdir(folder):
+        if not is_own(name):
+            yield name
+        elif name in KINDS:
+            for each in os.listdir(folder / name):
+                if not (PART.fullmatch(each) or DRAFT.fullmatch(each) or each.startswith(".")):
+                    yield f"{name}/{each}"
+
+
+def make_own_folder(folder: Path) -> None:
     """Create the folder of a study, unless it is there.
 
     Raises
@@ -58,10 +69,7 @@ def make_folder(folder: Path) -> None:
         If it cannot be created or holds something else.
     """
     check_own(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise files.unwritable(folder, error) from error
+    make_folder(folder, parents=True)
 
 
 def prepared(
@@ -74,7 +82,7 @@ def prepared(
     mixed_code: bool,
 ) -> Manifest:
     """Create or check a folder; see `StudyFolder.prepare`."""
-    make_folder(folder)
+    make_own_folder(folder)
     if not os.path.lexists(folder / MANIFEST):
         check_belongs(folder, study, plan)
         _check_recorded_code(folder, code, mixed_code)

@@ -13,6 +13,7 @@ from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.layout import DONE
 from teamsight.analysis.studies.folder.parts import DamagedError, Part
 from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet, joined, runs_in
+from teamsight.core.checks import shown
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -65,7 +66,13 @@ def read_parts(
         return pa.table({})
     kept = _kept(keys, without)
     tables = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
-    whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+    try:
+        whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+    except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
+        raise ValueError(
+            f"{folder / kind}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of "
+            "the others, or read the parts one by one"
+        ) from error
     return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
 
 

@@ -17,7 +17,7 @@ from teamsight.analysis.studies.folder.layout import ARRAY, DONE, KINDS, MANIFES
 from teamsight.analysis.studies.folder.lock import locked
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest
 from teamsight.analysis.studies.folder.parts import Damaged
-from teamsight.analysis.studies.folder.preparation import make_folder, prepared
+from teamsight.analysis.studies.folder.preparation import make_own_folder, prepared
 from teamsight.analysis.studies.folder.progress import Heartbeat, Progress, read_progress
 from teamsight.analysis.studies.folder.reading import read_parts
 from teamsight.analysis.studies.folder.run_set import RunSet
@@ -150,7 +150,7 @@ class StudyFolder:
         """
         if shard is not None:
             checks.count("shard", shard[0], most=checks.count("shard", shard[1]), cure="give i/n with i from 1 to n")
-        make_folder(self.path)
+        make_own_folder(self.path)
         with locked(self.path, shard, wait, waiting):
             yield
 
@@ -243,7 +243,7 @@ class StudyFolder:
     @contextlib.contextmanager
     def _exclusively(self, name: str) -> Iterator[None]:
         """Hold a lock for a moment, after waiting for it."""
-        make_folder(self.path)
+        make_own_folder(self.path)
         with opened(self.path / name) as lock:
             while not lock.take():
                 time.sleep(0.02)

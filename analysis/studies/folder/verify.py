@@ -73,7 +73,7 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
     plan = study.plan()
     with place.lock() if repair else contextlib.nullcontext():
         found = [part for kind in KINDS for part in parts.listed(place.path, kind)]
-        damaged = tuple(_damage(found, study, plan))
+        damaged = (*_damage(found, study, plan), *_incomplete(found, study))
         shards = {each.name.partition("-")[0]: list[Part]() for each in damaged}
         for part in found:
             if part.shard in shards:
@@ -101,6 +101,15 @@ def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged
         else:
             if why:
                 yield Damaged(part.kind, part.path.name, why)
+
+
+def _incomplete(found: Iterable[Part], study: Study) -> Iterator[Damaged]:
+    """Yield each part of runs whose steps were recorded and are lost; runs of other measures may have none."""
+    if study.record.steps and study.record.measure == "summary":
+        there = {part.shard for part in found if part.kind == "steps"}
+        for part in found:
+            if part.kind == "runs" and part.shard not in there:
+                yield Damaged(part.kind, part.path.name, "has no part of steps beside it")
 
 
 def _runs_of(shard: str, found: list[Part]) -> set[str]:

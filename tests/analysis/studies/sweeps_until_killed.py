@@ -13,6 +13,7 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import FrameType
 
 import pandas as pd
 import pyarrow.parquet  # noqa: F401  before the forks
@@ -46,21 +47,30 @@ def in_a_process(work: Callable[[], object]) -> int:
     return os.waitpid(process, 0)[1]
 
 
-def counted(folder: Path, last: int) -> int:
-    """Sweep; kill this process at the C call with this number. Return how many calls there were."""
-    calls = 0
+def counted(folder: Path, last: int) -> tuple[int, list[int]]:
+    """Sweep; kill this process at the C call with this number.
 
-    def count(frame: object, event: str, argument: object) -> None:
-        nonlocal calls
+    Return how many calls there were, and the numbers of those that wrote parts.
+    """
+    calls, writing = 0, []
+    is_writing = False
+    code = StudyFolder.write.__code__
+
+    def count(frame: FrameType, event: str, argument: object) -> None:
+        nonlocal calls, is_writing
         if event == "c_call":
             calls += 1
+            if is_writing:
+                writing.append(calls)
             if calls == last:
                 os.kill(os.getpid(), signal.SIGKILL)
+        elif frame.f_code is code:
+            is_writing = event == "call"
 
     sys.setprofile(count)
     sweep(STUDY, folder)
     sys.setprofile(None)
-    return calls
+    return calls, writing
 
 
 def tables(folder: Path) -> dict[str, pd.DataFrame]:
@@ -103,21 +113,22 @@ def main(folder: Path, kills: int) -> None:
     kept = folder / "whole.pickle"
 
     def sweep_whole() -> None:
-        calls = counted(folder / "whole", 0)
-        kept.write_bytes(pickle.dumps((calls, tables(folder / "whole"))))
+        calls, writing = counted(folder / "whole", 0)
+        kept.write_bytes(pickle.dumps((calls, writing, tables(folder / "whole"))))
 
     in_a_process(sweep_whole)
-    calls, whole = pickle.loads(kept.read_bytes())
+    calls, writing, whole = pickle.loads(kept.read_bytes())
     noise = random.Random(1)
     for number in range(kills):
-        # Spread over the whole sweep, and at a random call within each part of it.
-        call = 1 + int((number + noise.random()) / kills * calls)
+        # Spread over the whole sweep, at a random call within each part of it; most of them while parts are written.
+        moments = writing if number % 4 else range(1, calls + 1)
+        call = moments[int((number + noise.random()) / kills * len(moments))]
         place = folder / str(number)
         what = f"killed at call {call} of {calls}"
         if os.waitstatus_to_exitcode(in_a_process(lambda place=place, call=call: counted(place, call))) != -signal.SIGKILL:
             print(f"{what}: was not killed", flush=True)
         # Some are killed again while they resume.
-        if number % 4 == 1:
+        if number % 5 == 1:
             in_a_process(lambda place=place, call=call: counted(place, call // 2))
         if in_a_process(lambda place=place, what=what: continue_and_check(what, place, whole)):
             print(f"{what}: cannot be continued", flush=True)

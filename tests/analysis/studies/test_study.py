@@ -182,3 +182,60 @@ def test_numbers_of_settings_and_runs(one: int, other: int, replicates: int) -> 
     study = Study(axes={"robots": range(one), "a": range(other)}, replicates=replicates)
     assert (study.settings, study.runs) == (one * other, one * other * replicates)
     assert (study.plan().settings, study.plan().runs) == (study.settings, study.runs)
+
+
+KEYS = [
+    "model",
+    "fixed",
+    "axes",
+    "zip",
+    "points",
+    "sample",
+    "replicates",
+    "steps",
+    "seed",
+    "pairing",
+    "record",
+    "until",
+    "name",
+    "path",
+]
+WORDS = [
+    "robots",
+    "radius",
+    "policy",
+    "from",
+    "to",
+    "step",
+    "count",
+    "scale",
+    "method",
+    "axes",
+    "interval",
+    "measure",
+    "use",
+    "sobol",
+    "log",
+    "cmommt",
+    "a:b",
+    "",
+    "\0",
+    "ü",
+]
+JUNK = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.sampled_from(WORDS) | st.just(10**400) | st.just(b"x"),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(WORDS), inner, max_size=4),
+    max_leaves=12,
+)  # fmt: skip
+
+
+@settings(max_examples=300)
+@given(st.dictionaries(st.sampled_from(KEYS), JUNK, max_size=4))
+def test_whatever_is_given_the_error_is_one_line(values: dict[str, Any]) -> None:
+    try:
+        study = Study.from_dict(values)
+    except (TypeError, ValueError) as error:
+        assert "\n" not in str(error)
+        assert len(str(error)) < 800
+    else:
+        assert Study.from_dict(json.loads(json.dumps(study.as_dict(), allow_nan=False))) == study

@@ -110,6 +110,10 @@ def test_everything_is_inside_the_picture(shape: str) -> None:
 @pytest.mark.parametrize("shape", [shape for shape in SHAPES if "map" in shape or shape == "panels"])
 def test_numbers_fit_into_their_cells(shape: str) -> None:
     figure = drawn(shape)
+    check_numbers_fit(figure)
+
+
+def check_numbers_fit(figure: Figure) -> None:
     for place in figure.axes:
         for numbers in place.collections:
             if isinstance(numbers, PathCollection):
@@ -210,13 +214,45 @@ def test_lines_show_means_and_bands_of_each_level() -> None:
             assert {(robots, round(100 * row["low"], 6)), (robots, round(100 * row["high"], 6))} <= corners
 
 
+def test_a_line_has_a_gap_where_a_grid_has_no_setting() -> None:
+    points = {"robots": [2, 4, 8, 2, 8], "radius": [1.0, 1.0, 1.0, 3.0, 3.0]}
+    figure = results(Study(points=points, replicates=2)).plot(kind="lines", x="robots", y="radius")
+    whole, broken = (np.isnan(np.asarray(line.get_ydata(), float)).tolist() for line in figure.axes[0].lines)
+    assert whole == [False] * 3
+    assert broken == [False, True, False]
+
+
 def test_a_few_wide_intervals_do_not_flatten_the_rest() -> None:
+    far = itertools.cycle([0.2, 0.8])
     study = Study(axes={"robots": list(range(1, 9))}, replicates=2)
-    found = results(study, lambda p, r: 0.5 + 0.01 * p["robots"] + (p["robots"] == 3) * r.uniform(-0.1, 0.1))
+    found = results(
+        study, lambda p, r: next(far) if p["robots"] == 3 else 0.5 + 0.01 * p["robots"] + r.uniform(0, 1e-3)
+    )
     low, high = found.plot().axes[0].get_ylim()
-    assert high - low < 60
     means = 100 * found.summary()["mean"]
-    assert low < means.min() <= means.max() < high
+    assert low < means.min() <= means.max() < high < low + 40
+
+
+def test_long_numbers_fit_into_their_cells() -> None:
+    study = Study(axes={"robots": MANY, "radius": [1.0, 2.0, 3.0]}, replicates=3)
+    figure = results(study, lambda p, r: 1234 + r.uniform(0, 1e-3)).plot()
+    check_numbers_fit(figure)
+
+
+def test_a_long_head_is_wrapped() -> None:
+    fixed = {
+        "policy": "my_package.policies:Follow_the_nearest_target_with_care",
+        "targets": 15,
+        "awareness": "pairwise",
+    }
+    study = Study(
+        fixed=fixed, axes={"robots": [1, 2, 3]}, replicates=2, name="a study with a name that is rather long " * 3
+    )
+    figure = results(study).plot(minus=results(study))
+    FigureCanvasAgg(figure).draw()
+    boxes = [text.get_window_extent() for text in figure.texts]
+    assert len(boxes) > 4
+    assert all(box.x1 < figure.bbox.x1 for box in boxes)
 
 
 def test_logarithmic_axes_have_a_logarithmic_scale() -> None:

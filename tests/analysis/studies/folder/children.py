@@ -122,7 +122,7 @@ def fill_and_report(place: StudyFolder, plan: object) -> None:
 def prepare_at_once(folder: str, processes: str) -> None:
     """Prepare many folders, each by several processes at the same time."""
     prepared(Path(folder, "before"))
-    for number in range(10):
+    for number in range(5):
         go, path = Path(folder, f"go-{number}"), Path(folder, str(number))
         children = [forked(lambda: prepare_when(go, path)) for _ in range(int(processes))]
         go.touch()

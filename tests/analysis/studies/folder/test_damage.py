@@ -11,6 +11,7 @@ from made_parts import content, failed_part, fill, names, part, prepared, runs_o
 from teamsight.analysis.studies.folder.parts import DamagedError
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.folder.verify import Verification, verify
+from teamsight.analysis.studies.study import Record
 
 
 def flipped(content: bytes, place: int, bit: int = 0) -> bytes:
@@ -128,6 +129,19 @@ def test_parts_of_another_study_are_set_aside(tmp_path: Path) -> None:
         assert all("another study" in each.reason for each in found.damaged)
         assert folder.read("runs").num_rows == folder.done().size == 12
         assert not verify(tmp_path / "a").damaged
+
+
+def test_a_lost_part_of_steps_is_found(tmp_path: Path) -> None:
+    folder = prepared(tmp_path, study(record=Record(steps=True)))
+    plan = folder.study.plan()
+    fill(folder, plan, steps=True)
+    assert not verify(tmp_path).damaged
+    lost = next((tmp_path / "steps").iterdir())
+    lost.unlink()
+    found = verify(tmp_path)
+    assert [(each.kind, each.reason) for each in found.damaged] == [("runs", "has no part of steps beside it")]
+    assert found.damaged[0].name.startswith(lost.name[:16])
+    assert (len(found.runs), found.unnamed, folder.done().size) == (3, 0, 9)
 
 
 @pytest.mark.short

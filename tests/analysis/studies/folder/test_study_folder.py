@@ -158,6 +158,25 @@ def test_the_folder_of_somebody_else_is_refused_and_not_touched(tmp_path: Path, 
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
+def test_a_folder_of_runs_of_another_program_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "2024.csv").write_text("mine")
+    with pytest.raises(UnwritableError, match=r"holds something else \(runs/2024.csv\)"):
+        prepared(tmp_path)
+    assert [path.name for path in tmp_path.rglob("*")] == ["runs", "2024.csv"]
+
+
+def test_columns_of_types_that_do_not_fit_are_named(tmp_path: Path) -> None:
+    folder = prepared(tmp_path)
+    plan = folder.study.plan()
+    for number, value in enumerate((0.5, "text")):
+        rows = table(plan, [(0, number)]).append_column("detail", [[value]])
+        folder.write({"events": content(rows), "runs": part(plan, [(0, number)])}, [str(number)])
+    with pytest.raises(ValueError, match="events: its parts have columns of different types .*; give columns"):
+        folder.read("events")
+    assert folder.read("events", ["robots"]).num_rows == 2
+
+
 def test_a_file_or_an_empty_name_is_no_folder(tmp_path: Path) -> None:
     one = study()
     (tmp_path / "file").write_text("mine")
