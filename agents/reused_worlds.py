@@ -74,9 +74,10 @@ class ReusedWorlds:
 
     def close(self) -> None:
         """Close the present world. Idempotent."""
-        # A model may have returned something else, which the caller refuses.
-        if isinstance(self._world, World):
-            self._world.close()
+        # A model may have returned something that cannot be closed, which the caller refuses.
+        close = getattr(self._world, "close", None)
+        if callable(close):
+            close()
         self._world = self._built = None
 
 

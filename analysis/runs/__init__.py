@@ -1,7 +1,11 @@
-"""Running many worlds: root seeds, runs, the runner, the worker pool, the checkpoint and files.
+"""Running many worlds: root seeds, runs, the runner, executors, the checkpoint and files.
 
 `run.Run` describes one world by value: model, parameters, seed, steps and what to measure. `simulate.run_all` makes
-runs on a `workers.WorkerPool`, each distinct run once, and returns their results in order; a `checkpoint.Checkpoint`
+runs on an `executor.Executor`, each distinct run once, and returns their results in order; a `checkpoint.Checkpoint`
 keeps them meanwhile. `experiment.Experiment` describes runs over team sizes and radii, and `experiment.make_tables`
 returns their tables. Larger units of work implement `simulate.Job`. `seeds.ROOTS` holds every root seed.
+
+An executor calls one function with many jobs and yields their outcomes. `workers.WorkerPool` does so in this process,
+or in worker processes that it replaces when they die: `worker_process` is one of them, `job_queue` the jobs on their way
+to them. `dask_executor.DaskExecutor` does so on a Dask cluster. `attempt` makes one job.
 """

@@ -244,9 +244,12 @@ def _local(workers: int) -> tuple[Client, LocalCluster]:
                 scheduler_kwargs={"allowed_failures": MOST_DEATHS - 1},
             )  # fmt: skip
             return Client(cluster, set_as_default=False), cluster
-    except (OSError, RuntimeError) as error:
+    except BaseException as error:
         if cluster is not None:
-            cluster.close(timeout=2)
+            with interrupts_held(), _quiet():
+                cluster.close(timeout=2)
+        if not isinstance(error, (OSError, RuntimeError)):
+            raise  # such as Ctrl-C, which arrives when all has been started
         reason = shortened(str(error) or type(error).__name__, 160)
         raise ExecutorError(
             f"workers={count}: a cluster on this machine cannot start ({reason}); a script must start it under if "

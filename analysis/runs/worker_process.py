@@ -61,12 +61,13 @@ class WorkerProcess:
 
     def give(self, job: int, message: bytes) -> bool:
         """Send a job; return whether the worker was there to receive it."""
+        # First, so that after an interrupt while it is sent the worker is known to be busy.
+        self.job = job
         try:
             self.pipe.send_bytes(message)
         except OSError:
-            return False
-        self.job = job
-        return True
+            self.job = None
+        return self.job is not None
 
     def answer(self) -> tuple[str, Any] | None:
         """Receive "ready", a message or the outcome of the job; None if the worker is dead."""

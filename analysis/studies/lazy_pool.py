@@ -7,13 +7,21 @@ from types import TracebackType
 from typing import TYPE_CHECKING, TypeVar
 
 from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool, check_workers
+from teamsight.analysis.runs.workers import WorkerPool, check_workers, cores
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Outcome
 
+# Work of one process that others would not shorten, since they import everything anew [s].
+_SHORT = 5.0
+
 T = TypeVar("T")
 R = TypeVar("R")
+
+
+def workers_for(seconds: float | None) -> int:
+    """Return the number of workers for work that takes one of them so long [s]; None if that is not known."""
+    return 1 if seconds is not None and seconds < _SHORT else cores()
 
 
 class LazyPool:

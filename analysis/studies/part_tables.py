@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from teamsight.analysis.studies.definition.values import stored
 from teamsight.analysis.studies.failure import Failure
 from teamsight.analysis.studies.measured import Kind
-from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd

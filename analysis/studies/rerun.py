@@ -14,6 +14,7 @@ import numpy as np
 from teamsight.analysis.studies.part_tables import OWN_COLUMNS
 from teamsight.analysis.studies.recording import Recorder
 from teamsight.analysis.studies.resolved import Resolved
+from teamsight.analysis.studies.same_code import changed
 from teamsight.analysis.studies.sweep import common_of
 from teamsight.core import checks
 
@@ -57,7 +58,10 @@ class Rerun(NamedTuple):
 
 
 class PlannedRun(NamedTuple):
-    """One run of a study that has a folder: its parameters, seed, and what is stored of it; see `Rerun`."""
+    """One run of a study that has a folder, and what is stored of it; see `Rerun`.
+
+    `changed` names what is not as it was in the sweep: teamsight itself, or modules that the study names.
+    """
 
     study: Study
     plan: Plan
@@ -67,6 +71,7 @@ class PlannedRun(NamedTuple):
     parameters: dict[str, object]
     stored: dict[str, object] | None
     error: str | None
+    changed: tuple[str, ...]
 
     def make(self) -> Rerun:
         """Make the run in this process, and compare it. An error of the run is raised as it is."""
@@ -129,7 +134,16 @@ def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     stored = None if row is None else {k: v for k, v in row.items() if k not in OWN_COLUMNS.union(plan.types)}
     failed = None if stored is not None else _row(place, "failed", found[1], replicate)
     error = None if failed is None else str(failed["error"])
-    return PlannedRun(study, plan, run, setting, plan.seed(setting, replicate), plan.parameters(setting), stored, error)
+    return PlannedRun(
+        study, plan, run, setting, plan.seed(setting, replicate), plan.parameters(setting), stored, error,
+        _changed(place, study, plan),
+    )  # fmt: skip
+
+
+def _changed(folder: StudyFolder, study: Study, plan: Plan) -> tuple[str, ...]:
+    """Return what is not as it was in the sweep: teamsight itself, and modules that the study names."""
+    now, then = common_of(study, plan.types), folder.manifest
+    return (*(["teamsight"] if now.code != then.code else []), *changed(then.sources, now.sources))
 
 
 def _row(folder: StudyFolder, kind: str, setting: str, replicate: int) -> Mapping[str, object] | None:

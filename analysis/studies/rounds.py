@@ -54,8 +54,8 @@ class Rounds:
         What makes shards.
     heartbeat : Heartbeat
         Takes note of how far the sweep is.
-    progress : callable
-        Called with runs done, runs in all, and seconds left.
+    progress, emit : callable
+        Called with runs done, runs in all, and seconds left; and with messages.
     shard : (int, int), optional
         Make shard i of n only.
     retry_failed : bool
@@ -75,12 +75,12 @@ class Rounds:
 
     def __init__(
         self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
-        progress: Callable[[int, int, float | None], object], shard: tuple[int, int] | None, retry_failed: bool,
-        stops: bool, only: RunSet | None = None,
+        progress: Callable[[int, int, float | None], object], emit: Callable[[str], object],
+        shard: tuple[int, int] | None, retry_failed: bool, stops: bool, only: RunSet | None = None,
     ) -> None:  # fmt: skip
         self.counts, self.errors = Counts(), list[tuple[str, str]]()
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
-        self._heartbeat, self._progress, self._shard = heartbeat, progress, shard
+        self._heartbeat, self._progress, self._emit, self._shard = heartbeat, progress, emit, shard
         self._retry_failed, self._stops, self._only = retry_failed, stops, only
         self._kinds: Kinds = {}
         self._rate: float | None = None
@@ -161,6 +161,10 @@ class Rounds:
         self.counts.done += result.done
         self.counts.failed += len(result.failed)
         self.counts.made += len(shard.runs)
+        if result.failed and not self.errors:
+            # At once, since it may be the first of many.
+            run, error = result.failed[0]
+            self._emit(f"run {run} failed: {error}")
         self.errors.extend(result.failed[: _MOST_ERRORS - len(self.errors)])
 
     def _report(self) -> None:

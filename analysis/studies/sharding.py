@@ -28,6 +28,26 @@ _MOST_RUNS = 5_000
 _PIECES = 8
 # Share of the last shard in the rate.
 _WEIGHT = 0.5
+# Settings whose cost is looked at, to estimate how long a study takes.
+_MOST_EXAMINED = 100
+
+
+def expected_seconds(plan: Plan, replicates: int) -> float | None:
+    """Return about how long one worker takes for all runs of a study [s]; None for a model that is not known.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the study.
+    replicates : int
+        Replicates of each setting.
+    """
+    rate = _RATES.get(plan.study.model)
+    if rate is None:
+        return None
+    count = min(plan.settings, _MOST_EXAMINED)
+    examined = [plan.settings * number // count for number in range(count)]
+    return sum(map(plan.cost, examined)) / count * plan.settings * replicates / rate
 
 
 class Sized(NamedTuple):

@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teamsight.analysis.runs.workers import check_workers
-from teamsight.analysis.studies.lazy_pool import LazyPool
+from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
 from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
 from teamsight.analysis.studies.same_code import source_digests
 from teamsight.analysis.studies.shard import Common
+from teamsight.analysis.studies.sharding import expected_seconds
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def sweep(
     out: str | os.PathLike[str],
     *,
     executor: Executor | None = None,
-    workers: int = 1,
+    workers: int | None = 1,
     on_error: OnError = "continue",
     shard: tuple[int, int] | None = None,
     wait: bool = False,
@@ -83,8 +84,8 @@ def sweep(
         Its folder; created if it does not exist.
     executor : Executor, optional
         What makes the runs; by default a pool of `workers` processes.
-    workers : int
-        Number of processes; with 1 runs are made in this one.
+    workers : int, optional
+        Number of processes; with 1 runs are made in this one. With None, all cores are used if the study takes long.
     on_error : {"continue", "stop"}
         Whether to go on after a run that fails. A failed run is not made again unless `retry_failed` is set.
     shard : (int, int), optional
@@ -112,11 +113,14 @@ def sweep(
     began = time.perf_counter()
     checks.choice("on_error", on_error, ("continue", "stop"))
     _check_shard(shard)
-    if executor is None:
+    if workers is not None:
         check_workers(workers)
     study.check()
     plan = study.plan()
     common = common_of(study, plan.types)
+    if workers is None:
+        most = study.replicates if study.until is None else study.until.limit
+        workers = workers_for(expected_seconds(plan, most))
     folder = StudyFolder(out)
     with contextlib.ExitStack() as stack:
         stack.enter_context(folder.lock(shard, wait, emit))
@@ -128,8 +132,8 @@ def sweep(
             folder.recorded(engine=_name(engine), workers=engine.size, code=common.code, shard=shard)
         )
         rounds = Rounds(
-            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, shard=shard,
-            retry_failed=retry_failed, stops=on_error == "stop", only=only,
+            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, emit=emit,
+            shard=shard, retry_failed=retry_failed, stops=on_error == "stop", only=only,
         )  # fmt: skip
         rounds.run()
     counts = rounds.counts
@@ -166,6 +170,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
         The type of each parameter's column.
     """
     from teamsight.analysis.runs.checkpoint import code_digest
+
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()))

@@ -39,6 +39,8 @@ def rerun(settings: RerunSettings) -> int:
     planned = planned_run(settings.folder, settings.run)
     values_of = ", ".join(f"{name}={value}" for name, value in planned.parameters.items())
     say(f"run {planned.run}: {values_of}, steps={planned.study.steps}, rng={planned.seed}")
+    for name in planned.changed:
+        say(f"note: {name} has changed since the sweep")
     try:
         found = planned.make()
     except Exception as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -87,9 +87,9 @@ def sweep(settings: SweepSettings) -> int:
                 left = "" if seconds_left is None else f", {seconds(seconds_left)} left"
                 watch.emit(f"{done} of {total} runs{left}")
 
-        with _engine(settings, watch.emit) as (executor, workers):
+        with _engine(settings) as executor:
             summary = make(
-                study, settings.out, executor=executor, workers=workers, on_error=settings.on_error,
+                study, settings.out, executor=executor, workers=settings.workers, on_error=settings.on_error,
                 shard=settings.shard, wait=settings.wait, mixed_code=settings.mixed_code,
                 retry_failed=settings.retry_failed, progress=show, emit=watch.emit,
             )  # fmt: skip
@@ -97,19 +97,17 @@ def sweep(settings: SweepSettings) -> int:
 
 
 @contextlib.contextmanager
-def _engine(settings: SweepSettings, emit: Callable[[str], None]) -> Iterator[tuple[Executor | None, int]]:
-    """Start what makes the runs, or return how many workers `sweep` shall start once it knows that there is work."""
-    from teamsight.analysis.runs.workers import cores
-
-    workers = settings.workers or cores()
+def _engine(settings: SweepSettings) -> Iterator[Executor | None]:
+    """Start what makes the runs; workers of this machine are left to `sweep`, which knows whether there is work."""
     if settings.engine == "local":
-        yield None, workers
+        yield None
         return
     from teamsight.analysis.runs.dask_executor import DaskExecutor
+    from teamsight.analysis.runs.workers import cores
 
     tls = {name: str(path) for name, path in settings.values(("tls_ca", "tls_cert", "tls_key")).items()}
-    with DaskExecutor(settings.scheduler, workers, **tls) as executor:
-        yield executor, workers
+    with DaskExecutor(settings.scheduler, settings.workers or cores(), **tls) as executor:
+        yield executor
 
 
 def _kept(settings: SweepSettings, total: int) -> str:

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.cli import main
 
@@ -95,8 +96,9 @@ def test_parts_of_a_job_array(folder: Path, capsys: pytest.CaptureFixture[str]) 
 
 @pytest.mark.short
 def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, out, _ = sweep(capsys, "raising.toml")
+    status, out, err = sweep(capsys, "raising.toml")
     assert status == 1
+    assert out[0] in err
     found = re.fullmatch(r"run ([0-9a-f]{16}-0) failed: RuntimeError: no team of 2", out[0])
     assert found
     assert out[1].endswith("out has 2 done, 1 failed of 3 runs")
@@ -155,6 +157,16 @@ def test_a_repeated_run_is_compared_to_the_last_bit(folder: Path, capsys: pytest
     status, out, _ = call(capsys, "rerun", "other", run)
     assert (status, out[-1]) == (1, "differs from what is stored")
     assert len([line for line in out if "   stored: " in line]) == 1
+
+
+@pytest.mark.short
+def test_a_repeated_run_says_that_the_code_has_changed(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep(capsys, "study.toml")
+    run = StudyFolder("out").done().names(1)[0]
+    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    assert "note: teamsight has changed since the sweep" in call(capsys, "rerun", "out", run)[1]
 
 
 @pytest.mark.short

@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from teamsight.analysis.runs.attempt import attempt
 from teamsight.analysis.runs.executor import Outcome
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.shard import Shard
@@ -62,14 +63,14 @@ class Engine:
     ----------
     dies : callable
         Whether the worker of a shard dies.
-    error : str
-        The error of every job; none if it is empty.
+    code : str
+        The version of teamsight's code that jobs want; that of the sweep if it is empty.
     size : int
         The number of workers that it claims to have.
     """
 
-    def __init__(self, dies: Callable[[Shard], bool] = lambda shard: False, error: str = "", size: int = 1) -> None:
-        self.dies, self.error, self.size = dies, error, size
+    def __init__(self, dies: Callable[[Shard], bool] = lambda shard: False, code: str = "", size: int = 1) -> None:
+        self.dies, self.code, self.size = dies, code, size
         self.jobs: list[Shard] = []
 
     def __enter__(self) -> Engine:
@@ -93,9 +94,9 @@ class Engine:
     def _ended(self, function: Callable[[Any], Any], held: list[tuple[int, Shard]]) -> Iterator[Outcome]:
         while held:
             index, job = held.pop()
-            if self.error:
-                yield Outcome(index, "failed", (self.error, ""))
-            elif self.dies(job):
+            if self.code:
+                job = job._replace(common=job.common._replace(code=self.code))
+            if self.dies(job):
                 yield Outcome(index, "died", 7)
             else:
-                yield Outcome(index, "done", function(job))
+                yield Outcome(index, *attempt(function, job))

@@ -14,8 +14,8 @@ import pytest
 
 from teamsight import run_many
 from teamsight.analysis.runs import checkpoint
-from teamsight.analysis.runs.workers import JobError
-from teamsight.analysis.studies import same_code, sharding
+from teamsight.analysis.runs.workers import JobError, cores
+from teamsight.analysis.studies import lazy_pool, same_code, sharding
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study
@@ -127,9 +127,11 @@ def test_changed_code_is_refused_unless_mixing_is_allowed(tmp_path: Path, monkey
 
 
 def test_a_worker_with_other_code_ends_the_sweep_and_no_run_fails(tmp_path: Path) -> None:
-    message = "worker: has version 1 of teamsight's code, the sweep has 2; install the same version"
-    with pytest.raises(JobError, match=message):
-        sweep(small(), tmp_path / "out", executor=Engine(error=message))
+    """The first shard reaches a worker that wants another version."""
+    message = rf"worker: has version {checkpoint.code_digest()} of teamsight's code, the sweep has 0123; install the same"
+    for size in (1, 2):  # with two workers, what compiles notices it first
+        with pytest.raises(JobError, match=message):
+            sweep(small(), tmp_path / "out", executor=Engine(code="0123", size=size))
     folder = StudyFolder(tmp_path / "out")
     assert (folder.done().size, folder.failed().size) == (0, 0)
     assert sweep(small(), tmp_path / "out").made == 12
@@ -231,6 +233,15 @@ def test_bad_arguments(tmp_path: Path) -> None:
         assert not parts(tmp_path)
     with pytest.raises(TypeError, match="takes no rng"):
         sweep(odd("without_seed"), tmp_path / "without")
+
+
+@pytest.mark.short
+def test_a_short_study_is_made_in_one_process_unless_workers_are_given(tmp_path: Path) -> None:
+    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 3)) == 1
+    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 10**6)) == cores()
+    assert lazy_pool.workers_for(sharding.expected_seconds(odd("Own").plan(), 1)) == cores()
+    sweep(small(), tmp_path / "out", workers=None)
+    assert '"engine": "in-process"' in (tmp_path / "out" / "sweeps.jsonl").read_text()
 
 
 def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_take_about_a_second() -> None:
