@@ -215,7 +215,7 @@ class WorkerPool:
         code = worker.process.exitcode
         if not worker.is_ready:
             self._failed_starts += 1
-            # A signal may have come from anywhere; a worker that ends by itself would do so again.
-            if code is None or code >= 0 or self._failed_starts == MOST_DEATHS:
+            # A signal may have come from anywhere, to all workers at once; who ends by itself would do so again.
+            if code is None or code >= 0 or self._failed_starts >= MOST_DEATHS * self.size:
                 raise ExecutorError(f"a worker ended with exit code {code} before its first job{start_cure(code)}")
         return None if worker.job is None else queue.death(worker.job, code)

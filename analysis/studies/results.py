@@ -63,7 +63,7 @@ class StudyResults(StudyTables):
     measures : tuple of str
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
-        Numbers of runs. An adaptive study plans those that it needs as far as its runs tell.
+        Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
     frame, settings : DataFrame
         One row for each run that is there, and one for each setting.
     """

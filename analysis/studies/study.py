@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray
 
+    from teamsight.agents.model import World
     from teamsight.analysis.runs.executor import Executor
 
 __all__ = ["Record", "Results", "Study", "Until"]
@@ -87,7 +88,8 @@ class Study:
     record : Record or mapping
         What is recorded of each run.
     until : Until or mapping, optional
-        Add replicates to each setting until its interval is narrow enough.
+        Add replicates to each setting until its interval is narrow enough with two of 30, 38, 48, 60, … replicates in
+        succession. See `teamsight.analysis.studies.adaptive`.
     name : str, optional
         A name for titles.
     path : path, optional
@@ -99,7 +101,7 @@ class Study:
         If a value is wrong; the model and its components are not imported before `check`.
     """
 
-    model: Any = "cmommt"
+    model: str = "cmommt"
     fixed: Values = field(default_factory=dict)
     axes: Values = field(default_factory=dict)
     zip: Sequence[Sequence[str]] = ()
@@ -113,6 +115,27 @@ class Study:
     until: Until | None = None
     name: str | None = None
     path: str | os.PathLike[str] | None = None
+
+    if TYPE_CHECKING:
+        # What may be given; the attributes are what it is turned into.
+        def __init__(
+            self,
+            *,
+            model: str | Callable[..., World] = ...,
+            fixed: Mapping[str, object] = ...,
+            axes: Mapping[str, object] = ...,
+            zip: Sequence[Sequence[str]] = ...,
+            points: Mapping[str, Sequence[object]] | pd.DataFrame | None = ...,
+            sample: Mapping[str, object] | None = ...,
+            replicates: int = ...,
+            steps: int = ...,
+            seed: int = ...,
+            pairing: Pairing = ...,
+            record: Record | Mapping[str, object] = ...,
+            until: Until | Mapping[str, object] | None = ...,
+            name: str | None = ...,
+            path: str | os.PathLike[str] | None = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for name, value in resolved(vars(self)).items():

@@ -47,7 +47,7 @@ class StudyTables:
     measures : tuple of str
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
-        Numbers of runs. An adaptive study plans those that it needs as far as its runs tell.
+        Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
     """
 
     def __init__(self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table) -> None:

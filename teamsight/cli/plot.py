@@ -14,7 +14,7 @@ _KINDS = values.registry("teamsight.analysis.studies.figures.choose", "KINDS")
 _folder = partial(paths.path, wanted="a folder")
 
 
-def _pairs(name: str, texts: tuple[str, ...]) -> dict[str, str]:
+def _chosen(name: str, texts: tuple[str, ...]) -> dict[str, str]:
     """Return axes and their values, which were given as NAME=VALUE."""
     found: dict[str, str] = {}
     for text in texts:
@@ -43,7 +43,7 @@ class PlotSettings(Settings):
     x: str | None = _name("Axis along the horizontal direction.", "the first that suits")
     y: str | None = _name("Axis along the vertical direction, or of which each value is a line.", "the next")
     where: dict[str, str] = Option(
-        _pairs, (), "Draw only settings with this value of an axis; may be repeated.", "NAME=VALUE", many=True
+        _chosen, (), "Draw only settings with this value of an axis; may be repeated.", "NAME=VALUE", many=True
     )  # type: ignore[assignment]
     minus: Path | None = Option(
         _folder, None, "Subtract this study, run by run, where both have the same noise.", "FOLDER", "nothing"

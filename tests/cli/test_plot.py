@@ -74,7 +74,7 @@ def test_two_studies_are_subtracted(capsys: pytest.CaptureFixture[str], study: P
     [
         (["--kind", "heatmap"], "kind='heatmap': unknown; did you mean 'heat-map'?"),
         (["--out", "p.jpg"], "out=p.jpg: must be a file that ends with one of .png, .svg, .pdf"),
-        (["--x", "robot"], "axis='robot': unknown; did you mean 'robots'?"),
+        (["--x", "robot"], "x='robot': unknown; did you mean 'robots'?"),
         (["--measure", "observed"], "measure='observed': unknown; did you mean 'observed_fraction'?"),
         (["--where", "radius"], "where='radius': must be NAME=VALUE"),
         (["--where", "radius=9"], "where=radius='9': is no value of the study; give one of 1.0, 2.0, 3.0"),
@@ -82,7 +82,9 @@ def test_two_studies_are_subtracted(capsys: pytest.CaptureFixture[str], study: P
         (["--minus", "nowhere"], "nowhere: "),
     ],
 )
-def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str], study: Path, line: list[str], message: str) -> None:
+def test_wrong_options_are_named(
+    capsys: pytest.CaptureFixture[str], study: Path, line: list[str], message: str
+) -> None:
     status, _, err = call(capsys, str(study), *line)
     assert (status, message in err, err.count("\n")) == (2, True, 1), err
     assert not list(study.parent.glob("*.png"))

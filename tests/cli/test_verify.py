@@ -84,6 +84,16 @@ def test_runs_of_unknown_names_are_made_if_none_was_missing_before(
     assert folder.done().size == 8
 
 
+def test_runs_of_unknown_names_stay_missing_if_others_were(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    folder = made(tmp_path)
+    with folder.recorded(engine="local", workers=1, code="x") as heartbeat:
+        heartbeat.update(7, 8)
+    next((tmp_path / "runs").iterdir()).write_bytes(b"")
+    status, out, _ = call(capsys, tmp_path)
+    assert (status, folder.done().size) == (1, 6)
+    assert f"to make the missing runs: teamsight sweep STUDY --out {tmp_path}" in out
+
+
 def test_without_a_repetition_the_next_command_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     folder = made(tmp_path)
     next((tmp_path / "runs").iterdir()).write_bytes(b"")

@@ -127,11 +127,11 @@ def _arithmetic(start: Fraction, width: Fraction, count: int, given: tuple[float
 
 
 def _logarithmic(first: float, last: float, count: int) -> Values:
-    """Return values of equal ratios, to 12 digits; the ends are exact."""
+    """Return values of equal ratios; the ends are exact."""
     low, high = (_PRECISE.ln(Decimal(repr(value))) for value in (first, last))
     width = _PRECISE.divide(_PRECISE.subtract(high, low), Decimal(count - 1))
     logarithms = (_PRECISE.add(low, _PRECISE.multiply(width, Decimal(i))) for i in range(1, count - 1))
-    values = [float(first), *(float(f"{_PRECISE.exp(each):.12g}") for each in logarithms), float(last)]
+    values = [float(first), *(float(_PRECISE.exp(each)) for each in logarithms), float(last)]
     if isinstance(first, int) and isinstance(last, int) and all(value.is_integer() for value in values):
         return tuple(map(int, values))
     return tuple(values)
@@ -148,7 +148,7 @@ def _exact(value: float) -> Fraction:
 
 
 def _distinct(where: str, count: int, values: Values) -> Values:
-    """Refuse values so near to each other that floats, or 12 digits, do not tell them apart."""
+    """Refuse values so near to each other that floats do not tell them apart."""
     if len(set(values)) < count:
         raise ValueError(f"{where}: {count:,} values are too near to each other to differ; give fewer, or wider ends")
     return values

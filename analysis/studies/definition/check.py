@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, check_parameters, measure_of
 from teamsight.analysis.studies.definition.values import text_of
-from teamsight.core import checks
+from teamsight.core import checks, references
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.plan import Plan
@@ -35,7 +36,8 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
     for name in plan.names:
         for value in plan.values(name):
             if isinstance(value, (str, list, dict)):
-                components.made(name, value)
+                with _one_line(name):
+                    components.made(name, value)
     if model == CMOMMT_NAME:
         for k in _typical(plan):
             _build(plan, k, steps)
@@ -60,16 +62,28 @@ def _typical(plan: Plan) -> list[int]:
 def _build(plan: Plan, k: int, steps: int) -> None:
     from teamsight.agents.cmommt import CMOMMT
 
-    given: dict[str, Any] = plan.components(k)
+    with _one_line("model"):
+        given: dict[str, Any] = plan.components(k)
     if "events" not in given:  # which may need all agents
         for name in ("robots", "targets"):
             value = given.get(name, _MOST_AGENTS)
             given[name] = min(value, _MOST_AGENTS) if type(value) is int else value
     try:
         # A world of two robots may warn of what is true of it alone.
-        with warnings.catch_warnings(action="ignore"), closing(CMOMMT(**given, rng=0)):
+        with _one_line("model"), warnings.catch_warnings(action="ignore"), closing(CMOMMT(**given, rng=0)):
             Run(given, 0, steps).check()
     except (TypeError, ValueError) as error:
         setting = ", ".join(f"{name}={checks.shown(plan.parameters(k)[name])}" for name in plan.swept[:4])
         kind = TypeError if isinstance(error, TypeError) else ValueError
         raise kind(f"{error} (in the setting {setting})" if setting else str(error)) from error
+
+
+@contextmanager
+def _one_line(name: str) -> Iterator[None]:
+    """Turn other errors, which a user's component may raise, into one that names the place."""
+    try:
+        yield
+    except (TypeError, ValueError):
+        raise
+    except Exception as error:
+        raise ValueError(f"{name}: {references.failure(error)}; correct the component") from error

@@ -53,8 +53,11 @@ def setting_ids(
 
 
 def _texts(name: str, values: Sequence[Any]) -> list[str]:
-    """Return the texts of a parameter's values as `canonical` has them; floats, of which there may be many, quickly."""
-    if set(map(type, values)) == {float}:
+    """Return the texts of a parameter's values as `canonical` has them; numbers may be many."""
+    kinds = set(map(type, values))
+    if kinds == {int}:
+        return [f"{name}={one}" for one in values]
+    if kinds == {float}:
         return [f"{name}={int(one) if one.is_integer() else one.hex()}" for one in values]
     return [f"{name}={text_of(one)}" for one in values]
 

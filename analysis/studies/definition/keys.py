@@ -141,6 +141,7 @@ STUDY: Mapping[str, Key] = {
     ),
     "record": Key("What is recorded of each run.", _table(RECORD)),
     "until": Key(
-        "Add replicates to each setting until its interval is narrow enough.", _table(UNTIL, required=["interval"])
+        "Add replicates to each setting until its interval is narrow enough; it is looked at from 30 replicates on.",
+        _table(UNTIL, required=["interval"]),
     ),
 }

@@ -48,7 +48,7 @@ def _read(path: Path) -> str:
         with open_regular(path) as file:
             size = file.seek(0, 2)
             file.seek(0)
-            content = file.read(MOST_BYTES + 1) if size <= MOST_BYTES else b""
+            content = file.read(MOST_BYTES + 1)
     except OSError as error:
         raise ValueError(f"{path}: cannot be read ({error.strerror}); give a study file, such as study.toml") from error
     if max(size, len(content)) > MOST_BYTES:

@@ -63,9 +63,7 @@ def frozen(name: str, value: object, level: int = 0) -> Any:
     if isinstance(value, Integral):
         return _integer(name, int(value))
     if isinstance(value, Real):
-        if not math.isfinite(value):
-            raise ValueError(f"{name}={value}: must be a finite number; give one, or remove it")
-        return float(value)
+        return checks.number(name, value, cure="give one, or remove it")
     if isinstance(value, Mapping):
         for key in value:
             if not isinstance(key, str):

@@ -45,15 +45,15 @@ class Cells:
         combinations = np.prod([float(len(dimension)) for dimension in self.dimensions])
         return bool(len(self.statistics) >= 0.5 * combinations)
 
-    def named(self, name: str) -> Dimension:
-        """Return the dimension that contains an axis.
+    def named(self, option: str, name: str) -> Dimension:
+        """Return the dimension that contains an axis; errors call it `option`.
 
         Raises
         ------
         ValueError
             If no axis that varies has this name.
         """
-        checks.choice("axis", name, [one for dimension in self.dimensions for one in dimension.names])
+        checks.choice(option, name, [one for dimension in self.dimensions for one in dimension.names])
         return next(dimension for dimension in self.dimensions if name in dimension.names)
 
     def among(self, settings: NDArray[np.bool_], fixed: Sequence[str] = ()) -> Cells:

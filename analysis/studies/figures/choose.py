@@ -49,7 +49,7 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
         If the axes do not suit the kind, or there would be too many panels or lines.
     """
     checks.choice("kind", kind, KINDS)
-    given = [None if name is None else cells.named(name) for name in (x, y)]
+    given = [None if name is None else cells.named(option, name) for option, name in (("x", x), ("y", y))]
     if given[0] is not None and given[0] is given[1]:
         raise ValueError(f"y={y}: advances together with x={x}; give another axis")
     if kind == "auto":

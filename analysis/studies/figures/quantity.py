@@ -43,9 +43,10 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """The name in words with its unit."""
-        unit = ("  [percentage points]" if self.is_difference else "  [%]") if self.factor != 1.0 else ""
-        return self.title + unit
+        """The name in words with its unit; of a difference, which is long, without the name of the measure."""
+        if self.is_difference:
+            return "difference" + "  [percentage points]" * (self.factor != 1.0)
+        return self.title + "  [%]" * (self.factor != 1.0)
 
     def write(self, value: float) -> str:
         """Return a value in the unit of the quantity; a difference has a sign."""

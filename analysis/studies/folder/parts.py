@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _BEGINNING = _END = b"PAR1"
+# What systems answer if there is no space.
+_FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
 
 class Part(NamedTuple):
@@ -179,7 +181,6 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
         If it cannot be written, or reads back as other bytes.
     """
     target = folder / kind / f"{shard}-{_digest(content)}.parquet"
-    make_folder(target.parent)
     name = ""
 
     def check(target: Path) -> None:
@@ -190,9 +191,18 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
                     f"{target}: reads back as other bytes than were written; check the disk, or give another folder"
                 )
 
-    with files.complete(target, check) as draft:
-        name = draft.name
-        draft.write(content)
+    try:
+        make_folder(target.parent)
+        with files.complete(target, check) as draft:
+            name = draft.name
+            draft.write(content)
+    except files.UnwritableError as error:
+        if isinstance(error.__cause__, OSError) and error.__cause__.errno in _FULL:
+            raise files.UnwritableError(
+                f"{target}: cannot be written ({error.__cause__.strerror}); free some space and repeat the "
+                "command, which goes on where it stopped"
+            ) from error
+        raise
     return target
 
 

@@ -45,8 +45,6 @@ def read_parts(
     DamagedError
         If a part is damaged.
     """
-    import pyarrow as pa
-
     wanted = None if columns is None else list(columns)
     needed = None if wanted is None else [*wanted, *(name for name in IDENTITY if name not in wanted)]
     tables, keys = [], []
@@ -62,18 +60,24 @@ def read_parts(
                 continue
             raise
         tables.append(table)
+    whole = _joined(folder / kind, tables, _kept(keys, without))
+    return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
+
+
+def _joined(place: Path, tables: list[pa.Table], kept: list[NDArray[np.bool_]]) -> pa.Table:
+    """Return the rows of all parts that are kept as one table."""
+    import pyarrow as pa
+
     if not tables:
         return pa.table({})
-    kept = _kept(keys, without)
-    tables = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
+    chosen = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
     try:
-        whole = pa.concat_tables(tables, promote_options="permissive").replace_schema_metadata(None)
+        return pa.concat_tables(chosen, promote_options="permissive").replace_schema_metadata(None)
     except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
         raise ValueError(
-            f"{folder / kind}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of "
-            "the others, or read the parts one by one"
+            f"{place}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of the "
+            "others, or read the parts one by one"
         ) from error
-    return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
 
 
 def _counting(folder: Path, kind: str) -> list[Part]:
@@ -94,6 +98,8 @@ def _runs(part: Part, table: pa.Table) -> RunSet:
 
 def _kept(keys: list[RunSet], without: RunSet | None) -> list[NDArray[np.bool_]]:
     """Return which rows of each part are kept: those of runs that no part before it has."""
+    if not keys:
+        return []
     # Runs have many rows each in some kinds: first come the runs of each part, then their rows.
     starts = [_starts(key) for key in keys]
     blocks = joined([RunSet(key.ids[start], key.replicates[start]) for key, start in zip(keys, starts, strict=True)])

@@ -11,7 +11,7 @@ import numpy as np
 from teamsight.analysis.studies.folder.lock import Holder, holders
 from teamsight.analysis.studies.folder.parts import Damaged
 from teamsight.analysis.studies.folder.progress import Progress, seconds_left
-from teamsight.analysis.studies.folder.run_set import RunSet
+from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
 if TYPE_CHECKING:
@@ -82,6 +82,8 @@ def status(folder: str | os.PathLike[str]) -> Status:
     plan = study.plan()
     done, failed = (count_planned(runs, plan, study) for runs in (place.done(), place.failed()))
     planned = max(done + failed, planned_runs(study, plan, place.progress))
+    if study.until is not None:
+        planned = max(planned, done + failed + _still_needed(place, study, plan))
     missing = planned - done - failed
     rates = [each.rate for each in heartbeats if each.rate]
     rate = sum(rates) if rates else None
@@ -108,6 +110,16 @@ def planned_runs(study: Study, plan: Plan, heartbeats: tuple[Progress, ...]) -> 
     for each in heartbeats:
         totals[each.shard.partition("/")[2]] += each.total
     return max(plan.runs, *totals.values(), 0)
+
+
+def _still_needed(place: StudyFolder, study: Study, plan: Plan) -> int:
+    """Return how many more runs an adaptive study needs, as far as its runs say."""
+    from teamsight.analysis.studies import rows
+
+    assert study.until is not None
+    runs = place.read("runs", [*IDENTITY, study.until.measure], skip_damaged=True)
+    failed = place.read("failed", IDENTITY, skip_damaged=True)
+    return rows.planned_and_missing(study, plan, rows.together(runs, failed, plan))[1]
 
 
 def _running(place: StudyFolder) -> tuple[Running, ...]:

@@ -178,7 +178,7 @@ def test_an_error_in_the_jobs_themselves_leaves_no_worker_busy(pool: WorkerPool)
     assert pool.map(jobs.square, [3]) == [9]
 
 
-def test_workers_that_are_killed_while_they_start_are_replaced_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_that_are_killed_while_they_start_are_replaced_a_few_times(monkeypatch: pytest.MonkeyPatch) -> None:
     with WorkerPool(2) as pool:
         for process in processes(pool):
             os.kill(process, signal.SIGKILL)

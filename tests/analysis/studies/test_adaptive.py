@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from teamsight.analysis.studies.adaptive import FIRST_LOOK, all_needed, looks, replicates_needed
+from teamsight.analysis.studies.adaptive import FIRST_LOOK, _widths, all_needed, looks, replicates_needed
 from teamsight.analysis.studies.definition.recording import Until
 
 Values = list[float]
@@ -79,6 +79,17 @@ def test_it_depends_neither_on_later_replicates_nor_on_when_it_is_asked(case: tu
         if needed and replicates_needed(until, start, values[:needed]) <= needed:
             assert replicates_needed(until, start, values) == needed
         assert replicates_needed(until, start, values) <= until.limit
+
+
+def test_the_order_of_runs_does_not_change_the_last_digit() -> None:
+    """An interval exactly as wide as wanted stays so, in whatever order and from however many parts runs are read."""
+    generator = np.random.default_rng(3)
+    # The first look is narrower than the second, which decides.
+    values = np.concatenate([generator.normal(0, 0.1, 30), generator.normal(0, 1, 8)])
+    width = float(_widths(np.zeros(38, int), values, 1)[0])
+    for _ in range(50):
+        setting, replicate, value, count = columns([values.tolist()], generator.permutation)
+        assert all_needed(Until(width, "x", 99), 1, setting, replicate, value, count).tolist() == [38]
 
 
 @pytest.mark.short

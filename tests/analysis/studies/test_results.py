@@ -10,6 +10,7 @@ import pyarrow as pa
 import pytest
 from made_up_results import filled, results, row_of
 
+from teamsight.analysis.studies.adaptive import replicates_needed
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Study
 
@@ -214,3 +215,17 @@ def test_other_tools_read_the_parts_as_they_are(tmp_path: Path, engine: str) -> 
     assert [row[:2] for row in rows] == [(robots, one["count"]) for robots, one in wanted.iterrows()]
     assert [row[2] for row in rows] == pytest.approx(wanted["mean"].tolist())
     assert dict(errors) == frame["error"].dropna().to_dict()
+
+
+def test_an_adaptive_study_plans_what_its_intervals_need() -> None:
+    study = Study(axes={"robots": [2, 4]}, replicates=3, until={"interval": 1e-6, "limit": 8})
+    found = results(study)
+    # The interval of neither setting is narrow enough: both go on to the limit.
+    assert (found.planned, found.done, found.missing) == (16, 6, 10)
+    wide = Study(axes={"robots": [2, 4]}, replicates=40, until={"interval": 10.0, "limit": 100})
+    assert wide.until is not None
+    enough = results(wide)
+    values = [rows["observed_fraction"].tolist() for _, rows in enough.frame.groupby("robots")]
+    needed = [replicates_needed(wide.until, 40, one) for one in values]
+    assert enough.planned == sum(needed) < 200
+    assert enough.missing == enough.planned - 80

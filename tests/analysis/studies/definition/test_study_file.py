@@ -96,6 +96,14 @@ def test_modules_beside_the_study_file_are_found(tmp_path: Path) -> None:
         read(tmp_path, text.format("size").replace(":model", ":modell"))
 
 
+def test_a_component_that_raises_is_one_line_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "raising_component.py").write_text("class Raising:\n    def __init__(self):\n        {}['a']\n")
+    with pytest.raises(ValueError, match=r"policy: KeyError: 'a' \(raising_component.py, line 3\); correct"):
+        read(tmp_path, "fixed.policy = 'raising_component:Raising'")
+    with pytest.raises(ValueError, match=r"policy: KeyError: 'a'"):
+        read(tmp_path, "fixed.policy = {use = 'teamsight.policies:ACmommt', option = 'raising_component:Raising'}")
+
+
 BAD = {
     "unknown key": ("axis = 1", ["key='axis'", "did you mean 'axes'?"]),
     "path": ("path = '.'", ["key='path'", "unknown"]),

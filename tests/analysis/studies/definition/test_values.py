@@ -6,6 +6,7 @@ import copy
 import json
 import math
 import pickle
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,7 @@ def deep(levels: int) -> Any:
         ([1.0, -math.inf], ["x[1]=-inf", "finite"]),
         ({"a": {"b": math.inf}}, ["x.a.b=inf", "finite"]),
         (np.float32("nan"), ["x=nan", "finite"]),
+        (Fraction(10**400), ["x=Fraction(1", "finite"]),
         (2**63, ["x=9223372036854775808", "2^63 - 1"]),
         ([1, -(10**999)], ["x[1]=-(about 10^999)", "2^63 - 1"]),
         (deep(20), ["more than 16 lists", "flatter"]),
@@ -127,7 +129,7 @@ def deep(levels: int) -> Any:
         ("a" * 20_000, ["20000 characters", "at most 10000"]),
         ("\ud800", ["no valid text"]),
     ],
-    ids=["nan", "inf", "deep", "numpy", "integer", "huge", "nested", "far", "key", "text", "surrogate"],
+    ids=["nan", "inf", "deep", "numpy", "fraction", "integer", "huge", "nested", "far", "key", "text", "surrogate"],
 )
 def test_what_no_study_can_hold(value: Any, words: list[str]) -> None:
     with pytest.raises((TypeError, ValueError), match="^x") as error:

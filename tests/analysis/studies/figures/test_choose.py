@@ -82,7 +82,7 @@ def test_points_that_fill_a_grid_are_a_grid() -> None:
         ({}, {"kind": "lines"}, "kind=lines: needs an axis.*--kind runs"),
         ({"axes": {"robots": NUMBERS}}, {"kind": "runs"}, "kind=runs: .*robots vary.*--where robots=2"),
         ({"axes": {"robots": NUMBERS}}, {"kind": "pie"}, "kind='pie': .*heat-map"),
-        ({"axes": {"robots": NUMBERS}}, {"x": "robot"}, "axis='robot': .*robots"),
+        ({"axes": {"robots": NUMBERS}}, {"x": "robot"}, "x='robot': .*robots"),
         ({"axes": {"robots": NUMBERS, "radius": MORE}}, {"x": "robots", "y": "robots"}, "y=robots: .*another axis"),
         ({"axes": {"robots": NUMBERS, "policy": POLICIES}}, {"kind": "surface"}, "kind=surface: .*policy.*heat-map"),
         (

@@ -280,7 +280,7 @@ def test_decimals_are_those_that_intervals_justify(mean: list[float], wide: list
 @pytest.mark.short
 def test_fractions_are_in_percent_and_differences_in_points() -> None:
     assert Quantity("observed_fraction").label == "observed fraction  [%]"
-    assert Quantity("observed_fraction", True).label == "difference in observed fraction  [percentage points]"
+    assert Quantity("observed_fraction", True).label == "difference  [percentage points]"
     assert Quantity("max_neighbours").label == "max neighbours"
     assert [Quantity("x", True, 1).write(value) for value in (1.25, -1.25, 0.01, -0.01)] == [
         "+1.2",

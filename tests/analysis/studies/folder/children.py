@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from made_parts import fill, names, part, prepared, runs_of
+from made_parts import fill, names, part, prepared, runs_of, study
 
 from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -120,22 +120,27 @@ def fill_and_report(place: StudyFolder, plan: object) -> None:
 
 
 def prepare_at_once(folder: str, processes: str) -> None:
-    """Prepare many folders, each by several processes at the same time."""
+    """Prepare folders, each by several processes at the same time: by half of them for one study, by half for another."""
     prepared(Path(folder, "before"))
     for number in range(5):
         go, path = Path(folder, f"go-{number}"), Path(folder, str(number))
-        children = [forked(lambda: prepare_when(go, path)) for _ in range(int(processes))]
+        children = [forked(lambda: prepare_when(go, path, each % 2)) for each in range(int(processes))]
         go.touch()
         for child in children:
             os.waitpid(child, 0)
-        say(f"{number}: {StudyFolder(path).study.runs} runs, {sorted(name for name in os.listdir(path) if name[0] != '.')}")
+        say(f"{StudyFolder(path).study.seed} is kept")
 
 
-def prepare_when(go: Path, path: Path) -> None:
-    """Prepare a folder as soon as a file is there."""
+def prepare_when(go: Path, path: Path, seed: int) -> None:
+    """Prepare a folder for the study with a seed as soon as a file is there, and say what came of it."""
     while not go.exists():
         time.sleep(0.001)
-    prepared(path)
+    try:
+        prepared(path, study(seed=seed))
+    except ValueError:
+        say(f"{seed} is refused")
+    else:
+        say(f"{seed} is accepted")
 
 
 def forked(work: Callable[[], object]) -> int:

@@ -188,13 +188,23 @@ def test_absurd_numbers_of_a_heartbeat_are_ignored(tmp_path: Path, name: str, va
     assert read_progress(tmp_path / "x") is None
 
 
-def test_an_adaptive_study_plans_what_its_sweep_has_found_out(tmp_path: Path) -> None:
-    folder = prepared(tmp_path, study(until=Until(0.1)))
-    fill(folder, study(replicates=6).plan())
-    assert status(tmp_path)[:4] == (18, 18, 0, 0)
+@pytest.mark.parametrize(("interval", "is_complete"), [(0.5, True), (0.001, False)])
+def test_an_adaptive_study_needs_what_its_runs_say(tmp_path: Path, interval: float, is_complete: bool) -> None:
+    folder = prepared(tmp_path, study(until=Until(interval)))
+    fill(folder, study(replicates=200).plan(), 50)
+    # It was interrupted between two rounds: the heartbeat does not know that more runs are needed.
+    with folder.recorded(engine="local", workers=1, code="x") as heartbeat:
+        heartbeat.update(600, 600)
+    found = status(tmp_path)
+    assert (found.done, found.missing == 0, found.planned == 600) == (600, is_complete, is_complete)
+
+
+def test_a_running_adaptive_study_plans_what_its_sweep_has_found_out(tmp_path: Path) -> None:
+    folder = prepared(tmp_path, study(until=Until(0.5)))
+    fill(folder, study(replicates=200).plan(), 50)
     with folder.lock(), folder.recorded(engine="local", workers=1, code="x") as heartbeat:
-        heartbeat.update(18, 30)
-        assert status(tmp_path)[:4] == (30, 18, 0, 12)
+        heartbeat.update(600, 630)
+        assert status(tmp_path)[:4] == (630, 600, 0, 30)
 
 
 def test_a_damaged_part_is_named_and_its_runs_are_missing(tmp_path: Path) -> None:

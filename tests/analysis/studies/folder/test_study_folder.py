@@ -212,6 +212,17 @@ def test_a_lost_manifest_is_written_anew_if_all_parts_fit(tmp_path: Path) -> Non
     assert prepared(tmp_path).done().size == 12
 
 
+def test_the_code_of_a_lost_manifest_is_known(tmp_path: Path) -> None:
+    folder, one = prepared(tmp_path), study()
+    with folder.recorded(engine="test", workers=1, code=CODE):
+        fill(folder, folder.study.plan())
+    (tmp_path / "manifest.json").unlink()
+    with pytest.raises(ValueError, match=f"another version of teamsight \\({CODE}, now f"):
+        folder.prepare(one, one.plan(), code="f" * 16, sources={})
+    assert not folder.is_prepared
+    assert folder.prepare(one, one.plan(), code="f" * 16, sources={}, mixed_code=True).code == "f" * 16
+
+
 def test_parts_may_be_added_while_others_read(tmp_path: Path) -> None:
     folder = prepared(tmp_path)
     plan, reader = folder.study.plan(), StudyFolder(tmp_path)
