@@ -32,6 +32,7 @@ from rich.table import Table
 from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
+from studies import measure_engines
 from study_speed import measure_study_speed
 
 PARTS = (
@@ -65,7 +66,9 @@ def main() -> int:
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
-        "studies": lambda: measure_study_speed(rounds, options.quick),
+        "studies": lambda: [
+            *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
+        ],
     }
     agrees = check(c, console)
     rows: list[Row] = []
