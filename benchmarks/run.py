@@ -32,10 +32,12 @@ from rich.table import Table
 from scaling import measure_scaling
 from sensors import measure_sensors
 from speed import measure_speed
+from studies import measure_engines
+from study_speed import measure_study_speed
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes",
+    "components", "processes", "studies",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -64,6 +66,9 @@ def main() -> int:
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
+        "studies": lambda: [
+            *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
+        ],
     }
     agrees = check(c, console)
     rows: list[Row] = []

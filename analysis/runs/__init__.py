@@ -6,6 +6,6 @@ keeps them meanwhile. `experiment.Experiment` describes runs over team sizes and
 returns their tables. Larger units of work implement `simulate.Job`. `seeds.ROOTS` holds every root seed.
 
 An executor calls one function with many jobs and yields their outcomes. `workers.WorkerPool` does so in this process,
-or in worker processes that it replaces when they die: `worker_process` is one of them, `job_queue` the jobs on their way
-to them. `dask_executor.DaskExecutor` does so on a Dask cluster. `attempt` makes one job.
+or in worker processes that it replaces when they die: `worker_process` is one of them, and `job_queue` holds the jobs
+on their way to them. `dask_executor.DaskExecutor` does so on a Dask cluster. `attempt` makes one job.
 """

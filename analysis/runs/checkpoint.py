@@ -21,6 +21,7 @@ Key = tuple[str, ...]
 _DECIDING = (
     "core", "world", "policies", "agents",
     "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
+    "analysis.studies.shard", "analysis.studies.recording", "analysis.studies.measured",
 )  # fmt: skip
 _KINDS = ("*.py", "*.json", "*.safetensors")
 # A record is a header line, which begins with a line break in case the record before it was cut off, and its content.

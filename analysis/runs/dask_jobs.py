@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 import queue
 import threading
@@ -98,7 +99,8 @@ class DaskJobs:
         futures = list(self._futures.values())
         self._futures.clear()
         if futures and self._client.status == "running":
-            self._client.cancel(futures, force=True)
+            with contextlib.suppress(OSError):  # the connection is lost now
+                self._client.cancel(futures, force=True)
 
     def _send(self, index: int) -> None:
         name = f"{self._name}-{index}" + ("-alone" if index == self._alone else "")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import shutil
-import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +12,7 @@ from teamsight.core import checks, files
 
 #: The second line of each script, by which one is recognised.
 MARK = "# Written by teamsight submit."
-# Tasks of an array; most clusters allow a thousand.
+#: The most tasks of an array; many clusters allow a thousand.
 MOST_TASKS = 10_000
 _LONGEST = 1000
 
@@ -149,6 +147,9 @@ def submit(path: Path) -> str:
     ValueError
         If there is no sbatch on this machine, or it refuses the job.
     """
+    import shutil
+    import subprocess
+
     program = shutil.which("sbatch")
     if program is None:
         raise ValueError(f"sbatch: is not on this machine; submit where SLURM is, with: {command(path)}")

@@ -48,6 +48,7 @@ def commands() -> None:
       teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
       teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute
       teamsight reproduce                            all figures, and which claims hold: about two minutes
+      teamsight sweep study.toml --out results       thousands of runs of your own, from a study file
       teamsight learn explore --out m.safetensors    record transitions of robots that act at random
     """
 

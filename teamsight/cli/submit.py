@@ -6,14 +6,12 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from teamsight.analysis.studies.slurm import MOST_TASKS
 from teamsight.cli import values
 from teamsight.cli.options import Option, Settings
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.slurm import JobArray
-
-# Of the longest array that any cluster is known to allow.
-_MOST_TASKS = 10_000
 
 
 class SubmitSettings(Settings):
@@ -22,7 +20,7 @@ class SubmitSettings(Settings):
     study: Path = values.input_file("STUDY")
     out: Path = values.folder(None, "Folder of the study, which all machines of the cluster see.", required=True)
     slurm: bool = values.flag("For a SLURM cluster, the only kind so far.")
-    tasks: int = values.count(16, "Number of tasks; task i makes shard i of the runs.", most=_MOST_TASKS)
+    tasks: int = values.count(16, "Number of tasks; task i makes shard i of the runs.", most=MOST_TASKS)
     cpus: int = values.count(1, "Processors of each task, which are its workers.", most=1024)
     memory: str | None = values.text("Memory of each task, such as 4G.", "that of the cluster", metavar="SIZE")
     time: str | None = values.text(

@@ -238,3 +238,15 @@ def test_robots_that_sense_less_observe_less(run: Run, tmp_path: Path, monkeypat
     assert view[-1] == missed[0] == 0
     assert view[0] < -40 > missed[-1]
     assert (tmp_path / "field_of_view.png").stat().st_size > 10_000
+
+
+def test_the_study_shows_each_setting_with_its_interval(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = run("study")
+    assert "200 of 200 done" in out
+    rows = re.findall(r"^ *(random-walk|A-CMOMMT) +([\d.]+) +10 +([\d.]+) +([\d.]+) +([\d.]+)$", out, re.MULTILINE)
+    settings = [(policy, time) for time in (25, 50, 100, 200, 400) for policy in ("random-walk", "A-CMOMMT")]
+    assert [(row[0], float(row[1])) for row in rows] == settings
+    assert all(float(low) < float(mean) < float(high) for *_, mean, low, high in rows)
+    # A walk observes less than a policy, however often robots fail.
+    assert all(float(walk[2]) < float(policy[2]) for walk, policy in zip(rows[::2], rows[1::2], strict=True))

@@ -93,23 +93,22 @@ def opened(path: Path) -> Iterator[FileLock]:
         lock.close()
 
 
-def is_held(path: Path, *, shared: bool = False) -> bool:
+def is_held(path: Path) -> bool:
     """Return whether another process holds the lock of all places of a file; False if that cannot be found out.
 
     Parameters
     ----------
     path : Path
         The file, which need not exist, and is not written.
-    shared : bool
-        Whether locks of single places are none.
     """
     try:
         number = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
     except OSError:
         return False
     try:
-        # No shard has place 0, which a lock of all excludes.
-        return not _try(number, 0 if shared else None, warn=False)
+        # No shard has place 0, which a lock of all excludes. A file that is only read cannot be locked in another way
+        # on network file systems.
+        return not _try(number, 0, warn=False)
     except OSError:
         return False
     finally:

@@ -85,7 +85,7 @@ def locked(
 def holders(folder: Path) -> tuple[Holder, ...]:
     """Return who holds the locks of a study now; nothing is written."""
     found = []
-    if file_lock.is_held(folder / LOCK, shared=True):
+    if file_lock.is_held(folder / LOCK):
         found.append(_noted(folder / LOCK, ""))
     with contextlib.suppress(OSError):
         for name in sorted(os.listdir(folder / ARRAY)):

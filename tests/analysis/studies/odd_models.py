@@ -114,3 +114,11 @@ def logging(world: World, steps: int) -> dict[str, Any]:
     world.run(steps)
     world.log("ended", share=world.observed_fraction, word="done")
     return {"ticks": world.tick}
+
+
+def compiling(robots: int = 2, *, rng: int) -> World:
+    """Announce a compilation, as the first use of a kernel on a machine does."""
+    from teamsight.core.kernel import entry
+
+    entry.announce("a kernel")
+    return CMOMMT(robots=robots, **SMALL, rng=rng)

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from teamsight import run_many
-from teamsight.analysis.runs import checkpoint
+from teamsight.analysis.runs import checkpoint, simulate
 from teamsight.analysis.runs.workers import JobError, cores
 from teamsight.analysis.studies import lazy_pool, same_code, sharding
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -218,6 +218,13 @@ def test_odd_models_and_measures(tmp_path: Path, capsys: pytest.CaptureFixture[s
     # A nested value.
     nested = sweep(odd("cmommt", "nested"), tmp_path / "nested")
     assert "parts={'first': 1}" in nested.errors[0][1]
+
+
+def test_compilation_is_announced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulate, "_announced", False)
+    lines: list[str] = []
+    sweep(odd("compiling", replicates=3), tmp_path / "out", emit=lines.append)
+    assert [line.split(":")[0] for line in lines] == ["compiling the simulation"]
 
 
 @pytest.mark.short

@@ -13,6 +13,7 @@ from teamsight.analysis.runs.dask_executor import DaskExecutor
 from teamsight.analysis.studies import sharding
 from teamsight.analysis.studies.study import Record
 from teamsight.analysis.studies.sweep import sweep
+from tests.analysis.runs.time_limit import time_limit as time_limit
 from tests.analysis.studies.folders import same_rows, small
 
 pytest.importorskip("distributed")

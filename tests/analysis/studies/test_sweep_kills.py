@@ -1,26 +1,16 @@
-"""Kills of a sweep and of its workers: nothing is lost, mixed or made twice."""
+"""Kills of a sweep: nothing is lost, mixed or made twice."""
 
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.studies import sharding
-from teamsight.analysis.studies.sweep import sweep
-from tests.analysis.studies.folders import odd, rows, same_rows, small
-
 ROOT = Path(__file__).parents[3]
 TIME_LIMIT = 300
-
-
-@pytest.fixture(autouse=True)
-def _path_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "path", list(sys.path))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
@@ -31,43 +21,3 @@ def test_kills_of_the_main_process_at_twenty_moments(tmp_path: Path) -> None:
         env=dict(os.environ, PYTHONPATH=str(ROOT)), check=False,
     )  # fmt: skip
     assert (found.returncode, found.stdout) == (0, ""), found.stdout + found.stderr
-
-
-def test_a_killed_worker_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One worker is killed from outside, and two runs end their process once."""
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 4)
-    marks = tmp_path / "marks"
-    marks.mkdir()
-    study = odd("dying_once", axes={"robots": [2, 4, 5, 6, 7, 8, 9, 3]}, replicates=2, fixed={"folder": str(marks)})
-    killed: list[int] = []
-
-    def kill(done: int, total: int, seconds_left: float | None) -> None:
-        from multiprocessing import active_children
-
-        if done >= 4 and not killed:
-            killed.extend(child.pid for child in active_children()[:1] if child.pid)
-            os.kill(killed[0], signal.SIGKILL)
-
-    summary = sweep(study, tmp_path / "out", workers=2, progress=kill)
-    assert len(killed) == 1
-    assert len(list(marks.iterdir())) == 2
-    assert (summary.done, summary.failed, summary.missing) == (16, 0, 0)
-    sweep(study, tmp_path / "whole")
-    same_rows(tmp_path / "out", tmp_path / "whole")
-
-
-def test_one_run_of_fifty_always_ends_its_process(tmp_path: Path) -> None:
-    study = odd("crashing", points={"robots": [9, *([2, 3, 4, 5, 6, 7, 8] * 7)], "radius": [4.0 + k / 100 for k in range(50)]})
-    summary = sweep(study, tmp_path / "out", workers=2)
-    assert (summary.done, summary.failed, summary.missing) == (49, 1, 0)
-    failed = rows(tmp_path / "out", "failed").iloc[0]
-    assert (failed["robots"], failed["error"]) == (9, "the worker ended with exit code 7, three times")
-    assert 9 not in set(rows(tmp_path / "out")["robots"])
-
-
-def test_workers_give_the_same_rows(tmp_path: Path) -> None:
-    sweep(small(), tmp_path / "whole")
-    lines: list[str] = []
-    summary = sweep(small(), tmp_path / "out", workers=2, emit=lines.append)
-    assert (summary.done, summary.missing) == (12, 0)
-    same_rows(tmp_path / "out", tmp_path / "whole")

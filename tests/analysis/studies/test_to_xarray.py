@@ -33,7 +33,7 @@ def test_a_grid_has_one_dimension_for_each_axis() -> None:
 
 
 @pytest.mark.short
-def test_attributes_tell_the_study_and_what_is_missing() -> None:
+def test_attributes_hold_the_study_and_what_is_missing() -> None:
     found = results(GRID, share=0.5)
     about = found.to_xarray().attrs
     assert Study.from_dict(json.loads(about["study"])) == GRID

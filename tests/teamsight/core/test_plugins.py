@@ -18,6 +18,8 @@ ROOT = Path(teamsight.__file__).resolve().parent.parent
 
 MODULE = """
 from dataclasses import dataclass
+from typing import Any
+from teamsight import CMOMMT, Sensor
 from teamsight.agents.awareness import RingAwareness
 from teamsight.policies import RandomWalk, Stationary
 
@@ -37,6 +39,15 @@ class Hungry:
 
 made = Stationary()
 number = 3
+
+def team(robots: int, rng: int, policy: str = "still", sensor: Any = None):
+    return CMOMMT(robots=robots, targets=3, policy=policy, sensor=sensor, rng=rng)
+
+def twice(world, steps):
+    world.run(steps)
+    return {"policy_name": repr(world.robots.policy).partition("(")[0], "view": round(world.sensor.field_of_view, 6)}
+
+half = Sensor(field_of_view=3.0)
 """
 
 
@@ -143,11 +154,12 @@ def test_whatever_takes_a_name_finds_plug_ins(tmp_path: Path) -> None:
     entries = (
         f"{POLICIES}still = plugged:Still\nwalk = plugged:walk\nmade = plugged:made\nhungry = plugged:Hungry\nnumber = plugged:number\n"
         "a-cmommt = plugged:number\n[teamsight.awareness]\nmy-ring = plugged:Ring\nnumber = plugged:number\n"
-        "[teamsight.rewards]\nmine = plugged:walk\n"
+        "[teamsight.rewards]\nmine = plugged:walk\n[teamsight.models]\nteam = plugged:team\n"
+        "[teamsight.measures]\ntwice = plugged:twice\n[teamsight.sensors]\nhalf = plugged:half\n"
     )
     install(tmp_path, "nice-robots", entries, MODULE)
     code = """
-from teamsight import CMOMMT, Robot, run_many, Disc, World
+from teamsight import CMOMMT, Robot, run_many, Disc, Study, World
 from teamsight.analysis.learning.registry import REWARDS
 from teamsight.core import checks
 from teamsight.policies.registry import POLICIES, label
@@ -158,6 +170,8 @@ print(model.settings["policy"], label(CMOMMT(policy="still", rng=1).robots.polic
 print(World(Disc(3.0), rng=1).add(Robot, 2, policy="still", awareness="my-ring").policy)
 print(run_many([{"policy": "still"}, {"policy": "walk"}], steps=3, replicates=1)["policy"].tolist())
 print(checks.choice("reward", "mine", REWARDS), REWARDS["mine"].__name__, "theirs" in REWARDS, "still" in list(POLICIES))
+study = Study(model="team", axes={"policy": ["still", "walk"]}, fixed={"robots": 2, "sensor": "half"}, steps=2, record={"measure": "twice"})
+print(study.run("study").frame[["policy", "policy_name", "view"]].values.tolist())
 for settings in (
     {"policy": "hungry"}, {"policy": "number"}, {"awareness": "number"}, {"policy": "still", "policy_options": {"x": 1}},
     {"policy": "stil"}, {"awareness": "your-ring"},
@@ -167,7 +181,7 @@ for settings in (
     except (TypeError, ValueError) as error:
         print(error)
 """
-    done = python(code, tmp_path)
+    done = python(code.replace('"study")', f'{str(tmp_path / "study")!r})'), tmp_path)
     assert done.stdout.splitlines() == [
         "Still Ring 4",
         "RandomWalk Ring 4",
@@ -177,6 +191,7 @@ for settings in (
         "Still()",
         "['still', 'walk']",
         "mine walk False False",
+        "[['still', 'Still', 3.0], ['walk', 'RandomWalk', 3.0]]",
         "policy='hungry': this plug-in cannot be made without options: TypeError: Hungry.__init__() missing 1 required positional "
         "argument: 'food'",
         "policy='number': its policy=3: must be a name, a Policy, or a callable f(percept, rng) -> (turn, distance)",

@@ -20,7 +20,8 @@ from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
 
 def say(text: str) -> None:
-    print(text, flush=True)
+    # In one call, so that lines of several processes do not mix.
+    os.write(1, f"{text}\n".encode())
 
 
 def hold(folder: str, shard: str = "") -> None:
