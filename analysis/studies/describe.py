@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+from teamsight.analysis.studies.standing import wide_note
+
 if TYPE_CHECKING:
     from teamsight.analysis.studies.study_tables import StudyTables
 
@@ -51,9 +53,11 @@ def _lines(results: StudyTables) -> list[tuple[str, str]]:
         runs += f", {results.failed:,} failed"
     if results.missing:
         runs += f", {results.missing:,} missing: teamsight sweep continues"
+    wide = wide_note(results.wide, results.plan.settings, results.study.until)
     return [
         ("folder", str(results.folder)),
         ("axes", "; ".join(axes) or "none"),
         ("measures", ", ".join(results.measures) or "none yet"),
         ("runs", runs),
+        *([("intervals", wide)] if wide else []),
     ]
