@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -136,6 +136,7 @@ class StudyResults(StudyTables):
         y: str | None = None,
         measure: str | None = None,
         minus: StudyResults | str | os.PathLike[str] | None = None,
+        across: Collection[str] = (),
         where: Mapping[str, object] | None = None,
         force: bool = False,
     ) -> Figure:
@@ -153,7 +154,10 @@ class StudyResults(StudyTables):
         measure : str, optional
             What is drawn; the first measure by default.
         minus : StudyResults or path, optional
-            A study that is subtracted, run by run under the same noise.
+            A study that is subtracted, run by run under the same noise. It needs the same steps and model, and a
+            parameter that one of the two varies must not have other values in the other.
+        across : collection of str
+            Parameters, or "model", in which runs that are subtracted may differ nevertheless.
         where : mapping, optional
             Values of axes; only settings with these values are drawn.
         force : bool
@@ -175,7 +179,7 @@ class StudyResults(StudyTables):
         if out is not None:
             check_picture(out, force=force)
         other = minus if isinstance(minus, StudyResults) or minus is None else open_study(minus)
-        figure = draw(self, kind=kind, x=x, y=y, measure=measure, minus=other, where=where)
+        figure = draw(self, kind=kind, x=x, y=y, measure=measure, minus=other, across=across, where=where)
         if out is not None:
             save_picture(figure, out, self.name, force=force)
         return figure

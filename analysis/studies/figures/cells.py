@@ -108,7 +108,7 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
     for name, value in where.items():
         checks.choice("where", name, list(settings.columns))
         column = settings[name]
-        has_value = np.array([_is_same(one, value) for one in column.unique()], bool)
+        has_value = np.array([is_same(one, value) for one in column.unique()], bool)
         if not has_value.any():
             values = [str(one) for one in column.unique()]
             listed = ", ".join(values[:_MOST_LISTED]) + ", …" * (len(values) > _MOST_LISTED)
@@ -120,7 +120,8 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
     return found
 
 
-def _is_same(one: object, given: object) -> bool:
+def is_same(one: object, given: object) -> bool:
+    """Whether two values are equal; a text may spell a number."""
     from teamsight.analysis.studies.figures.dimension import text_of
 
     if one == given or str(one) == str(given) or text_of(one) == str(given):
