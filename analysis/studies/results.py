@@ -80,7 +80,10 @@ class StudyResults(StudyTables):
         -------
         DataFrame
             Columns: the axes; n, the number of runs with a value; mean; low and high, the ends of the 95 % interval of
-            the mean; maximum. A setting without runs has n = 0 and NaN, and one run has an infinite interval.
+            the mean; maximum. A setting without runs has n = 0 and NaN. The interval of numbers is Student's, which is
+            infinite for one run, and may end beyond the bounds of a measure such as a fraction; that of a measure of
+            True and False, whose mean is a rate, is Wilson's. The runs that fail are not counted: if failing depends on
+            what is measured, the mean is that of the others.
         """
         found = self.statistics(self.measured(measure))
         return pd.concat([self.settings, found.set_index(self.settings.index)], axis=1)

@@ -71,8 +71,9 @@ class Cells:
 
 
 def cells_of(
-    settings: pd.DataFrame, groups: Sequence[Sequence[str]], values: NDArray[np.float64], setting: NDArray[np.int64]
-) -> Cells:
+    settings: pd.DataFrame, groups: Sequence[Sequence[str]], values: NDArray[np.float64], setting: NDArray[np.int64], *,
+    are_flags: bool = False,
+) -> Cells:  # fmt: skip
     """Return the cells of a study.
 
     Parameters
@@ -83,9 +84,11 @@ def cells_of(
         The axes; those that advance together in one group.
     values, setting : ndarray, shape (runs,)
         The value of each run, and the number of its setting.
+    are_flags : bool
+        Whether the values are True and False; see `summarise`.
     """
     dimensions = [dimension_of(settings, group) for group in groups] if len(settings) else []
-    statistics = summarise(values, setting, len(settings))
+    statistics = summarise(values, setting, len(settings), are_flags=are_flags)
     return Cells(tuple(one for one in dimensions if len(one) > 1), (), statistics, values, setting)
 
 

@@ -103,7 +103,9 @@ def _picture(
         source = f"{source} minus {conditions(minus)}; {len(values):,} pairs of runs"
         missing = what_is_missing(minus)
         warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
-    cells = cells_of(results.settings, results.groups, values, setting)
+    # The difference of two flags is a number, and a flag named as a fraction is drawn in percent.
+    are_flags = minus is None and quantity.factor == 1.0 and results.is_flag(quantity.name)
+    cells = cells_of(results.settings, results.groups, values, setting, are_flags=are_flags)
     if where:
         cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])
     return Picture(cells, _fitted(quantity, cells), source, warning)

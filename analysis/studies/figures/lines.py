@@ -97,8 +97,8 @@ def _draw_panel(
 
 
 def draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour: Any, label: str = "") -> None:
-    """Draw means as points with their intervals as bars; a single run has no bar."""
-    wide = ((cells["high"] - cells["low"]) / 2).to_numpy()
+    """Draw means as points with their intervals as bars; a single run of a number has no bar."""
+    wide = np.array([cells["mean"] - cells["low"], cells["high"] - cells["mean"]], float)
     wide = np.where(np.isfinite(wide), wide, np.nan)
     size = 5 if len(cells) <= 40 else 3
     axes.errorbar(

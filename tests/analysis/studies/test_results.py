@@ -153,6 +153,10 @@ def test_texts_are_no_measures_to_average() -> None:
     assert found.measures == ("colour", "loss", "flag")
     assert found.summary().equals(found.summary("loss"))
     assert found.summary("flag")["mean"].tolist() == [0, 0, 0, 1, 1, 1]
+    rates = found.summary("flag")[["low", "high"]].to_numpy()
+    # One run does not make a rate certain.
+    assert rates[0] == pytest.approx([0.0, 0.793], abs=1e-3)
+    assert rates[5] == pytest.approx([0.207, 1.0], abs=1e-3)
     with pytest.raises(ValueError, match=r"measure=colour: is a text; give one of numbers: loss, flag"):
         found.summary("colour")
 
