@@ -192,8 +192,15 @@ class StudyResults(StudyTables):
             raise ValueError(f"{kind}: were not recorded; set {kind} under [record] in a new study")
         return rows.recorded(self._folder.read(kind), self.plan)
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a sweep fills the folder at this moment; `open_study` shows what it has made."""
+        from teamsight.analysis.studies.folder.lock import holders
+
+        return bool(holders(self.folder))
+
     def __repr__(self) -> str:
-        return described(self)
+        return described(self, is_running=self.is_running)
 
     def _repr_html_(self) -> str:
-        return described_in_html(self)
+        return described_in_html(self, is_running=self.is_running)

@@ -120,7 +120,7 @@ def note_on_view(picture: Picture) -> str:
     low, high = cells["low"].to_numpy(), cells["high"].to_numpy()
     bounded = np.isfinite(low) & np.isfinite(high)
     cut = int((bounded & ((low < view[0]) | (high > view[1]))).sum())
-    return f"{cut:,} of {bounded.sum():,} intervals go on beyond the picture" if cut else ""
+    return f"{cut:,} of {bounded.sum():,} intervals cut off at the edge" if cut else ""
 
 
 def _view_of(picture: Picture) -> tuple[float, float] | None:

@@ -235,8 +235,8 @@ def test_a_few_wide_intervals_do_not_flatten_the_rest() -> None:
         low, high = figure.axes[0].get_ylim()
         means = 100 * found.summary()["mean"]
         assert low < means.min() <= means.max() < high < low + 40
-        assert "1 of 8 intervals go on beyond the picture" in words(figure)
-    assert "beyond" not in words(results(Study(axes={"robots": [1, 2, 3]}, replicates=30)).plot())
+        assert "1 of 8 intervals cut off at the edge" in words(figure)
+    assert "cut off" not in words(results(Study(axes={"robots": [1, 2, 3]}, replicates=30)).plot())
 
 
 def test_bars_of_rates_end_where_the_intervals_end() -> None:
