@@ -21,9 +21,6 @@ NARROW_LOOKS = 2
 #: Replicates that a setting has at least if all of its values are equal: a rare event shows in none of a few runs.
 FEWEST_EQUAL = 100
 
-# Standard deviations of a normal distribution on both sides of its mean that hold 95 % of it.
-_Z = 1.959963984540054
-
 
 class Needed(NamedTuple):
     """How many replicates settings need, as far as their present ones show.
@@ -176,19 +173,13 @@ class _Intervals(NamedTuple):
         # Rounding moves the mean of equal values away from them: they are compared themselves.
         has_spread = np.bincount(setting, value != value[first[setting]], settings) > 0
         mean = np.bincount(setting, value, settings) / np.maximum(count, 1)
-        if is_flag:
-            return cls(count, has_spread, _wilson_widths(mean, count))
         # Slow to import.
         from teamsight.analysis.stats.paired import half_width
+        from teamsight.analysis.studies.summary import wilson
 
+        if is_flag:
+            low, high = wilson(mean, count)
+            return cls(count, has_spread, np.where(count > 0, high - low, np.inf))
         squares = np.bincount(setting, (value - mean[setting]) ** 2, settings)
         error = np.sqrt(squares / np.maximum(count - 1, 1) / np.maximum(count, 1))
         return cls(count, has_spread, np.where(has_spread | (count < 2), 2.0 * half_width(error, count), 0.0))
-
-
-def _wilson_widths(share: NDArray[np.float64], count: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return the width of Wilson's 95 % interval of a probability; infinite without values."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        spread = np.sqrt(share * (1 - share) / count + (_Z / count) ** 2 / 4)
-        width = 2 * _Z * spread / (1 + _Z**2 / count)
-    return np.where(count > 0, width, np.inf)

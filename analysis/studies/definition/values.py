@@ -137,7 +137,8 @@ def check_distinct(name: str, values: Sequence[object]) -> None:
     for value in values:
         if not isinstance(value, str) and stored(thawed(value), "text") in texts:
             text = checks.shown(stored(thawed(value), "text"))
-            raise ValueError(f"{name}: has {checks.shown(value)} and the text {text}, which are the same in results; give one")
+            same = f"{checks.shown(value)} and the text {text}"
+            raise ValueError(f"{name}: has {same}, which are the same in results; give one")
 
 
 def stored(value: object, kind: str) -> int | float | bool | str:

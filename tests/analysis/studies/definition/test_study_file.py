@@ -100,7 +100,7 @@ def test_a_component_that_raises_is_one_line_with_its_place(tmp_path: Path) -> N
     (tmp_path / "raising_component.py").write_text("class Raising:\n    def __init__(self):\n        {}['a']\n")
     with pytest.raises(ValueError, match=r"policy: KeyError: 'a' \(raising_component.py, line 3\); correct"):
         read(tmp_path, "fixed.policy = 'raising_component:Raising'")
-    (tmp_path / "ending_component.py").write_text("import sys\n\ndef End():\n    sys.exit()\n")
+    (tmp_path / "ending_component.py").write_text("class End:\n    def __init__(self):\n        raise SystemExit\n")
     with pytest.raises(ValueError, match=r"policy: SystemExit.*; correct"):
         read(tmp_path, "fixed.policy = 'ending_component:End'")
     with pytest.raises(ValueError, match=r"policy: KeyError: 'a'"):
