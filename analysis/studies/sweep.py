@@ -161,7 +161,7 @@ def run_study(
 
 
 def common_of(study: Study, types: Mapping[str, str]) -> Common:
-    """Return what all runs of a study share.
+    """Return what all runs of a study share. The modules that it names are imported already; see `Study.check`.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
 
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
-    sources = source_digests(modules_of(study.as_dict()))
+    sources = source_digests(modules_of(study.as_dict()), path)
     return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
 
 
