@@ -8,6 +8,8 @@ import threading
 import traceback
 from typing import NamedTuple
 
+from teamsight.analysis.runs.executor import shortened, without_middle
+
 # Characters of an error, and of its traceback, that are kept.
 _LONGEST_ERROR, _LONGEST_TRACEBACK = 280, 20_000
 _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
@@ -35,15 +37,21 @@ def failure_of(error: BaseException) -> Failure:
 
     Addresses in memory are left out, so that the same error gives the same text in each process.
     """
-    if isinstance(error, GeneratorExit):
-        raise error
     if isinstance(error, KeyboardInterrupt) and _receives_interrupts():
         raise error
-    text, name = _plain(str(error)), type(error).__name__
+    text, name = _plain(" ".join(message_of(error).split())), type(error).__name__
     if not isinstance(error, _READABLE):
         text = f"{name}: {text}" if text else name
     trace = _plain("".join(traceback.format_exception(error)))
-    return Failure(one_line(text or name), _shortened(trace, _LONGEST_TRACEBACK))
+    return Failure(one_line(text or name), without_middle(trace, _LONGEST_TRACEBACK))
+
+
+def message_of(error: BaseException) -> str:
+    """Return the message of an error, also of one whose class cannot make it."""
+    try:
+        return str(error)
+    except Exception:
+        return "(its message cannot be shown)"
 
 
 def _receives_interrupts() -> bool:
@@ -54,13 +62,12 @@ def _receives_interrupts() -> bool:
 
 def one_line(text: str) -> str:
     """Return a text on one line, without the middle of a long one."""
-    return _shortened(" ".join(text.split()), _LONGEST_ERROR)
-
-
-def _shortened(text: str, longest: int) -> str:
-    return text if len(text) <= longest else f"{text[: longest * 2 // 3]} … {text[-(longest // 3) + 3 :]}"
+    return shortened(text, _LONGEST_ERROR)
 
 
 def _plain(text: str) -> str:
-    """Return a text without addresses, and without characters that a file cannot hold."""
-    return _ADDRESS.sub("0x…", text).encode("utf-8", "backslashreplace").decode()
+    """Return a text without addresses, and with an escape for what no file can hold or a terminal would obey."""
+    text = _ADDRESS.sub("0x…", text)
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one == "\n" else ascii(one)[1:-1] for one in text)

@@ -58,6 +58,8 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     values: dict[str, object] = {}
     kinds: dict[str, Kind] = {}
     for name, value in found.items():
+        if type(name) is not str or not name or not name.isascii():
+            _check_name(name)
         kind = declared.get(name)
         if type(value) is float and kind in (None, "number"):  # the usual case
             values[name], kinds[name] = value, "number"
@@ -66,10 +68,19 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     return Measured(values, kinds)
 
 
+def _check_name(name: object) -> None:
+    """Raise an error unless a file can hold the name of a column."""
+    given = f"measure returned the name {checks.shown(name)}"
+    if not isinstance(name, str) or not name:
+        raise TypeError(f"{given}: must be a text, such as 'distance'")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{given}: has half a character, which no file can hold; leave it out") from None
+
+
 def _value(name: object, value: object, kind: Kind) -> tuple[object, Kind]:
     """Return a value as its column holds it, and what the column holds."""
-    if not isinstance(name, str) or not name:
-        raise TypeError(f"measure returned the name {checks.shown(name)}: must be a text, such as 'distance'")
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = value.item()
     if value is None:

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.shard import Common, Shard
 from teamsight.analysis.studies.shard_run import ShardRun
 
@@ -135,7 +136,7 @@ class Sharding:
 
     def _turn_to(self, setting: int) -> None:
         plan = self._plan
-        self._setting, self._id = setting, f"{int(plan.ids[setting]):016x}"
+        self._setting, self._id = setting, hex_of(plan.ids[setting])
         self._parameters = plan.parameters(setting)
         # A component that cannot be made is an error of the run, not of the sweep.
         with contextlib.suppress(Exception):

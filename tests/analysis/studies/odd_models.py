@@ -129,3 +129,29 @@ def compiling(robots: int = 2, *, rng: int) -> World:
 
     entry.announce("a kernel")
     return CMOMMT(robots=robots, **SMALL, rng=rng)
+
+
+class SpeechlessError(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+def speechless(world: World, steps: int) -> dict[str, Any]:
+    raise SpeechlessError
+
+
+def exiting(world: World, steps: int) -> dict[str, Any]:
+    raise GeneratorExit
+
+
+def ringing(world: World, steps: int) -> dict[str, Any]:
+    """Fail with a message that a terminal would obey."""
+    raise ValueError("red: \x1b[31m,\r\n bell: \a")
+
+
+def half_a_character(world: World, steps: int) -> dict[str, Any]:
+    return {"a\ud800": 1.0}
+
+
+def unnamed(world: World, steps: int) -> dict[str, Any]:
+    return {"a": 1.0, "": 2.0}

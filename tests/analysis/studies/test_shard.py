@@ -244,3 +244,18 @@ def test_runs_of_a_shard_that_no_worker_survived() -> None:
     result = died(shard, "the worker ended")
     assert (result.done, len(result.failed)) == (0, 4)
     assert set(table(result, "failed")["error"]) == {"the worker ended"}
+
+
+@pytest.mark.parametrize(
+    ("measure", "error"),
+    [("speechless", "SpeechlessError: (its message cannot be shown)"), ("exiting", "GeneratorExit"),
+     ("ringing", r"red: \x1b[31m, bell: \x07"),
+     ("half_a_character", r"measure returned the name 'a\ud800': has half a character, which no file can hold; leave it "
+      "out"),
+     ("unnamed", "measure returned the name '': must be a text, such as 'distance'")],
+)  # fmt: skip
+def test_whatever_a_measure_raises_or_names_is_a_failed_run(measure: str, error: str) -> None:
+    result = make_shard(shard_of(odd("cmommt", measure, fixed={"robots": 2})))
+    (row,) = table(result, "failed").to_dict("records")
+    assert row["error"] == error
+    assert row["traceback"].replace("\n", "").isprintable()
