@@ -124,7 +124,7 @@ def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     study = place.study
     plan = study.plan()
     # Before anything of the study is imported.
-    references.search_in([] if study.path is None else [study.path])
+    references.search_in([] if study.path is None else [os.fspath(study.path)])
     with contextlib.suppress(Exception):
         # The error of a study that cannot be checked any more is that of the run.
         study.check()

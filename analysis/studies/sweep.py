@@ -151,12 +151,19 @@ def run_study(
     workers: int = 1,
     executor: Executor | None = None,
     on_error: OnError = "continue",
+    shard: tuple[int, int] | None = None,
+    wait: bool = False,
+    mixed_code: bool = False,
+    retry_failed: bool = False,
     progress: Progress = lambda done, total, seconds_left: None,
 ) -> StudyResults:
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
     from teamsight.analysis.studies.results import open_study
 
-    sweep(study, out, workers=workers, executor=executor, on_error=on_error, progress=progress)
+    sweep(
+        study, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
+        mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
+    )  # fmt: skip
     return open_study(out)
 
 
