@@ -124,6 +124,11 @@ def compiling(robots: int = 2, *, rng: int) -> World:
     return CMOMMT(robots=robots, **SMALL, rng=rng)
 
 
+def wandering(world: World, steps: int) -> dict[str, Any]:
+    os.chdir("/")
+    return {"a": 1.0}
+
+
 class SpeechlessError(Exception):
     def __str__(self) -> str:
         raise RuntimeError("no words")

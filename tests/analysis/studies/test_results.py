@@ -68,6 +68,22 @@ def test_an_incomplete_study_says_what_is_missing(tmp_path: Path) -> None:
     assert found.warning == f"partial: {found.done} of 24 runs, {found.failed} failed"
 
 
+def test_results_stay_those_of_their_folder_when_the_current_folder_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    study = Study(axes={"robots": [2, 4]}, steps=4, record={"steps": True})
+    study.run("made")
+    found = open_study("made")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert len(found.steps) == 8
+    again = open_study(tmp_path / "made")
+    (tmp_path / "made").rename(tmp_path / "moved")
+    with pytest.raises(ValueError, match="made: is not the folder of a study"):
+        _ = again.steps
+
+
 def test_the_repr_says_whether_a_sweep_is_running(tmp_path: Path) -> None:
     found = filled(tmp_path / "s", GRID, share=0.5)
     running, idle = "12 missing: a sweep is running: open the study again", "12 missing: teamsight sweep continues"
