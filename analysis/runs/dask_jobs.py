@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.attempt import attempt
 from teamsight.analysis.runs.executor import ExecutorError, Outcome, shortened
+from teamsight.analysis.runs.taken_jobs import TakenJobs
 from teamsight.analysis.runs.worker_process import said
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ _EACH = 2
 _PATIENCE = 2.0
 
 
-class DaskJobs:
+class DaskJobs(TakenJobs):
     """The jobs of one call, each from where it is taken until its outcome.
 
     Parameters
@@ -38,29 +39,15 @@ class DaskJobs:
     """
 
     def __init__(self, client: Client, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
+        super().__init__(function, jobs, lambda function, job: pickle.dumps((function, job)))
         self._client = client
-        self._function = function
-        self._jobs = iter(enumerate(jobs))
         self._name = f"teamsight-{uuid.uuid4().hex}"
-        self._messages: dict[int, bytes] = {}
         self._futures: dict[int, Future] = {}
         self._ended: queue.SimpleQueue[int] = queue.SimpleQueue()
         # The scheduler blames the death of a worker on all jobs that it has given to it. Jobs that it has given up wait
         # here, and are then made with no other beside them: whoever dies alone is guilty.
         self._suspects: deque[int] = deque()
         self._alone: int | None = None
-        self._unsent: list[Outcome] = []
-        self._is_exhausted = False
-
-    @property
-    def open_jobs(self) -> int:
-        """Number of jobs that were taken and have no outcome."""
-        return len(self._messages)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether all jobs were taken and have their outcome."""
-        return self._is_exhausted and not self._messages
 
     def submit(self, workers: int) -> None:
         """Submit jobs for so many workers."""
@@ -70,21 +57,8 @@ class DaskJobs:
                 self._send(self._alone)
             return
         while len(self._futures) + len(self._unsent) < _EACH * workers and not self._is_exhausted:
-            index, job = next(self._jobs, (None, None))
-            if index is None:
-                self._is_exhausted = True
-                return
-            try:
-                self._messages[index] = pickle.dumps((self._function, job))
-            except Exception as error:
-                self._unsent.append(Outcome(index, "unsent", said(error)))
-            else:
+            if (index := self._next()) is not None:
                 self._send(index)
-
-    def unsent(self) -> list[Outcome]:
-        """Remove and return the outcomes of jobs that were taken and cannot be sent."""
-        found, self._unsent = self._unsent, []
-        return found
 
     def ended(self) -> Outcome | None:
         """Wait for a job and return its outcome; None if none ended for a while, or one is made again."""

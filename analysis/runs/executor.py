@@ -155,6 +155,10 @@ def start_cure(code: int | None) -> str:
 
 
 def shortened(text: str, longest: int) -> str:
-    """Return a text on one line, without the middle of a long one: errors begin and end with what matters."""
-    line = " ".join(text.split())
-    return line if len(line) <= longest else f"{line[: longest * 2 // 3]} … {line[-(longest // 3) + 3 :]}"
+    """Return a text on one line, without the middle of a long one."""
+    return without_middle(" ".join(text.split()), longest)
+
+
+def without_middle(text: str, longest: int) -> str:
+    """Return a text without the middle of a long one: errors begin and end with what matters."""
+    return text if len(text) <= longest else f"{text[: longest * 2 // 3]} … {text[-(longest // 3) + 3 :]}"

@@ -7,10 +7,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from teamsight.analysis.runs.executor import MOST_DEATHS, Outcome
-from teamsight.analysis.runs.worker_process import packed, said
+from teamsight.analysis.runs.taken_jobs import TakenJobs
+from teamsight.analysis.runs.worker_process import packed
 
 
-class JobQueue:
+class JobQueue(TakenJobs):
     """The jobs of one call, each from where it is taken until its outcome.
 
     Parameters
@@ -22,43 +23,15 @@ class JobQueue:
     """
 
     def __init__(self, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
-        self._function = function
-        self._jobs = iter(enumerate(jobs))
+        super().__init__(function, jobs, packed)
         self._waiting: deque[int] = deque()
-        # The messages of jobs without an outcome, for another worker if one dies.
-        self._messages: dict[int, bytes] = {}
         self._deaths: Counter[int] = Counter()
-        self._unsent: list[Outcome] = []
-        self._is_exhausted = False
-
-    @property
-    def open_jobs(self) -> int:
-        """Number of jobs that were taken and have no outcome."""
-        return len(self._messages)
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether all jobs were taken and have their outcome."""
-        return self._is_exhausted and not self._messages
 
     def take(self, count: int) -> None:
         """Take jobs until `count` wait."""
         while len(self._waiting) + len(self._unsent) < count and not self._is_exhausted:
-            index, job = next(self._jobs, (None, None))
-            if index is None:
-                self._is_exhausted = True
-                return
-            try:
-                self._messages[index] = packed(self._function, job)
-            except Exception as error:
-                self._unsent.append(Outcome(index, "unsent", said(error)))
-            else:
+            if (index := self._next()) is not None:
                 self._waiting.append(index)
-
-    def unsent(self) -> list[Outcome]:
-        """Remove and return the outcomes of jobs that were taken and cannot be sent."""
-        found, self._unsent = self._unsent, []
-        return found
 
     def first(self) -> tuple[int, bytes] | None:
         """Remove and return the first job that waits, and its message."""

@@ -8,6 +8,8 @@ import threading
 import traceback
 from typing import NamedTuple
 
+from teamsight.analysis.runs.executor import shortened, without_middle
+
 # Characters of an error, and of its traceback, that are kept.
 _LONGEST_ERROR, _LONGEST_TRACEBACK = 280, 20_000
 _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
@@ -41,7 +43,7 @@ def failure_of(error: BaseException) -> Failure:
     if not isinstance(error, _READABLE):
         text = f"{name}: {text}" if text else name
     trace = _plain("".join(traceback.format_exception(error)))
-    return Failure(one_line(text or name), _shortened(trace, _LONGEST_TRACEBACK))
+    return Failure(one_line(text or name), without_middle(trace, _LONGEST_TRACEBACK))
 
 
 def message_of(error: BaseException) -> str:
@@ -60,11 +62,7 @@ def _receives_interrupts() -> bool:
 
 def one_line(text: str) -> str:
     """Return a text on one line, without the middle of a long one."""
-    return _shortened(" ".join(text.split()), _LONGEST_ERROR)
-
-
-def _shortened(text: str, longest: int) -> str:
-    return text if len(text) <= longest else f"{text[: longest * 2 // 3]} … {text[-(longest // 3) + 3 :]}"
+    return shortened(text, _LONGEST_ERROR)
 
 
 def _plain(text: str) -> str:

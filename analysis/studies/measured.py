@@ -16,7 +16,8 @@ from teamsight.core import checks
 Kind = str | None
 
 _KINDS: dict[object, Kind] = {int: "int", float: "number", bool: "flag", str: "text"}
-_WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False", "text": "a text"}
+#: What a column holds, in words.
+WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False", "text": "a text"}
 _MOST_INT = 2**63
 
 
@@ -92,7 +93,7 @@ def _value(name: object, value: object, kind: Kind) -> tuple[object, Kind]:
         return int(value), kind
     if kind in (None, "number") and isinstance(value, Real):
         return float(value), "number"
-    wanted = "a number, a text, True, False or None" if kind is None else f"{_WORDS[kind]}, as it is annotated"
+    wanted = "a number, a text, True, False or None" if kind is None else f"{WORDS[kind]}, as it is annotated"
     cure = "give its parts as columns of their own" if kind is None else "correct the annotation or the value"
     raise TypeError(f"measure returned {name}={checks.shown(value)}: must be {wanted}; {cure}")
 

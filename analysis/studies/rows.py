@@ -10,14 +10,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.folder.run_set import runs_in
+from teamsight.analysis.studies.part_tables import OWN_COLUMNS
+
 if TYPE_CHECKING:
     import pyarrow as pa
 
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
-
-# Columns of the parts that are neither parameters nor measures.
-_OWN = ("run", "setting", "replicate", "seed", "steps", "error", "traceback")
 
 
 class Made(NamedTuple):
@@ -41,7 +42,7 @@ class Made(NamedTuple):
 
 def measures_of(runs: pa.Table, parameters: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the columns that are measures."""
-    return tuple(name for name in runs.column_names if name not in _OWN and name not in parameters)
+    return tuple(name for name in runs.column_names if name not in OWN_COLUMNS and name not in parameters)
 
 
 def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
@@ -53,7 +54,7 @@ def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
         nothing = np.empty(0, np.int64)
         return Made(pa.table({}), nothing, nothing, 0)
     table = pa.concat_tables(tables, promote_options="permissive")
-    setting = plan.index_of(setting_ids(table["setting"]))
+    setting = plan.index_of(runs_in(table).ids)
     replicate = table["replicate"].to_numpy().astype(np.int64)
     # A run that is done may have failed before: of equal runs the first is kept.
     has_failed = np.arange(len(setting)) >= (runs.num_rows if runs.num_columns else 0)
@@ -65,14 +66,6 @@ def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
     if not np.array_equal(order, np.arange(table.num_rows)):
         table = table.take(order)
     return Made(table, setting[order], replicate[order], int(has_failed[order].sum()))
-
-
-def setting_ids(column: pa.ChunkedArray) -> NDArray[np.uint64]:
-    """Return texts of 16 hexadecimal digits as numbers."""
-    if not len(column):
-        return np.empty(0, np.uint64)
-    text = "".join(column.to_pylist())
-    return np.frombuffer(bytes.fromhex(text), ">u8").astype(np.uint64)
 
 
 def run_ids(table: pa.Table) -> pd.Index[str]:
@@ -158,7 +151,7 @@ def settings_of(plan: Plan, real: Collection[str] = ()) -> pd.DataFrame:
     for name in plan.swept:
         values = pd.Series(scalars(plan.values(name)))
         columns[name] = (values.astype(float) if name in real else values).take(plan.places(name)).array
-    index = pd.Index([f"{number:016x}" for number in plan.ids.tolist()], name="setting", dtype="str")
+    index = pd.Index(list(map(hex_of, plan.ids.tolist())), name="setting", dtype="str")
     return pd.DataFrame(columns, index=index)
 
 
@@ -200,7 +193,7 @@ def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:
     """Return what was recorded of each run in the order of the plan, by run id."""
     if not table.num_columns:
         return pd.DataFrame(index=run_ids(table))
-    setting = plan.index_of(setting_ids(table["setting"]))
+    setting = plan.index_of(runs_in(table).ids)
     # Stable: the rows of a run stay in their order.
     order = np.lexsort((table["replicate"].to_numpy(), setting))
     order = order[setting[order] >= 0]

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.shard import Common, Shard
 from teamsight.analysis.studies.shard_run import ShardRun
 
@@ -102,6 +103,14 @@ class Sharding:
         rate = sized.cost / max(seconds, 1e-6)
         self.rate = rate if self.rate is None else self.rate + _WEIGHT * (rate - self.rate)
 
+    def know(self, common: Common) -> None:
+        """Give further shards what all runs share."""
+        self._common = common
+
+    def repeat(self, sized: Sized) -> None:
+        """Make a shard again, with what all runs share now."""
+        self._again.append(Sized(Shard(self._common, sized.shard.runs), sized.cost))
+
     def divide(self, sized: Sized) -> None:
         """Make a shard again in pieces."""
         (common, runs), cost = sized
@@ -127,7 +136,7 @@ class Sharding:
 
     def _turn_to(self, setting: int) -> None:
         plan = self._plan
-        self._setting, self._id = setting, f"{int(plan.ids[setting]):016x}"
+        self._setting, self._id = setting, hex_of(plan.ids[setting])
         self._parameters = plan.parameters(setting)
         # A component that cannot be made is an error of the run, not of the sweep.
         with contextlib.suppress(Exception):

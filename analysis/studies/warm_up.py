@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import check_same_code
 from teamsight.analysis.studies.shard import Common, Shard
@@ -29,7 +30,7 @@ def one_of_each_kind(plan: Plan, common: Common) -> Shard:
         parameters = plan.parameters(setting)
         kind = repr({name: parameters.get(name) for name, type_ in common.types.items() if type_ in ("text", "flag")})
         if len(kinds) < _MOST_KINDS and kind not in kinds:
-            kinds[kind] = ShardRun(f"{int(plan.ids[setting]):016x}", 0, plan.seed(setting, 0), parameters)
+            kinds[kind] = ShardRun(hex_of(plan.ids[setting]), 0, plan.seed(setting, 0), parameters)
     return Shard(common, tuple(kinds.values()))
 
 

@@ -62,11 +62,11 @@ def _texts(name: str, values: Sequence[Any]) -> list[str]:
     return [f"{name}={text_of(one)}" for one in values]
 
 
-def hex_of(ids: NDArray[np.uint64]) -> list[str]:
-    """Return ids of settings as texts of 16 hexadecimal digits."""
-    return [f"{one:016x}" for one in ids.tolist()]
+def hex_of(setting: int) -> str:
+    """Return the id of a setting as a text of 16 hexadecimal digits."""
+    return f"{int(setting):016x}"
 
 
 def run_id(setting: int, replicate: int) -> str:
     """Return the id of a run: that of its setting, and the number of the replicate."""
-    return f"{setting:016x}-{replicate}"
+    return f"{hex_of(setting)}-{replicate}"

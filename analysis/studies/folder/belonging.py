@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from teamsight.analysis.studies.definition.identity import hex_of, run_id
 from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.layout import DONE
 from teamsight.analysis.studies.folder.parts import DamagedError, Part
@@ -46,7 +47,7 @@ def stranger(table: pa.Table, study: HasSteps, plan: Plan) -> str | None:
     runs = runs_in(table)
     index = plan.index_of(runs.ids)
     if (index < 0).any():
-        return f"belongs to another study (setting {int(runs.ids[index < 0][0]):016x} is not planned)"
+        return f"belongs to another study (setting {hex_of(runs.ids[index < 0][0])} is not planned)"
     columns: Mapping[str, np.ndarray] = {
         name: table[name].to_numpy() for name in ("seed", "steps") if name in table.column_names
     }
@@ -96,4 +97,4 @@ def check_belongs(folder: Path, study: HasSteps, plan: Plan) -> None:
 
 
 def _name(plan: Plan, setting: int, replicate: int) -> str:
-    return f"{int(plan.ids[setting]):016x}-{replicate}"
+    return run_id(plan.ids[setting], replicate)

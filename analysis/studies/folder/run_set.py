@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.definition.identity import run_id
+
 if TYPE_CHECKING:
     import pyarrow as pa
 
@@ -69,7 +71,7 @@ class RunSet(NamedTuple):
     def names(self, most: int | None = None) -> list[str]:
         """Return the run ids, at most `most` of them."""
         rows = zip(self.ids[:most].tolist(), self.replicates[:most].tolist(), strict=True)
-        return [f"{setting:016x}-{replicate}" for setting, replicate in rows]
+        return [run_id(setting, replicate) for setting, replicate in rows]
 
 
 def joined(sets: tuple[RunSet, ...] | list[RunSet]) -> RunSet:

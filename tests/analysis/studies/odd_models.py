@@ -116,6 +116,13 @@ def logging(world: World, steps: int) -> dict[str, Any]:
     return {"ticks": world.tick}
 
 
+def logging_types(world: World, steps: int) -> dict[str, Any]:
+    """Log an event with a detail whose type depends on the run."""
+    world.run(steps)
+    world.log("ended", what_it_was="done" if world.seed_used % 2 else 1.0)
+    return {"ticks": world.tick}
+
+
 def compiling(robots: int = 2, *, rng: int) -> World:
     """Announce a compilation, as the first use of a kernel on a machine does."""
     from teamsight.core.kernel import entry
