@@ -156,8 +156,9 @@ def run_study(
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
     from teamsight.analysis.studies.results import open_study
 
-    sweep(study, out, workers=workers, executor=executor, on_error=on_error, progress=progress)
-    return open_study(out)
+    # A measure may have changed the current folder.
+    made = sweep(study, out, workers=workers, executor=executor, on_error=on_error, progress=progress)
+    return open_study(made.folder)
 
 
 def common_of(study: Study, types: Mapping[str, str]) -> Common:

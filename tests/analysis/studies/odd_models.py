@@ -150,7 +150,7 @@ def exiting(world: World, steps: int) -> dict[str, Any]:
 
 
 def ringing(world: World, steps: int) -> dict[str, Any]:
-    """Fail with a message that a terminal would obey."""
+    """Fail with a message that a terminal acts on."""
     raise ValueError("red: \x1b[31m,\r\n bell: \a")
 
 
