@@ -169,11 +169,12 @@ def run_study(
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
     from teamsight.analysis.studies.results import open_study
 
-    sweep(
+    made = sweep(
         study, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
         mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
     )  # fmt: skip
-    return open_study(out)
+    # A measure may have changed the current folder.
+    return open_study(made.folder)
 
 
 def common_of(study: Study, types: Mapping[str, str]) -> Common:
