@@ -9,11 +9,12 @@ import tempfile
 from pathlib import Path
 
 from teamsight import CMOMMT, Failures, Study
+from teamsight.policies import Policy
 
 FILE = Path(__file__).with_name("study.toml")
 
 
-def failing(robots: int, mean_time: float, policy: object, rng: int) -> CMOMMT:
+def failing(robots: int, mean_time: float, policy: Policy, rng: int) -> CMOMMT:
     """Return a team whose robots fail, and are repaired after 20 ticks on average."""
     return CMOMMT(robots=robots, targets=15, radius=5.0, policy=policy, events=Failures(mean_time, 20), rng=rng)
 

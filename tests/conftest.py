@@ -8,6 +8,7 @@ from the name of its test. ``pytest --explore`` draws both anew, to look for wha
 from __future__ import annotations
 
 import random
+import signal
 import sys
 from pathlib import Path
 
@@ -30,6 +31,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # A run in the background of a shell ignores Ctrl-C, and so would the programs that tests interrupt.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     settings.load_profile("explore" if config.getoption("--explore") else "repeat")
 
 
