@@ -29,28 +29,29 @@ def conditions(results: StudyTables) -> str:
     return f"{results.name}: {model}{shown}{', ' * bool(shown)}{study.steps:,} steps, seed {study.seed}"
 
 
-def described(results: StudyTables) -> str:
+def described(results: StudyTables, *, is_running: bool) -> str:
     """Return the lines of the repr."""
-    return "\n".join([f"StudyResults of {results.name!r}", *(f"  {name}: {text}" for name, text in _lines(results))])
+    return "\n".join([f"StudyResults of {results.name!r}", *(f"  {name}: {text}" for name, text in _lines(results, is_running))])
 
 
-def described_in_html(results: StudyTables) -> str:
+def described_in_html(results: StudyTables, *, is_running: bool) -> str:
     """Return a small table for notebooks."""
     rows = "".join(
         f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
         f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-        for name, text in _lines(results)
+        for name, text in _lines(results, is_running)
     )
     return f"<table><caption>{html.escape(results.name)}</caption>{rows}</table>"
 
 
-def _lines(results: StudyTables) -> list[tuple[str, str]]:
+def _lines(results: StudyTables, is_running: bool) -> list[tuple[str, str]]:
     axes = [f"{', '.join(group)} ({len(results.plan.values(group[0])):,})" for group in results.groups]
     runs = f"{results.done:,} of {results.planned:,} done"
     if results.failed:
         runs += f", {results.failed:,} failed"
     if results.missing:
-        runs += f", {results.missing:,} missing: teamsight sweep continues"
+        how = "a sweep is running: open the study again" if is_running else "teamsight sweep continues"
+        runs += f", {results.missing:,} missing: {how}"
     return [
         ("folder", str(results.folder)),
         ("axes", "; ".join(axes) or "none"),

@@ -37,15 +37,21 @@ def failure_of(error: BaseException) -> Failure:
 
     Addresses in memory are left out, so that the same error gives the same text in each process.
     """
-    if isinstance(error, GeneratorExit):
-        raise error
     if isinstance(error, KeyboardInterrupt) and _receives_interrupts():
         raise error
-    text, name = _plain(str(error)), type(error).__name__
+    text, name = _plain(" ".join(message_of(error).split())), type(error).__name__
     if not isinstance(error, _READABLE):
         text = f"{name}: {text}" if text else name
     trace = _plain("".join(traceback.format_exception(error)))
     return Failure(one_line(text or name), without_middle(trace, _LONGEST_TRACEBACK))
+
+
+def message_of(error: BaseException) -> str:
+    """Return the message of an error, also of one whose class cannot make it."""
+    try:
+        return str(error)
+    except Exception:
+        return "(its message cannot be shown)"
 
 
 def _receives_interrupts() -> bool:
@@ -60,5 +66,8 @@ def one_line(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text without addresses, and without characters that a file cannot hold."""
-    return _ADDRESS.sub("0x…", text).encode("utf-8", "backslashreplace").decode()
+    """Return a text without addresses, and with an escape for what no file can hold or a terminal would obey."""
+    text = _ADDRESS.sub("0x…", text)
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one == "\n" else ascii(one)[1:-1] for one in text)

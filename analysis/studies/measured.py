@@ -16,7 +16,8 @@ from teamsight.core import checks
 Kind = str | None
 
 _KINDS: dict[object, Kind] = {int: "int", float: "number", bool: "flag", str: "text"}
-_WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False", "text": "a text"}
+#: What a column holds, in words.
+WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False", "text": "a text"}
 _MOST_INT = 2**63
 
 
@@ -57,6 +58,8 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     values: dict[str, object] = {}
     kinds: dict[str, Kind] = {}
     for name, value in found.items():
+        if type(name) is not str or not name or not name.isascii():
+            _check_name(name)
         kind = declared.get(name)
         if type(value) is float and kind in (None, "number"):  # the usual case
             values[name], kinds[name] = value, "number"
@@ -65,10 +68,19 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     return Measured(values, kinds)
 
 
+def _check_name(name: object) -> None:
+    """Raise an error unless a file can hold the name of a column."""
+    given = f"measure returned the name {checks.shown(name)}"
+    if not isinstance(name, str) or not name:
+        raise TypeError(f"{given}: must be a text, such as 'distance'")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{given}: has half a character, which no file can hold; leave it out") from None
+
+
 def _value(name: object, value: object, kind: Kind) -> tuple[object, Kind]:
     """Return a value as its column holds it, and what the column holds."""
-    if not isinstance(name, str) or not name:
-        raise TypeError(f"measure returned the name {checks.shown(name)}: must be a text, such as 'distance'")
     if isinstance(value, (np.generic, np.ndarray)) and value.ndim == 0:
         value = value.item()
     if value is None:
@@ -81,7 +93,7 @@ def _value(name: object, value: object, kind: Kind) -> tuple[object, Kind]:
         return int(value), kind
     if kind in (None, "number") and isinstance(value, Real):
         return float(value), "number"
-    wanted = "a number, a text, True, False or None" if kind is None else f"{_WORDS[kind]}, as it is annotated"
+    wanted = "a number, a text, True, False or None" if kind is None else f"{WORDS[kind]}, as it is annotated"
     cure = "give its parts as columns of their own" if kind is None else "correct the annotation or the value"
     raise TypeError(f"measure returned {name}={checks.shown(value)}: must be {wanted}; {cure}")
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.definition.values import stored
-from teamsight.analysis.studies.failure import Failure
-from teamsight.analysis.studies.measured import Kind
+from teamsight.analysis.studies.failure import Failure, one_line
+from teamsight.analysis.studies.folder import parts as part_files
+from teamsight.analysis.studies.measured import WORDS, Kind
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,7 +26,9 @@ Kinds = dict[str, Kind]
 #: Columns of runs and failed runs that are neither parameters nor measures.
 OWN_COLUMNS = frozenset({"run", "setting", "replicate", "seed", "steps", "error", "traceback"})
 #: Columns of the event log that are no details of an event.
-OWN_COLUMNS_OF_EVENTS = frozenset({"time", "tick", "what", "group", "agent", "source"})
+OWN_COLUMNS_OF_EVENTS = frozenset({"setting", "replicate", "time", "tick", "what", "group", "agent", "source"})
+# What the names of events' details begin with among the kinds of columns.
+_DETAIL = "events/"
 
 
 class PartTables:
@@ -36,6 +40,8 @@ class PartTables:
         What the column of each parameter holds: "int", "number", "flag" or "text".
     steps : int
         Steps of each run.
+    known : dict of str to str
+        What measured columns hold in other parts of the study; a run with other values fails.
 
     Attributes
     ----------
@@ -45,8 +51,9 @@ class PartTables:
         Id and error of each run that failed.
     """
 
-    def __init__(self, types: Types, steps: int) -> None:
-        self._types, self._steps = types, steps
+    def __init__(self, types: Types, steps: int, known: Mapping[str, Kind]) -> None:
+        self._types, self._steps, self._known = types, steps, dict(known)
+        self._last: Kinds | None = None
         self._runs: list[tuple[ShardRun, dict[str, Any]]] = []
         self._failures: list[tuple[ShardRun, Failure]] = []
         self._kinds: Kinds = {}
@@ -64,23 +71,28 @@ class PartTables:
 
     @property
     def kinds(self) -> Kinds:
-        """What each measured column holds."""
+        """What each measured column holds, and each detail of events, as in "events/colour"."""
         return self._kinds
 
     def add_run(self, run: ShardRun, made: MadeRun) -> None:
-        """Add a run.
+        """Add a run; it fails if a column of other runs holds values of another kind."""
+        try:
+            tables = {kind: _rows_of(run, kind, frame) for kind, frame in made.tables.items()}
+            self._take_note({**made.measured.kinds, **_details(tables)})
+        except (ValueError, TypeError, NotImplementedError) as error:  # Arrow raises all three
+            self.add_failure(run, Failure(one_line(str(error)), ""))
+            return
+        self._runs.append((run, made.measured.values))
+        for kind, table in tables.items():
+            self._tables.setdefault(kind, []).append(table)
 
-        Raises
-        ------
-        ValueError
-            If it has a text in a column that holds numbers, or the other way round.
-        """
-        values, kinds = made.measured
-        if kinds != self._kinds:
-            self._kinds = merged(self._kinds, kinds, f"run {run.id}")
-        self._runs.append((run, values))
-        for kind, frame in made.tables.items():
-            self._tables.setdefault(kind, []).append(_rows_of(run, kind, frame))
+    def _take_note(self, kinds: Kinds) -> None:
+        """Check what the columns of a run hold against those of other runs."""
+        if kinds != self._last:
+            self._known = merged(self._known, kinds)
+            # Apart from those of other shards: the bytes of a part are a function of its runs.
+            self._kinds = merged(self._kinds, kinds)
+            self._last = kinds
 
     def add_failure(self, run: ShardRun, failure: Failure) -> None:
         """Add a run that failed."""
@@ -92,7 +104,8 @@ class PartTables:
 
         found = {}
         for kind, tables in self._tables.items():
-            table = _joined(kind, tables)
+            # What a run does not have is null.
+            table = pa.concat_tables(tables, promote_options="default")
             if table.num_rows:
                 found[kind] = _parquet(table)
         if self._failures:
@@ -107,13 +120,17 @@ class PartTables:
                     }
                 )
             )
-        # Last, since it is this part that makes the runs done.
+        # Last, since it is this part that makes the runs done. It says which parts were written beside it.
         if self._runs:
             measured = {
                 name: pa.array([values.get(name) for _, values in self._runs], _type(kind))
                 for name, kind in self._kinds.items()
+                if not name.startswith(_DETAIL)
             }
-            found["runs"] = _parquet(pa.table({**self._columns([run for run, _ in self._runs]), **measured}))
+            beside = {kind: part_files.digest(content) for kind, content in found.items() if kind != "failed"}
+            metadata = {part_files.BESIDE: json.dumps(beside), part_files.HOLDS: json.dumps(self._kinds)}
+            table = pa.table({**self._columns([run for run, _ in self._runs]), **measured})
+            found["runs"] = _parquet(table, metadata)
         return found
 
     def _columns(self, runs: list[ShardRun]) -> dict[str, pa.Array]:
@@ -132,7 +149,7 @@ class PartTables:
         }
 
 
-def merged(known: Kinds, kinds: Kinds, where: str) -> Kinds:
+def merged(known: Mapping[str, Kind], kinds: Mapping[str, Kind]) -> Kinds:
     """Return what columns hold, with those of further runs.
 
     Raises
@@ -144,12 +161,18 @@ def merged(known: Kinds, kinds: Kinds, where: str) -> Kinds:
     for name, kind in kinds.items():
         before = found.get(name)
         if before is not None and kind is not None and before != kind:
+            what = f"detail {name[len(_DETAIL) :]!r} of an event" if name.startswith(_DETAIL) else f"measure {name!r}"
             raise ValueError(
-                f"measure returned a {kind} as {name!r} in {where} and a {before} in another run; return values of one "
-                "type in all runs, and None where there is none"
+                f"{what} is {WORDS[kind]} in this run and {WORDS[before]} in others; give values of one type in all "
+                "runs, and None where there is none"
             )
         found[name] = kind if before is None else before
     return found
+
+
+def is_at_odds(known: Mapping[str, Kind], kinds: Mapping[str, Kind]) -> bool:
+    """Whether a column would hold two kinds of values; see `merged`."""
+    return any(kind is not None and known.get(name) not in (None, kind) for name, kind in kinds.items())
 
 
 def _type(kind: Kind) -> pa.DataType:
@@ -172,6 +195,8 @@ def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
         if field.name in columns:
             raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the event's detail another name")
         is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
+        if is_detail and pa.types.is_null(field.type):
+            continue
         columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
     return pa.table(columns)
 
@@ -185,20 +210,22 @@ def _type_in_all_runs(found: pa.DataType, is_detail: bool) -> pa.DataType:
     return pa.float64() if is_detail and not pa.types.is_string(found) else found
 
 
-def _joined(kind: str, tables: list[pa.Table]) -> pa.Table:
-    """Return the tables of several runs as one; what a run does not have is null."""
+def _details(tables: Mapping[str, pa.Table]) -> Kinds:
+    """Return what the details of a run's events hold, as far as it has any."""
     import pyarrow as pa
 
-    try:
-        return pa.concat_tables(tables, promote_options="default")
-    except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
-        raise ValueError(f"{kind}: {error}; log details of one type under one name in all runs") from error
+    found: Kinds = {}
+    if (events := tables.get("events")) is not None:
+        for field, column in zip(events.schema, events.columns, strict=True):
+            if field.name not in OWN_COLUMNS_OF_EVENTS and column.null_count < len(column):
+                found[_DETAIL + field.name] = "text" if pa.types.is_string(field.type) else "number"
+    return found
 
 
-def _parquet(table: pa.Table) -> bytes:
+def _parquet(table: pa.Table, metadata: Mapping[str, str] | None = None) -> bytes:
     import pyarrow.parquet as pq
 
-    table = table.replace_schema_metadata({b"software": b"teamsight"})
+    table = table.replace_schema_metadata({"software": "teamsight", **(metadata or {})})
     target = io.BytesIO()
     pq.write_table(table, target, compression="zstd")
     return target.getvalue()

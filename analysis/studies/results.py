@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -80,7 +80,10 @@ class StudyResults(StudyTables):
         -------
         DataFrame
             Columns: the axes; n, the number of runs with a value; mean; low and high, the ends of the 95 % interval of
-            the mean; maximum. A setting without runs has n = 0 and NaN, and one run has an infinite interval.
+            the mean; maximum. A setting without runs has n = 0 and NaN. The interval of numbers is Student's, which is
+            infinite for one run, and may end beyond the bounds of a measure such as a fraction; that of a measure of
+            True and False, whose mean is a rate, is Wilson's. The runs that fail are not counted: if failing depends on
+            what is measured, the mean is that of the others.
         """
         found = self.statistics(self.measured(measure))
         return pd.concat([self.settings, found.set_index(self.settings.index)], axis=1)
@@ -136,6 +139,7 @@ class StudyResults(StudyTables):
         y: str | None = None,
         measure: str | None = None,
         minus: StudyResults | str | os.PathLike[str] | None = None,
+        across: Collection[str] = (),
         where: Mapping[str, object] | None = None,
         force: bool = False,
     ) -> Figure:
@@ -153,7 +157,10 @@ class StudyResults(StudyTables):
         measure : str, optional
             What is drawn; the first measure by default.
         minus : StudyResults or path, optional
-            A study that is subtracted, run by run under the same noise.
+            A study that is subtracted, run by run under the same noise. It needs the same steps and model, and a
+            parameter that one of the two varies must not have other values in the other.
+        across : collection of str
+            Parameters, or "model", in which runs that are subtracted may differ nevertheless.
         where : mapping, optional
             Values of axes; only settings with these values are drawn.
         force : bool
@@ -175,7 +182,7 @@ class StudyResults(StudyTables):
         if out is not None:
             check_picture(out, force=force)
         other = minus if isinstance(minus, StudyResults) or minus is None else open_study(minus)
-        figure = draw(self, kind=kind, x=x, y=y, measure=measure, minus=other, where=where)
+        figure = draw(self, kind=kind, x=x, y=y, measure=measure, minus=other, across=across, where=where)
         if out is not None:
             save_picture(figure, out, self.name, force=force)
         return figure
@@ -185,8 +192,15 @@ class StudyResults(StudyTables):
             raise ValueError(f"{kind}: were not recorded; set {kind} under [record] in a new study")
         return rows.recorded(self._folder.read(kind), self.plan)
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a sweep fills the folder at this moment; `open_study` shows what it has made."""
+        from teamsight.analysis.studies.folder.lock import holders
+
+        return bool(holders(self.folder))
+
     def __repr__(self) -> str:
-        return described(self)
+        return described(self, is_running=self.is_running)
 
     def _repr_html_(self) -> str:
-        return described_in_html(self)
+        return described_in_html(self, is_running=self.is_running)

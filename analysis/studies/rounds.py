@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.missing import Selection
-from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, merged
+from teamsight.analysis.studies.part_tables import OWN_COLUMNS, is_at_odds
 from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
 from teamsight.analysis.studies.sharding import Sharding, Sized
 from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
@@ -82,7 +82,6 @@ class Rounds:
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
         self._heartbeat, self._progress, self._emit, self._shard = heartbeat, progress, emit, shard
         self._retry_failed, self._stops, self._only = retry_failed, stops, only
-        self._kinds: Kinds = {}
         self._rate: float | None = None
         self._in_flight: dict[int, Sized] = {}
 
@@ -150,13 +149,25 @@ class Rounds:
         elif outcome.status == "done":
             result: ShardResult = outcome.value
             sharding.measured(sized, result.seconds)
+            if not self._agrees(result, sharding):
+                sharding.repeat(sized)
+                return
             self._write(sized.shard, result)
         else:
             raise _fatal(outcome, sized.shard.describe())
         self._report()
 
+    def _agrees(self, result: ShardResult, sharding: Sharding) -> bool:
+        """Whether measures are of the types of the parts that are there; the first part decides about new ones."""
+        known = self._common.kinds
+        if any(kind is not None and known.get(name) is None for name, kind in result.kinds.items()):
+            # Another shard of a job array may have been first.
+            known = self._folder.settle(result.kinds)
+            self._common = self._common._replace(kinds=dict(known))
+            sharding.know(self._common)
+        return not is_at_odds(known, result.kinds)
+
     def _write(self, shard: Shard, result: ShardResult) -> None:
-        self._kinds = merged(self._kinds, result.kinds, shard.describe())
         self._folder.write(result.parts, [run.id for run in shard.runs])
         self.counts.done += result.done
         self.counts.failed += len(result.failed)

@@ -115,6 +115,13 @@ def numeric_measures(table: pa.Table, measures: Sequence[str]) -> tuple[str, ...
     return tuple(name for name in measures if is_number(table.schema.field(name).type))
 
 
+def is_flag(table: pa.Table, measure: str) -> bool:
+    """Whether a measure is a truth value."""
+    import pyarrow as pa
+
+    return bool(pa.types.is_boolean(table.schema.field(measure).type))
+
+
 def numbers(table: pa.Table, measure: str) -> NDArray[np.float64]:
     """Return a measure of all runs; NaN for failed ones."""
     import pyarrow as pa

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from teamsight.analysis.studies.failure import Failure, failure_of
+from teamsight.analysis.studies.measured import Kind
 from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, PartTables, Types
 from teamsight.analysis.studies.recording import MadeRun, Recorder
 from teamsight.analysis.studies.resolved import Resolved
@@ -38,7 +39,9 @@ class Common(NamedTuple):
     code : str
         The digest of teamsight's code; see `code_digest`.
     sources : dict of str to str
-        The digest of the file of each module that the study names.
+        The digest of the file of each module that the study names, and of those beside it that these import.
+    kinds : dict of str to str
+        What measured columns hold in the parts that are there.
     """
 
     model: str
@@ -48,6 +51,7 @@ class Common(NamedTuple):
     path: tuple[str, ...]
     code: str
     sources: dict[str, str]
+    kinds: Mapping[str, Kind]
 
 
 class Shard(NamedTuple):
@@ -89,19 +93,17 @@ class ShardResult(NamedTuple):
 def make_shard(shard: Shard) -> ShardResult:
     """Make the runs of a shard. All engines run this function.
 
-    A run that raises is a row of "failed"; the files depend on the runs alone.
+    A run that raises is a row of "failed", and so is one whose measures are of other types than those of other runs.
 
     Raises
     ------
     SourceError
         If this process has another version of the code, or of a module that the study names.
-    ValueError
-        If the measure returns a text under a name under which another run of the shard returned a number.
     """
     began = time.perf_counter()
     common = shard.common
     check_same_code(common)
-    tables = PartTables(common.types, common.steps)
+    tables = PartTables(common.types, common.steps, common.kinds)
     for run, made in _made(shard):
         if isinstance(made, Failure):
             tables.add_failure(run, made)
@@ -113,7 +115,7 @@ def make_shard(shard: Shard) -> ShardResult:
 
 def died(shard: Shard, error: str) -> ShardResult:
     """Return the result of a shard that no worker survived: all its runs failed."""
-    tables = PartTables(shard.common.types, shard.common.steps)
+    tables = PartTables(shard.common.types, shard.common.steps, {})
     for run in shard.runs:
         tables.add_failure(run, Failure(error, ""))
     return ShardResult(tables.parts(), 0, tuple(tables.failed), 0.0, {})

@@ -103,6 +103,14 @@ class Sharding:
         rate = sized.cost / max(seconds, 1e-6)
         self.rate = rate if self.rate is None else self.rate + _WEIGHT * (rate - self.rate)
 
+    def know(self, common: Common) -> None:
+        """Give further shards what all runs share."""
+        self._common = common
+
+    def repeat(self, sized: Sized) -> None:
+        """Make a shard again, with what all runs share now."""
+        self._again.append(Sized(Shard(self._common, sized.shard.runs), sized.cost))
+
     def divide(self, sized: Sized) -> None:
         """Make a shard again in pieces."""
         (common, runs), cost = sized

@@ -121,4 +121,8 @@ class StudyTables:
     def statistics(self, measure: str) -> pd.DataFrame:
         """Return n, mean, low, high and maximum of a measure for each row of `settings`."""
         values = rows.numbers(self._made.table, measure)
-        return summarise(values, self._made.setting, self.plan.settings)
+        return summarise(values, self._made.setting, self.plan.settings, are_flags=self.is_flag(measure))
+
+    def is_flag(self, measure: str) -> bool:
+        """Whether a measure is True or False for each run."""
+        return rows.is_flag(self._made.table, measure)

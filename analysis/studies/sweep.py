@@ -124,7 +124,8 @@ def sweep(
     folder = StudyFolder(out)
     with contextlib.ExitStack() as stack:
         stack.enter_context(folder.lock(shard, wait, emit))
-        folder.prepare(study, plan, code=common.code, sources=common.sources, mixed_code=mixed_code)
+        manifest = folder.prepare(study, plan, code=common.code, sources=common.sources, mixed_code=mixed_code)
+        common = common._replace(kinds=dict(manifest.holds))
         for damaged in folder.tidy() if shard is None else ():
             emit(f"damaged part set aside: {damaged.kind}/{damaged.name} ({damaged.reason}); its runs are made again")
         engine = executor or stack.enter_context(LazyPool(workers, emit))
@@ -174,7 +175,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()))
-    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources)
+    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
 
 
 def _check_shard(shard: tuple[int, int] | None) -> None:

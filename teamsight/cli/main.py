@@ -21,6 +21,7 @@ from teamsight.cli import (
     reproduce,
     rerun,
     run,
+    schema,
     status,
     submit,
     sweep,
@@ -84,6 +85,7 @@ add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
 add_command(commands, rerun.rerun, rerun.RerunSettings)
 add_command(commands, run.run, run.RunSettings)
+add_command(commands, schema.schema, schema.SchemaSettings)
 add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)

@@ -48,6 +48,10 @@ class PlotSettings(Settings):
     minus: Path | None = Option(
         _folder, None, "Subtract this study, run by run, where both have the same noise.", "FOLDER", "nothing"
     )  # type: ignore[assignment]
+    across: tuple[str, ...] = Option(
+        lambda name, texts: tuple(texts), (), "With --minus: subtract runs although this parameter differs, or the "
+        "'model'; may be repeated.", "NAME", many=True,
+    )  # type: ignore[assignment]  # fmt: skip
     force: bool = values.flag("Replace a file that teamsight did not write.")
 
 
@@ -56,13 +60,15 @@ def plot(settings: PlotSettings) -> None:
 
     Further axes become panels. A study that is not complete is drawn and marked as partial. The difference of two
     studies is that of their runs under the same noise, so that its intervals are narrow; it needs studies of the same
-    seed.
+    seed, steps and model. A parameter that one of them varies and that has another value in the other is refused,
+    unless --where chooses a value or --across names it, as for a baseline.
 
     \b
     Examples:
       teamsight plot study --out study.png
       teamsight plot study --kind lines --x robots --y policy --where radius=3
       teamsight plot aware --minus unaware --out gain.svg
+      teamsight plot policies --minus random --across policy --out gains.svg
     """
     from teamsight.analysis.studies.figures.save import check_picture
     from teamsight.analysis.studies.results import open_study
@@ -73,6 +79,6 @@ def plot(settings: PlotSettings) -> None:
     results = open_study(settings.folder)
     results.plot(
         out, kind=settings.kind, x=settings.x, y=settings.y, measure=settings.measure, minus=settings.minus,
-        where=dict(settings.where), force=settings.force,
+        across=settings.across, where=dict(settings.where), force=settings.force,
     )  # fmt: skip
     say(f"{out}: {results.warning or f'all {results.planned:,} runs'}")

@@ -82,7 +82,10 @@ def _attribute(owner: Any, name: str, called: str, given: str) -> Any:
 
 def failure(error: BaseException) -> str:
     """Return an error of a user's code on one line: its kind, its message, and the file and line where it arose."""
-    text = " ".join(str(error).split())
+    try:
+        text = " ".join(str(error).split())
+    except Exception:
+        text = "(its message cannot be shown)"
     if isinstance(error, SyntaxError):  # names file and line itself
         return f"{type(error).__name__}: {text}"
     place = _place(error.__traceback__)

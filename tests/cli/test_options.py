@@ -103,6 +103,8 @@ def settings_of(command: click.Command) -> type[Settings]:
         one
         for one in Settings.__subclasses__()
         if one.__module__.startswith("teamsight.") and list(one.options()) == names
+        # Several commands have no options.
+        and (names or one.__name__.lower() == f"{command.name}settings")
     ]
     return found
 

@@ -71,8 +71,9 @@ class Cells:
 
 
 def cells_of(
-    settings: pd.DataFrame, groups: Sequence[Sequence[str]], values: NDArray[np.float64], setting: NDArray[np.int64]
-) -> Cells:
+    settings: pd.DataFrame, groups: Sequence[Sequence[str]], values: NDArray[np.float64], setting: NDArray[np.int64], *,
+    are_flags: bool = False,
+) -> Cells:  # fmt: skip
     """Return the cells of a study.
 
     Parameters
@@ -83,9 +84,11 @@ def cells_of(
         The axes; those that advance together in one group.
     values, setting : ndarray, shape (runs,)
         The value of each run, and the number of its setting.
+    are_flags : bool
+        Whether the values are True and False; see `summarise`.
     """
     dimensions = [dimension_of(settings, group) for group in groups] if len(settings) else []
-    statistics = summarise(values, setting, len(settings))
+    statistics = summarise(values, setting, len(settings), are_flags=are_flags)
     return Cells(tuple(one for one in dimensions if len(one) > 1), (), statistics, values, setting)
 
 
@@ -108,7 +111,7 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
     for name, value in where.items():
         checks.choice("where", name, list(settings.columns))
         column = settings[name]
-        has_value = np.array([_is_same(one, value) for one in column.unique()], bool)
+        has_value = np.array([is_same(one, value) for one in column.unique()], bool)
         if not has_value.any():
             values = [str(one) for one in column.unique()]
             listed = ", ".join(values[:_MOST_LISTED]) + ", …" * (len(values) > _MOST_LISTED)
@@ -120,7 +123,8 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
     return found
 
 
-def _is_same(one: object, given: object) -> bool:
+def is_same(one: object, given: object) -> bool:
+    """Whether two values are equal; a text may spell a number."""
     from teamsight.analysis.studies.figures.dimension import text_of
 
     if one == given or str(one) == str(given) or text_of(one) == str(given):

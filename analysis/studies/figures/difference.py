@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.figures.cells import is_same
+from teamsight.analysis.studies.rows import scalars
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.analysis.studies.study_tables import StudyTables
+
+#: The name of the model among the parameters in which two studies may differ.
+MODEL = "model"
+# Values that an error lists.
+_MOST_LISTED = 5
 # Beside the axes, what identifies the world of a run.
 _NOISE = ("replicate", "seed")
 
@@ -27,6 +38,65 @@ class Pairs(NamedTuple):
 
     values: NDArray[np.float64]
     row: NDArray[np.int64]
+
+
+def check_comparable(
+    results: StudyTables, minus: StudyTables, across: Collection[str] = (), where: Collection[str] = ()
+) -> None:
+    """Raise an error if the runs of two studies have so little in common that a difference would mean nothing.
+
+    Equal seeds show that two runs have the same noise, not that they are of the same task: the runs of a model of the
+    user's own have seeds that do not depend on the parameters. So the steps must be equal, and the model. A parameter
+    that one study varies must have only the value that it has in the other one.
+
+    Parameters
+    ----------
+    results, minus : StudyTables
+        The study, and the one that is subtracted.
+    across : collection of str
+        Parameters, or "model", that may differ nevertheless.
+    where : collection of str
+        Axes of which one value was chosen, which may differ, too.
+
+    Raises
+    ------
+    ValueError
+        If steps, model or such a parameter differ, naming the values of both.
+    """
+    one, other = results.study, minus.study
+    for name in across:
+        checks.choice("across", name, [MODEL, *dict.fromkeys((*results.plan.names, *minus.plan.names))])
+    if one.steps != other.steps:
+        raise ValueError(f"minus: has runs of {other.steps:,} steps, not {one.steps:,}; run both with the same steps")
+    if one.model != other.model and MODEL not in across:
+        raise ValueError(
+            f"minus: is of the model {other.model}, not {one.model}, so equal seeds need not mean the same noise; "
+            f"give across={MODEL} (--across {MODEL}) if they do"
+        )
+    for name in dict.fromkeys((*results.axes, *minus.axes)):
+        is_shared = name in results.axes and name in minus.axes
+        if not (is_shared or name in across or name in where):
+            _check_value(name, results, minus)
+
+
+def _check_value(name: str, results: StudyTables, minus: StudyTables) -> None:
+    """Raise an error if a parameter that one of two studies varies has other values than in the other study."""
+    varied, fixed = (results, minus) if name in results.axes else (minus, results)
+    is_given = name in fixed.study.fixed
+    if not is_given and varied is minus:
+        # Several runs to subtract from one are refused by `pair`.
+        return
+    values = list(varied.settings[name].unique())
+    wanted = scalars([fixed.study.fixed[name]])[0] if is_given else None
+    if is_given and all(is_same(value, wanted) for value in values):
+        return
+    listed = ", ".join(map(str, values[:_MOST_LISTED])) + ", …" * (len(values) > _MOST_LISTED)
+    other = str(wanted) if is_given else "not given"
+    shown = (listed, other) if varied is results else (other, listed)
+    raise ValueError(
+        f"{name}: is {shown[0]} in the study, {shown[1]} in that which is subtracted; choose a value by "
+        f"where={name}=VALUE (--where), or give across={name} (--across) to subtract runs that differ in it"
+    )
 
 
 def pair(table: pd.DataFrame, base: pd.DataFrame, axes: Sequence[str], measure: str) -> Pairs:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.analysis.studies.describe import conditions, what_is_missing
 from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
 from teamsight.analysis.studies.figures.choose import choose
-from teamsight.analysis.studies.figures.difference import pair
+from teamsight.analysis.studies.figures.difference import check_comparable, pair
 from teamsight.analysis.studies.figures.page import Picture
 from teamsight.analysis.studies.figures.quantity import Quantity
 
@@ -28,6 +28,7 @@ def draw(
     y: str | None = None,
     measure: str | None = None,
     minus: StudyTables | None = None,
+    across: Collection[str] = (),
     where: Mapping[str, object] | None = None,
 ) -> Canvas:
     """Return a picture of a measure over the axes of a study.
@@ -45,7 +46,9 @@ def draw(
         What is drawn; the first measure by default.
     minus : StudyTables, optional
         A study that is subtracted, run by run, where both have the same values of their common axes, the same
-        replicate and the same seed.
+        replicate and the same seed; see `check_comparable`.
+    across : collection of str
+        Parameters, or "model", in which the two studies may differ although one of them varies it.
     where : mapping, optional
         Values of axes; only settings with these values are drawn.
 
@@ -55,6 +58,8 @@ def draw(
         If there is nothing to draw, or the axes do not suit the kind of picture.
     """
     name = results.measured(measure)
+    if minus is not None:
+        check_comparable(results, minus, across, where or {})
     picture = _picture(results, Quantity(name, minus is not None), minus, where or {})
     choice = choose(picture.cells, kind, x, y)
     if choice.kind == "heat-map":
@@ -98,7 +103,9 @@ def _picture(
         source = f"{source} minus {conditions(minus)}; {len(values):,} pairs of runs"
         missing = what_is_missing(minus)
         warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
-    cells = cells_of(results.settings, results.groups, values, setting)
+    # The difference of two flags is a number, and a flag named as a fraction is drawn in percent.
+    are_flags = minus is None and quantity.factor == 1.0 and results.is_flag(quantity.name)
+    cells = cells_of(results.settings, results.groups, values, setting, are_flags=are_flags)
     if where:
         cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])
     return Picture(cells, _fitted(quantity, cells), source, warning)

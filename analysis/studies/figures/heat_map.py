@@ -125,7 +125,7 @@ def _lines(picture: Picture, grid: _Grid, texts: _Texts) -> list[list[str]]:
         text = "" if np.isnan(mean) else quantity.write(mean)
         is_open = quantity.is_difference and abs(mean) <= wide
         means.append(f"({text})" if is_open and text else text)
-        widths.append(f"±{wide:.{quantity.decimals}f}" if np.isfinite(wide) else "")
+        widths.append(f"±{quantity.write_width(wide, mean)}" if np.isfinite(wide) else "")
         runs.append(f"n {n:.0f}" if n > 0 else "")
     return [means, widths, runs][: len(texts.sizes)]
 
@@ -166,8 +166,8 @@ def _notes(picture: Picture, texts: _Texts) -> list[str]:
     elif texts.sizes:
         notes.append("mean ± half width of its 95 % interval")
     else:
-        write = f"{{:.{picture.quantity.decimals}f}}".format
-        notes.append(f"half widths of the 95 % intervals: median {write(np.median(wide))}, largest {write(wide.max())}")
+        median, largest = (picture.quantity.write_width(float(one), 0.0) for one in (np.median(wide), wide.max()))
+        notes.append(f"half widths of the 95 % intervals: median {median}, largest {largest}")
     if picture.quantity.is_difference:
         is_open = (cells["low"] <= 0) & (cells["high"] >= 0)
         brackets = " (in brackets)" if texts.sizes else ""

@@ -14,7 +14,14 @@ from teamsight.analysis.plot.style import COLOURS, DEGREE, FAINT, plain
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import label_ticks, layout_of, means_in_view, panel_title, room_below
+from teamsight.analysis.studies.figures.panels import (
+    label_ticks,
+    layout_of,
+    means_in_view,
+    note_on_view,
+    panel_title,
+    room_below,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +44,7 @@ def draw_lines(picture: Picture, choice: Choice) -> Canvas:
     panels = panels_of(choice)
     layout = layout_of(len(panels))
     legend = 0.0 if y is None else 0.6 + 0.085 * max(len(y.label), *map(len, y.texts))
-    notes = [runs_of(picture.cells, "a point"), _interval_note(picture, x)]
+    notes = [runs_of(picture.cells, "a point"), _interval_note(picture, x), note_on_view(picture)]
     title = picture.quantity.title
     title = f"{title[0].upper()}{title[1:]} by {x.label}" + (f" and {y.label}" if y else "")
     width = max(_WIDTH * layout.columns * (0.75 if layout.columns > 2 else 1.0), 0.3 * len(x) * (x.numbers is None))
@@ -97,8 +104,8 @@ def _draw_panel(
 
 
 def draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour: Any, label: str = "") -> None:
-    """Draw means as points with their intervals as bars; a single run has no bar."""
-    wide = ((cells["high"] - cells["low"]) / 2).to_numpy()
+    """Draw means as points with their intervals as bars; a single run of a number has no bar."""
+    wide = np.array([cells["mean"] - cells["low"], cells["high"] - cells["mean"]], float)
     wide = np.where(np.isfinite(wide), wide, np.nan)
     size = 5 if len(cells) <= 40 else 3
     axes.errorbar(

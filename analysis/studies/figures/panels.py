@@ -106,23 +106,43 @@ def _rotation(dimension: Dimension, width: float) -> int:
 
 
 def means_in_view(axes: Axes, picture: Picture) -> None:
-    """Limit the vertical axis, so that a few wide intervals do not flatten everything else."""
+    """Limit the vertical axis, so that a few wide intervals do not flatten everything else; see `note_on_view`."""
+    if view := _view_of(picture):
+        axes.set_ylim(*view)
+
+
+def note_on_view(picture: Picture) -> str:
+    """Return how many intervals end outside the limits of `means_in_view`; empty if none does."""
+    view = _view_of(picture)
+    if view is None:
+        return ""
+    cells = picture.cells.statistics
+    low, high = cells["low"].to_numpy(), cells["high"].to_numpy()
+    bounded = np.isfinite(low) & np.isfinite(high)
+    cut = int((bounded & ((low < view[0]) | (high > view[1]))).sum())
+    return f"{cut:,} of {bounded.sum():,} intervals cut off at the edge" if cut else ""
+
+
+def _view_of(picture: Picture) -> tuple[float, float] | None:
+    """Return the limits of the vertical axis; None without runs."""
     cells = picture.cells.statistics
     cells = cells[cells["n"] > 0]
     if not len(cells):
-        return
-    mean, wide = cells["mean"].to_numpy(), ((cells["high"] - cells["low"]) / 2).to_numpy()
+        return None
+    mean = cells["mean"].to_numpy()
+    # Below and above the mean: the interval of a rate is not symmetric.
+    wide = np.abs(cells[["low", "high"]].to_numpy() - mean[:, None])
     bounded = wide[np.isfinite(wide)]
     most = max(float(np.ptp(mean)), 3 * float(np.median(bounded))) if len(bounded) else 0.0
     shown = np.minimum(np.where(np.isfinite(wide), wide, 0.0), most)
-    low, high = float((mean - shown).min()), float((mean + shown).max())
+    low, high = float((mean - shown[:, 0]).min()), float((mean + shown[:, 1]).max())
     quantity = picture.quantity
     if quantity.factor != 1.0 and not quantity.is_difference:
         low, high = max(low, 0.0), min(high, quantity.factor)
     if quantity.is_difference:
         low, high = min(low, 0.0), max(high, 0.0)
     margin = 0.04 * (high - low) or max(abs(high), 1.0) * 0.05
-    axes.set_ylim(low - margin, high + margin)
+    return low - margin, high + margin
 
 
 def colour_range(picture: Picture) -> Normalize:

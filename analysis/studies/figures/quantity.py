@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 # Digits of a quantity whose intervals are unknown.
 _DIGITS = 3
 _MOST_DECIMALS = 6
+# Relative to the mean.
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,23 @@ class Quantity:
         """Return a value in the unit of the quantity; a difference has a sign."""
         text = f"{value:{'+' if self.is_difference else ''}.{self.decimals}f}"
         # What rounds to 0 has no sign.
-        text = text if any(digit in "123456789" for digit in text) else text.lstrip("+-")
+        text = text.lstrip("+-") if _is_zero(text) else text
         return text.replace("-", "−")
+
+    def write_width(self, wide: float, mean: float) -> str:
+        """Return the half width of an interval; one that is not 0 is never written as 0.
+
+        Parameters
+        ----------
+        wide, mean : float
+            The half width, and the mean in the middle of the interval.
+        """
+        text = f"{wide:.{self.decimals}f}"
+        # The half width of equal values is 0 or a rounding error.
+        if _is_zero(text) and wide > _ROUNDING * abs(mean):
+            finer = f"{wide:.{self.decimals + 1}f}"
+            return f"<{10.0 ** -(self.decimals + 1):.{self.decimals + 1}f}" if _is_zero(finer) else finer
+        return text
 
     def fitted(self, mean: NDArray[np.float64], half_width: NDArray[np.float64]) -> Quantity:
         """Return the quantity with the decimals that half widths of intervals justify.
@@ -72,3 +89,7 @@ class Quantity:
         else:
             decimals = 0
         return replace(self, decimals=int(np.clip(decimals, 0, _MOST_DECIMALS)))
+
+
+def _is_zero(text: str) -> bool:
+    return not any(digit in "123456789" for digit in text)

@@ -22,8 +22,8 @@ def draw_runs(picture: Picture) -> Canvas:
     title = quantity.title
     notes = [runs_of(picture.cells, "of one setting")]
     if row is not None and row["n"]:
-        wide = (row["high"] - row["low"]) / 2
-        known = f" ± {wide:.{quantity.decimals}f} (95 % interval)" if np.isfinite(wide) else ""
+        ends = quantity.write(row["low"]), quantity.write(row["high"])
+        known = f", 95 % interval {ends[0]} to {ends[1]}" if np.isfinite(row["high"]) else ""
         notes.append(f"mean {quantity.write(row['mean'])}{known}")
     figure = page(picture, f"{title[0].upper()}{title[1:]} of each run", notes, 7.2, 4.2)
     axes = figure.subplots()

@@ -9,7 +9,14 @@ from teamsight.analysis.studies.figures.choose import MOST_PANELS, Choice
 from teamsight.analysis.studies.figures.dimension import Dimension
 from teamsight.analysis.studies.figures.lines import draw_points, scale
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
-from teamsight.analysis.studies.figures.panels import colour_bar, colour_range, label_ticks, layout_of, means_in_view
+from teamsight.analysis.studies.figures.panels import (
+    colour_bar,
+    colour_range,
+    label_ticks,
+    layout_of,
+    means_in_view,
+    note_on_view,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +40,9 @@ def draw_scatter(picture: Picture, choice: Choice) -> Canvas:
     title = picture.quantity.title
     title = f"{title[0].upper()}{title[1:]} by " + ", ".join(one.label for one in dimensions)
     wide = (4.6 if len(dimensions) > 1 else 6.8) * layout.columns
-    notes = [_settings(picture), "bars are 95 % intervals" * (len(picture.cells.statistics) <= _MOST_BARS)]
+    notes = [_settings(picture)]
+    if len(picture.cells.statistics) <= _MOST_BARS:
+        notes += ["bars are 95 % intervals", note_on_view(picture)]
     figure = page(picture, title, notes, wide, 3.7 * layout.rows)
     axes = layout.axes_of(figure, sharey=True)
     for number, (place, dimension) in enumerate(zip(axes.flat, dimensions, strict=False)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -38,9 +39,12 @@ def make_folder(folder: Path, *, parents: bool = False) -> None:
     UnwritableError
         If it cannot be created.
     """
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
+        if parents and folder.parent != folder:
+            # One after the other: each name must be on disk.
+            make_folder(folder.parent, parents=True)
         try:
-            folder.mkdir(parents=parents, exist_ok=True)
+            folder.mkdir(exist_ok=True)
         except OSError as error:
             raise files.unwritable(folder, error) from error
         files.sync_folder(folder.parent)

@@ -20,6 +20,8 @@ from teamsight.core import files
 _TRIES, _PAUSE = 6, 0.05
 _WAITING_PAUSE = 0.2
 _MOST_READ = 4096
+# Held while a shard looks whether it may run.
+_ADMISSION = ".admission"
 
 
 class LockedError(ValueError):
@@ -74,10 +76,11 @@ def locked(
     name = "" if shard is None else f"{shard[0]}/{shard[1]}"
     with contextlib.ExitStack() as held:
         own = held.enter_context(file_lock.opened(folder / LOCK))
-        _acquire(own, None if shard is None else shard[0], folder, name, wait, waiting)
+        place = None if shard is None else shard[0]
+        _acquire(lambda: own.take(place), folder, wait, waiting)
         if shard is not None:
-            own = held.enter_context(file_lock.opened(folder / ARRAY / shard_file(shard, "lock")))
-            _acquire(own, None, folder, name, wait, waiting)
+            of_shard = own = held.enter_context(file_lock.opened(folder / ARRAY / shard_file(shard, "lock")))
+            _acquire(lambda: _admitted(of_shard, shard[1], folder), folder, wait, waiting)
         own.note(_myself(name))
         yield
 
@@ -95,17 +98,20 @@ def holders(folder: Path) -> tuple[Holder, ...]:
     return tuple(found)
 
 
-def _acquire(
-    own: file_lock.FileLock,
-    place: int | None,
-    folder: Path,
-    name: str,
-    wait: bool,
-    waiting: Callable[[str], object],
-) -> None:
+def _admitted(own: file_lock.FileLock, parts: int, folder: Path) -> bool:
+    """Take the lock of a shard i of n, unless shards of another n are being made: these share runs with it."""
+    with file_lock.opened(folder / ARRAY / _ADMISSION) as admission:
+        # One process at a time, since two that begin together would not see each other.
+        if not admission.take():
+            return False
+        others = (holder.shard.partition("/")[2] for holder in holders(folder))
+        return all(not other or int(other) == parts for other in others) and own.take()
+
+
+def _acquire(take: Callable[[], bool], folder: Path, wait: bool, waiting: Callable[[str], object]) -> None:
     """Take a lock, or raise `LockedError`, or wait."""
     tries = 0
-    while not own.take(place):
+    while not take():
         tries += 1
         if tries == _TRIES:
             others = "; ".join(map(str, holders(folder))) or "another sweep"

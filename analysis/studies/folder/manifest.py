@@ -30,7 +30,9 @@ class Manifest(NamedTuple):
     code : str
         Digest of teamsight's code.
     sources : mapping of str to str
-        Digest of the file of each module that the study names.
+        Digest of the file of each module that the study names, and of those beside it that these import.
+    holds : mapping of str to str
+        What each measured column holds, as the first part decided: "int", "number", "flag" or "text".
     earlier : sequence of mapping
         "code" and "sources" of runs that were made by other code, where that was allowed.
     versions : mapping of str to str
@@ -47,6 +49,7 @@ class Manifest(NamedTuple):
     types: Mapping[str, str]
     code: str
     sources: Mapping[str, str]
+    holds: Mapping[str, str]
     earlier: tuple[Mapping[str, Any], ...]
     versions: Mapping[str, str]
     commits: Mapping[str, Any]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -16,6 +17,8 @@ from teamsight.core.checks import shown
 if TYPE_CHECKING:
     import pyarrow as pa
 
+#: Metadata of parts of "runs": digests of the parts that were written beside it, and what measured columns hold.
+BESIDE, HOLDS = "teamsight.beside", "teamsight.holds"
 _BEGINNING = _END = b"PAR1"
 # What systems answer if there is no space.
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
@@ -69,7 +72,7 @@ class DamagedError(ValueError):
 
 def shard_of(run_ids: Iterable[str]) -> str:
     """Return the digest of the ids of a shard's runs, 16 hexadecimal digits; their order does not matter."""
-    return _digest("\n".join(sorted(run_ids)).encode())
+    return digest("\n".join(sorted(run_ids)).encode())
 
 
 def listed(folder: Path, kind: str) -> list[Part]:
@@ -108,7 +111,7 @@ def load(part: Part) -> bytes:
 
 def is_whole(part: Part, content: bytes) -> bool:
     """Whether these are the bytes that the name of a part promises."""
-    return _digest(content) == part.digest
+    return digest(content) == part.digest
 
 
 def bytes_of(part: Part) -> bytes:
@@ -161,6 +164,30 @@ def rows(part: Part, content: bytes, columns: Iterable[str] | None = None) -> pa
         raise DamagedError(part, f"is no Parquet file ({shown(str(error))})") from error
 
 
+def noted(part: Part, content: bytes, key: str) -> dict[str, str]:
+    """Return what the metadata of a part says under a key, without what is not known; empty if it says nothing.
+
+    Raises
+    ------
+    DamagedError
+        If it cannot be read as Parquet.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        metadata = pq.read_schema(pa.BufferReader(content)).metadata or {}
+        found = json.loads(metadata.get(key.encode(), b"{}"))
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise DamagedError(part, f"is no Parquet file ({shown(str(error))})") from error
+    return {str(name): str(value) for name, value in found.items() if value is not None}
+
+
+def beside(part: Part, content: bytes) -> dict[str, str]:
+    """Return the names of the other parts of a shard by kind, as its part of "runs" says."""
+    return {kind: f"{part.shard}-{digest}.parquet" for kind, digest in noted(part, content, BESIDE).items()}
+
+
 def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
     """Write a part and return its path. It is there completely, or not at all.
 
@@ -180,7 +207,7 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
     UnwritableError
         If it cannot be written, or reads back as other bytes.
     """
-    target = folder / kind / f"{shard}-{_digest(content)}.parquet"
+    target = folder / kind / f"{shard}-{digest(content)}.parquet"
     name = ""
 
     def check(target: Path) -> None:
@@ -206,7 +233,8 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
     return target
 
 
-def _digest(content: bytes) -> str:
+def digest(content: bytes) -> str:
+    """Return the digest by which bytes are named, 16 hexadecimal digits."""
     return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 

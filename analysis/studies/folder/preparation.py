@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.analysis.studies.folder import origin
+from teamsight.analysis.studies.folder import origin, parts
 from teamsight.analysis.studies.folder.belonging import check_belongs
 from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, MANIFEST, PART, is_own, make_folder
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest, write_manifest
+from teamsight.analysis.studies.folder.parts import DamagedError
 from teamsight.analysis.studies.folder.sweeps import read_sweeps
 from teamsight.core import files
 
@@ -96,17 +98,33 @@ def prepared(
     return wanted
 
 
-def _created(
-    folder: Path, study: Study, code: str, sources: Mapping[str, str], types: Mapping[str, str]
-) -> Manifest:
+def _created(folder: Path, study: Study, code: str, sources: Mapping[str, str], types: Mapping[str, str]) -> Manifest:
     place = None if study.path is None else Path(study.path)
     now = _now()
     made = Manifest(
-        _values(study), dict(types), code, dict(sources), (), origin.versions(), origin.commits(place),
+        _values(study), dict(types), code, dict(sources), _held(folder), (), origin.versions(), origin.commits(place),
         origin.machine(), now, now,
     )  # fmt: skip
     write_manifest(folder, made)
     return made
+
+
+def _held(folder: Path) -> dict[str, str]:
+    """Return what measured columns hold in the undamaged parts of a folder whose manifest is lost."""
+    found: dict[str, str] = {}
+    for part in parts.listed(folder, "runs"):
+        with contextlib.suppress(DamagedError):
+            found = {**parts.noted(part, parts.load(part), parts.HOLDS), **found}
+    return found
+
+
+def settled(folder: Path, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
+    """Take over what measured columns hold, where it is not decided, and return what is decided now."""
+    found = read_manifest(folder)
+    holds = {**{name: kind for name, kind in kinds.items() if kind is not None}, **found.holds}
+    if holds != found.holds:
+        write_manifest(folder, found._replace(holds=holds))
+    return holds
 
 
 def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]) -> Manifest:
@@ -129,9 +147,7 @@ def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]
     return found._replace(study=_values(study), types=dict(types))
 
 
-def _with_code(
-    folder: Path, found: Manifest, code: str, sources: Mapping[str, str], mixed_code: bool
-) -> Manifest:
+def _with_code(folder: Path, found: Manifest, code: str, sources: Mapping[str, str], mixed_code: bool) -> Manifest:
     """Return the manifest with the code that makes runs now, if it is the same or may differ."""
     changed = [name for name, digest in found.sources.items() if sources.get(name, digest) != digest]
     wanted = found._replace(code=code, sources={**found.sources, **sources})

@@ -72,12 +72,23 @@ def _joined(place: Path, tables: list[pa.Table], kept: list[NDArray[np.bool_]]) 
         return pa.table({})
     chosen = [table if mask.all() else table.filter(pa.array(mask)) for table, mask in zip(tables, kept, strict=True)]
     try:
-        return pa.concat_tables(chosen, promote_options="permissive").replace_schema_metadata(None)
+        try:
+            whole = pa.concat_tables(chosen, promote_options="permissive")
+        except (pa.ArrowInvalid, pa.ArrowTypeError):
+            # A column without a value has the type of numbers, whatever it holds in other parts.
+            whole = pa.concat_tables([_without_empty(table) for table in chosen], promote_options="permissive")
+        return whole.replace_schema_metadata(None)
     except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
         raise ValueError(
             f"{place}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of the "
             "others, or read the parts one by one"
         ) from error
+
+
+def _without_empty(table: pa.Table) -> pa.Table:
+    """Return a table without the columns in which all is null."""
+    names = zip(table.column_names, table.columns, strict=True)
+    return table.select([name for name, column in names if column.null_count < table.num_rows])
 
 
 def _counting(folder: Path, kind: str) -> list[Part]:

@@ -17,7 +17,7 @@ from teamsight.analysis.studies.folder.layout import ARRAY, DONE, KINDS, MANIFES
 from teamsight.analysis.studies.folder.lock import locked
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest
 from teamsight.analysis.studies.folder.parts import Damaged
-from teamsight.analysis.studies.folder.preparation import make_own_folder, prepared
+from teamsight.analysis.studies.folder.preparation import make_own_folder, prepared, settled
 from teamsight.analysis.studies.folder.progress import Heartbeat, Progress, read_progress
 from teamsight.analysis.studies.folder.reading import read_parts
 from teamsight.analysis.studies.folder.run_set import RunSet
@@ -120,6 +120,17 @@ class StudyFolder:
         # Shards of a job array do this at the same time.
         with self._exclusively(".prepare"):
             return prepared(self.path, study, plan, code, sources, given, mixed_code)
+
+    def settle(self, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
+        """Decide what measured columns hold, where it is not decided yet, and return what all of them hold.
+
+        Parameters
+        ----------
+        kinds : mapping of str to str or None
+            "int", "number", "flag" or "text" by column.
+        """
+        with self._exclusively(".prepare"):
+            return settled(self.path, kinds)
 
     @contextlib.contextmanager
     def lock(

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.aside import drafts, remove_drafts, set_aside
 from teamsight.analysis.studies.folder.belonging import why_strange
+from teamsight.analysis.studies.folder.index import Examined, complete
 from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, PART
 from teamsight.analysis.studies.folder.parts import Damaged, DamagedError, Part
-from teamsight.analysis.studies.folder.run_set import IDENTITY, runs_in
+from teamsight.analysis.studies.folder.run_set import IDENTITY, joined, runs_in
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
     plan = study.plan()
     with place.lock() if repair else contextlib.nullcontext():
         found = [part for kind in KINDS for part in parts.listed(place.path, kind)]
-        damaged = (*_damage(found, study, plan), *_incomplete(found, study))
+        damaged = tuple(_damage(place.path, found, study, plan))
         shards = {each.name.partition("-")[0]: list[Part]() for each in damaged}
         for part in found:
             if part.shard in shards:
@@ -88,11 +89,14 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
     return Verification(len(found), damaged, tuple(aside), tuple(runs), unnamed, foreign, left)
 
 
-def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged]:
-    """Yield each part that is damaged or of another study."""
+def _damage(folder: Path, found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged]:
+    """Yield each part that is damaged, of another study, or without the parts that were written beside it."""
+    whole = []
     for part in found:
         try:
-            why = why_strange(part, parts.load(part), study, plan)
+            content = parts.load(part)
+            why = why_strange(part, content, study, plan)
+            whole.append(Examined(part, joined([]), parts.beside(part, content)))
         except DamagedError as error:
             yield error.damaged
         except FileNotFoundError:
@@ -101,15 +105,8 @@ def _damage(found: Iterable[Part], study: Study, plan: Plan) -> Iterator[Damaged
         else:
             if why:
                 yield Damaged(part.kind, part.path.name, why)
-
-
-def _incomplete(found: Iterable[Part], study: Study) -> Iterator[Damaged]:
-    """Yield each part of runs whose steps were recorded and are lost; runs of other measures may have none."""
-    if study.record.steps and study.record.measure == "summary":
-        there = {part.shard for part in found if part.kind == "steps"}
-        for part in found:
-            if part.kind == "runs" and part.shard not in there:
-                yield Damaged(part.kind, part.path.name, "has no part of steps beside it")
+                whole.pop()
+    yield from (one for one in complete(folder, whole) if isinstance(one, Damaged))
 
 
 def _runs_of(shard: str, found: list[Part]) -> set[str]:

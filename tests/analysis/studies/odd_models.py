@@ -116,9 +116,42 @@ def logging(world: World, steps: int) -> dict[str, Any]:
     return {"ticks": world.tick}
 
 
+def logging_types(world: World, steps: int) -> dict[str, Any]:
+    """Log an event with a detail whose type depends on the run."""
+    world.run(steps)
+    world.log("ended", what_it_was="done" if world.seed_used % 2 else 1.0)
+    return {"ticks": world.tick}
+
+
 def compiling(robots: int = 2, *, rng: int) -> World:
     """Announce a compilation, as the first use of a kernel on a machine does."""
     from teamsight.core.kernel import entry
 
     entry.announce("a kernel")
     return CMOMMT(robots=robots, **SMALL, rng=rng)
+
+
+class SpeechlessError(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError("no words")
+
+
+def speechless(world: World, steps: int) -> dict[str, Any]:
+    raise SpeechlessError
+
+
+def exiting(world: World, steps: int) -> dict[str, Any]:
+    raise GeneratorExit
+
+
+def ringing(world: World, steps: int) -> dict[str, Any]:
+    """Fail with a message that a terminal would obey."""
+    raise ValueError("red: \x1b[31m,\r\n bell: \a")
+
+
+def half_a_character(world: World, steps: int) -> dict[str, Any]:
+    return {"a\ud800": 1.0}
+
+
+def unnamed(world: World, steps: int) -> dict[str, Any]:
+    return {"a": 1.0, "": 2.0}

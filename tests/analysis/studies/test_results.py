@@ -11,6 +11,7 @@ import pytest
 from made_up_results import filled, results, row_of
 
 from teamsight.analysis.studies.adaptive import replicates_needed
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Study
 
@@ -65,6 +66,15 @@ def test_an_incomplete_study_says_what_is_missing(tmp_path: Path) -> None:
     assert text in repr(found)
     assert text in found._repr_html_()
     assert found.warning == f"partial: {found.done} of 24 runs, {found.failed} failed"
+
+
+def test_the_repr_says_whether_a_sweep_is_running(tmp_path: Path) -> None:
+    found = filled(tmp_path / "s", GRID, share=0.5)
+    running, idle = "12 missing: a sweep is running: open the study again", "12 missing: teamsight sweep continues"
+    with StudyFolder(tmp_path / "s").lock():
+        assert running in repr(found)
+        assert running in found._repr_html_()
+    assert idle in repr(found)
 
 
 def test_a_study_without_runs_opens_empty(tmp_path: Path) -> None:
@@ -153,6 +163,10 @@ def test_texts_are_no_measures_to_average() -> None:
     assert found.measures == ("colour", "loss", "flag")
     assert found.summary().equals(found.summary("loss"))
     assert found.summary("flag")["mean"].tolist() == [0, 0, 0, 1, 1, 1]
+    rates = found.summary("flag")[["low", "high"]].to_numpy()
+    # One run does not make a rate certain.
+    assert rates[0] == pytest.approx([0.0, 0.793], abs=1e-3)
+    assert rates[5] == pytest.approx([0.207, 1.0], abs=1e-3)
     with pytest.raises(ValueError, match=r"measure=colour: is a text; give one of numbers: loss, flag"):
         found.summary("colour")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import pickle
+import re
 import signal
 import sys
 from pathlib import Path
@@ -78,7 +79,9 @@ def test_the_bytes_depend_on_the_runs_alone() -> None:
 
 def test_recorded_tables_are_those_of_the_library() -> None:
     fixed = {**FIXED, "events": Failures(8.0, 4.0)}
-    study = Study(fixed=fixed, axes={"robots": [3, 4]}, steps=30, record=Record(steps=True, trajectories=7, events=True))
+    study = Study(
+        fixed=fixed, axes={"robots": [3, 4]}, steps=30, record=Record(steps=True, trajectories=7, events=True)
+    )
     shard = shard_of(study)
     result = make_shard(shard)
     for run in shard.runs:
@@ -164,8 +167,27 @@ def test_missing_columns_are_null_and_two_types_are_refused() -> None:
     assert (found["b"].isna() ^ found["c"].isna()).all()
     assert found["b"].isna().any()
     assert found["c"].isna().any()
-    with pytest.raises(ValueError, match=r"measure returned a \w+ as 'a' in run \w{16}-\d+ and a \w+ .*one type"):
-        make_shard(shard_of(odd("cmommt", "other_types", replicates=12)))
+
+
+def test_a_run_whose_measure_has_another_type_fails_alone() -> None:
+    shard = shard_of(odd("cmommt", "other_types", replicates=12))
+    result = make_shard(shard)
+    assert result.done
+    assert result.done + len(result.failed) == 12
+    for _, error in result.failed:
+        assert re.fullmatch(r"measure 'a' is a (text|number) in this run and a (text|number) in others; .*", error)
+    # What other parts have decides before the first run of the shard does.
+    others = {"text": "number", "number": "text"}[result.kinds["a"] or ""]
+    again = make_shard(shard._replace(common=shard.common._replace(kinds={"a": others})))
+    assert (again.done, again.kinds["a"]) == (len(result.failed), others)
+
+
+def test_a_detail_of_an_event_of_another_type_fails_its_run_alone() -> None:
+    study = odd("cmommt", "logging_types", replicates=12, record=Record("odd_models:logging_types", events=True))
+    result = make_shard(shard_of(study))
+    assert 0 < result.done < 12
+    assert all("detail 'what_it_was' of an event is" in error for _, error in result.failed)
+    assert len(result.failed) == 12 - result.done
 
 
 def test_details_of_events_have_one_type_in_all_parts() -> None:
@@ -217,3 +239,18 @@ def test_runs_of_a_shard_that_no_worker_survived() -> None:
     result = died(shard, "the worker ended")
     assert (result.done, len(result.failed)) == (0, 4)
     assert set(table(result, "failed")["error"]) == {"the worker ended"}
+
+
+@pytest.mark.parametrize(
+    ("measure", "error"),
+    [("speechless", "SpeechlessError: (its message cannot be shown)"), ("exiting", "GeneratorExit"),
+     ("ringing", r"red: \x1b[31m, bell: \x07"),
+     ("half_a_character", r"measure returned the name 'a\ud800': has half a character, which no file can hold; leave it "
+      "out"),
+     ("unnamed", "measure returned the name '': must be a text, such as 'distance'")],
+)  # fmt: skip
+def test_whatever_a_measure_raises_or_names_is_a_failed_run(measure: str, error: str) -> None:
+    result = make_shard(shard_of(odd("cmommt", measure, fixed={"robots": 2})))
+    (row,) = table(result, "failed").to_dict("records")
+    assert row["error"] == error
+    assert row["traceback"].replace("\n", "").isprintable()

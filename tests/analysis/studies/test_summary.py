@@ -63,3 +63,17 @@ def test_a_small_spread_around_a_large_mean_keeps_its_interval() -> None:
 def test_equal_values_have_an_interval_without_width() -> None:
     row = summarise(np.full(7, 0.1), np.zeros(7, np.int64), 1).iloc[0]
     assert row["high"] - row["low"] < 1e-15
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=60))
+def test_the_interval_of_a_rate_is_wilsons(runs: list[tuple[int, bool]]) -> None:
+    cell = np.array([one for one, _ in runs], np.int64)
+    found = summarise(np.array([value for _, value in runs], float), cell, 4, are_flags=True)
+    for number, row in found.iterrows():
+        values = [value for one, value in runs if one == number]
+        if not values:
+            assert np.isnan([row["low"], row["high"]]).all()
+            continue
+        wanted = stats.binomtest(sum(values), len(values)).proportion_ci(0.95, "wilson")
+        assert [row["low"], row["high"]] == pytest.approx([wanted.low, wanted.high], abs=1e-12)
+        assert 0 <= row["low"] <= row["mean"] <= row["high"] <= 1

@@ -88,7 +88,7 @@ def test_axes_without_common_values_are_refused() -> None:
 
 def test_an_axis_that_only_the_other_study_has_needs_a_value() -> None:
     other = Study(axes=AXES | {"policy": ["centroid", "random-walk"]}, replicates=4)
-    with pytest.raises(ValueError, match=r"several runs to subtract.*--where NAME=VALUE"):
+    with pytest.raises(ValueError, match=r"policy: is a-cmommt in the study, centroid, random-walk in that.*--where"):
         results(AWARE, noisy).plot(minus=results(other, noisy))
     figure = results(AWARE, noisy).plot(minus=results(other, noisy), where={"policy": "centroid"})
     assert "24 pairs of runs" in " ".join(text.get_text() for text in figure.texts)
@@ -97,8 +97,51 @@ def test_an_axis_that_only_the_other_study_has_needs_a_value() -> None:
 def test_an_axis_that_only_the_first_study_has_is_kept() -> None:
     study = Study(axes=AXES | {"policy": ["a-cmommt", "centroid"]}, replicates=4)
     figure = results(study, noisy).plot(
-        minus=results(UNAWARE, noisy), kind="lines", x="robots", y="policy", where={"radius": "4"}
+        minus=results(UNAWARE, noisy), kind="lines", x="robots", y="policy", where={"radius": "4"},
+        across=["policy"],
     )
     aware, unaware = (line for line in figure.axes[0].lines if len(line.get_xdata()) == 3)
     assert np.asarray(aware.get_ydata(), float) == pytest.approx([0.2, 0.4, 0.8], abs=1e-9)
     assert np.asarray(unaware.get_ydata(), float) == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+
+
+def test_other_steps_are_refused() -> None:
+    longer = Study(fixed={"policy": "centroid"}, axes=AXES, replicates=4, steps=60)
+    with pytest.raises(ValueError, match=r"minus: has runs of 60 steps, not 600; "):
+        results(AWARE, noisy).plot(minus=results(longer, noisy), across=["model", "policy"])
+
+
+def test_an_axis_that_is_fixed_at_another_value_in_the_other_study_is_refused() -> None:
+    other = Study(fixed={"policy": "centroid", "robots": 4}, axes={"radius": [2.5, 4.0]}, replicates=4)
+    message = r"robots: is 2, 4, 8 in the study, 4 in that which is subtracted; .*--where.*--across"
+    with pytest.raises(ValueError, match=message):
+        results(AWARE).plot(minus=results(other))
+    with pytest.raises(ValueError, match=r"robots: is 4 in the study, 2, 4, 8 in that"):
+        results(other).plot(minus=results(AWARE))
+    # One value was chosen, which is the other study's.
+    figure = results(AWARE).plot(minus=results(other), where={"robots": 4})
+    assert "8 pairs of runs" in " ".join(text.get_text() for text in figure.texts)
+
+
+def test_an_axis_that_the_other_study_does_not_give_is_refused() -> None:
+    other = Study(fixed={"policy": "centroid"}, axes={"radius": [2.5, 4.0]}, replicates=4)
+    with pytest.raises(ValueError, match=r"robots: is 2, 4, 8 in the study, not given in that which is subtracted"):
+        results(AWARE).plot(minus=results(other))
+
+
+def test_an_axis_with_the_one_value_of_the_other_study_is_no_difference() -> None:
+    one = Study(fixed={"policy": "a-cmommt"}, axes={"robots": [4], "radius": [2, 4]}, replicates=4)
+    other = Study(fixed={"policy": "centroid", "robots": 4}, axes={"radius": [2, 4]}, replicates=4)
+    figure = results(one).plot(minus=results(other))
+    assert "8 pairs of runs" in " ".join(text.get_text() for text in figure.texts)
+
+
+def test_another_model_is_refused_unless_it_is_named() -> None:
+    model = "odd_models:printing"
+    one, other = (results(Study(model=name, axes={"robots": [2, 4]}, replicates=3)) for name in (model, "cmommt"))
+    with pytest.raises(ValueError, match=rf"minus: is of the model cmommt, not {model}, .*--across model"):
+        one.plot(minus=other)
+    with pytest.raises(ValueError, match="their seeds differ"):
+        one.plot(minus=other, across=["model"])
+    with pytest.raises(ValueError, match="across='modell': .*model"):
+        one.plot(minus=other, across=["modell"])

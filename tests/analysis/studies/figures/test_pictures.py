@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.compute
 import pytest
 from made_up_results import results
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PathCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
@@ -228,9 +230,39 @@ def test_a_few_wide_intervals_do_not_flatten_the_rest() -> None:
     found = results(
         study, lambda p, r: next(far) if p["robots"] == 3 else 0.5 + 0.01 * p["robots"] + r.uniform(0, 1e-3)
     )
-    low, high = found.plot().axes[0].get_ylim()
-    means = 100 * found.summary()["mean"]
-    assert low < means.min() <= means.max() < high < low + 40
+    for kind in ("lines", "scatter"):
+        figure = found.plot(kind=kind)
+        low, high = figure.axes[0].get_ylim()
+        means = 100 * found.summary()["mean"]
+        assert low < means.min() <= means.max() < high < low + 40
+        assert "1 of 8 intervals cut off at the edge" in words(figure)
+    assert "cut off" not in words(results(Study(axes={"robots": [1, 2, 3]}, replicates=30)).plot())
+
+
+def test_bars_of_rates_end_where_the_intervals_end() -> None:
+    study = Study(axes={"policy": POLICIES}, replicates=8)
+    made = results(study, lambda p, r: 1.0 if p["policy"] == "a-cmommt" else float(r.random() < 0.6))
+    table = made._folder.read("runs")
+    hit = pa.compute.greater(table["observed_fraction"], 0.5)
+    found = type(made)(made._folder, study, table.append_column("hit", hit), pa.table({}))
+    figure = found.plot(measure="hit")
+    (bars,) = (one for one in figure.axes[0].collections if isinstance(one, LineCollection))
+    ends = [sorted(segment[:, 1].tolist()) for segment in bars.get_segments()]
+    summary = found.summary("hit")
+    assert ends == [pytest.approx([row["low"], row["high"]]) for row in summary.to_dict("records")]
+    assert summary["mean"].iloc[0] == summary["high"].iloc[0] == 1.0
+    assert 0 < summary["low"].iloc[0] < 1
+    low, high = figure.axes[0].get_ylim()
+    assert low < summary["low"].min() <= summary["high"].max() < high
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("wide", "decimals", "text"),
+    [(0.19, 0, "0.2"), (0.04, 0, "<0.1"), (1.2, 0, "1"), (0.006, 1, "0.01"), (0.0, 0, "0"), (1e-15, 1, "0.0")],
+)  # fmt: skip
+def test_a_half_width_that_is_not_0_is_not_written_as_0(wide: float, decimals: int, text: str) -> None:
+    assert Quantity("loss", decimals=decimals).write_width(wide, 99.0) == text
 
 
 def test_long_numbers_fit_into_their_cells() -> None:

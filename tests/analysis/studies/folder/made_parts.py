@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from teamsight.analysis.studies.folder import parts as part_files
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.plan import Plan
 from teamsight.analysis.studies.study import Study
@@ -81,5 +83,13 @@ def shards(plan: Plan, size: int = 3) -> Iterator[list[tuple[int, int]]]:
 def fill(folder: StudyFolder, plan: Plan, size: int = 3, *, steps: bool = False) -> None:
     """Write all parts of a study."""
     for runs in shards(plan, size):
-        parts = {"runs": part(plan, runs)} | ({"steps": part(plan, runs, 5)} if steps else {})
+        parts = {"runs": part(plan, runs)}
+        if steps:
+            parts = with_steps(plan, runs, part(plan, runs, 5))
         folder.write(parts, names(plan, runs))
+
+
+def with_steps(plan: Plan, runs: Iterable[tuple[int, int]], steps: bytes) -> dict[str, bytes]:
+    """Return a part of runs that names the part of steps beside it, and that part."""
+    beside = {part_files.BESIDE: json.dumps({"steps": part_files.digest(steps)})}
+    return {"steps": steps, "runs": content(table(plan, runs).replace_schema_metadata(beside))}

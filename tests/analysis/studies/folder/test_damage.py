@@ -136,10 +136,12 @@ def test_a_lost_part_of_steps_is_found(tmp_path: Path) -> None:
     plan = folder.study.plan()
     fill(folder, plan, steps=True)
     assert not verify(tmp_path).damaged
+    assert folder.done().size == 12
     lost = next((tmp_path / "steps").iterdir())
     lost.unlink()
+    assert folder.done().size == StudyFolder(tmp_path).done().size == 9
     found = verify(tmp_path)
-    assert [(each.kind, each.reason) for each in found.damaged] == [("runs", "has no part of steps beside it")]
+    assert [(each.kind, each.reason) for each in found.damaged] == [("runs", "its part of steps is lost")]
     assert found.damaged[0].name.startswith(lost.name[:16])
     assert (len(found.runs), found.unnamed, folder.done().size) == (3, 0, 9)
 

@@ -67,6 +67,26 @@ def test_shards_run_side_by_side_but_not_beside_a_sweep_of_all(tmp_path: Path) -
         pass
 
 
+def test_shards_of_two_divisions_do_not_run_side_by_side(tmp_path: Path) -> None:
+    with StudyFolder(tmp_path).lock((1, 2)):
+        with pytest.raises(LockedError, match="is in use .shard 1/2, process"), StudyFolder(tmp_path).lock((1, 3)):
+            pass
+        with StudyFolder(tmp_path).lock((2, 2)):
+            pass
+    with StudyFolder(tmp_path).lock((1, 3)):
+        pass
+    # What is left of shards that have ended keeps nobody out.
+    with child("hold", tmp_path, "2/3") as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        with pytest.raises(LockedError, match="shard 2/3"), StudyFolder(tmp_path).lock((2, 4)):
+            pass
+        other.kill()
+        other.wait(PATIENCE)
+        with StudyFolder(tmp_path).lock((2, 4)):
+            pass
+
+
 def test_the_lock_is_free_after_an_error_or_an_interrupt(tmp_path: Path) -> None:
     for kind in (KeyboardInterrupt, RuntimeError):
         with pytest.raises(kind), StudyFolder(tmp_path).lock():
