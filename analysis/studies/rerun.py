@@ -133,12 +133,13 @@ def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     setting = int(plan.index_of(np.array([int(found[1], 16)], np.uint64))[0])
     if setting < 0:
         raise ValueError(f"run={checks.shown(run)}: {place.path} has no such setting; copy the id from its table")
-    if replicate >= most:
-        raise ValueError(f"run={checks.shown(run)}: replicates are numbered from 0 to {most - 1}; give one of them")
     row = _row(place, "runs", found[1], replicate)
     stored = None if row is None else {k: v for k, v in row.items() if k not in OWN_COLUMNS.union(plan.types)}
     failed = None if stored is not None else _row(place, "failed", found[1], replicate)
     error = None if failed is None else str(failed["error"])
+    # Runs that an earlier version of the study wanted are there.
+    if replicate >= most and stored is None and failed is None:
+        raise ValueError(f"run={checks.shown(run)}: replicates are numbered from 0 to {most - 1}; give one of them")
     return PlannedRun(
         study, plan, run, setting, plan.seed(setting, replicate), plan.parameters(setting), stored, error,
         _changed(place, study, plan),

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.study import Until
 from teamsight.cli import main
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "analysis" / "studies" / "folder"))
@@ -63,6 +64,15 @@ def test_json_has_all_of_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) 
     assert counts == [12, 5, 2, 5, 4]
     assert [failure["error"] for failure in found["failures"]] == ["no more batteries"] * 2
     assert (found["sweeps"][0]["pid"], found["sweeps"][0]["workers"]) == (os.getpid(), 2)
+
+
+def test_settings_at_the_limit_are_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    folder = prepared(tmp_path, study(until=Until(0.001, limit=5)))
+    fill(folder, study(replicates=5).plan(), 5)
+    status, out, _ = call(capsys, tmp_path)
+    assert status == 0
+    assert out.splitlines()[4].startswith("3 of 3 settings reached until.limit=5 with an interval wider than 0.001; raise")
+    assert json.loads(call(capsys, tmp_path, "--json")[1])["wide"] == 3
 
 
 def test_who_runs_it_is_shown(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

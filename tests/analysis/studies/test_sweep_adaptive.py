@@ -16,6 +16,7 @@ from teamsight.analysis.studies.folder.run_set import RunSet
 from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.part_tables import _parquet
+from teamsight.analysis.studies.rerun import planned_run
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Until
 from teamsight.analysis.studies.sweep import sweep
@@ -77,10 +78,15 @@ def test_until_may_come_and_go(tmp_path: Path) -> None:
         found, opened = status(tmp_path), open_study(tmp_path)
         for each in (made, found, opened):
             assert (each.planned, each.done, each.failed, each.missing) == (planned, planned, 0, 0)
+    run = f"{int(small().plan().ids[0]):016x}"
+    sweep(small(), tmp_path)
+    assert planned_run(tmp_path, f"{run}-39").stored is not None
+    with pytest.raises(ValueError, match="replicates are numbered from 0 to 2"):
+        planned_run(tmp_path, f"{run}-40")
 
 
 @pytest.mark.parametrize("shard", [None, (1, 2), (2, 2)])
-def test_settings_that_reach_the_limit_with_wide_intervals_are_told(
+def test_settings_that_reach_the_limit_with_wide_intervals_are_named(
     shard: tuple[int, int] | None, tmp_path: Path
 ) -> None:
     study = small(until=Until(1e-6, limit=4))
@@ -117,7 +123,7 @@ def test_lost_runs_are_made_again_beyond_the_first_gap(tmp_path: Path) -> None:
     assert status(tmp_path)[:4] == (60, 60, 0, 0)
 
 
-def test_few_first_replicates_are_told(tmp_path: Path) -> None:
+def test_few_first_replicates_are_mentioned(tmp_path: Path) -> None:
     lines: list[str] = []
     sweep(small(until=Until(9.0)), tmp_path, emit=lines.append)
     assert "until: replicates=3 are only the first; each setting gets at least 38" in lines
