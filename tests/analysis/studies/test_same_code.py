@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
 ROOT = Path(__file__).parents[3]
 PROGRAM = """\
 import sys
@@ -51,6 +53,30 @@ def test_a_changed_module_that_a_module_of_the_study_imports_is_refused(tmp_path
     written(tmp_path / "a", 23)
     (line,) = swept(tmp_path, 2, "a")
     assert "another version of module 'other_parts'" in line
+
+
+def test_a_run_is_repeated_from_any_folder(tmp_path: Path) -> None:
+    """The model's module is found beside the study file; whether teamsight has changed is said, too."""
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "models_of_it.py").write_text(
+        "from teamsight import CMOMMT\n\ndef model(robots: int = 2, *, rng):\n"
+        "    return CMOMMT(robots=robots, targets=2, rng=rng)\n"
+    )
+    (tmp_path / "a" / "study.toml").write_text('model = "models_of_it:model"\nsteps = 2\n[axes]\nrobots = [2]\n')
+
+    def teamsight(at: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "teamsight", *arguments], cwd=at, env=dict(os.environ, PYTHONPATH=str(ROOT)),
+            capture_output=True, text=True, check=False, timeout=120,
+        )  # fmt: skip
+
+    assert teamsight(tmp_path / "a", "sweep", "study.toml", "--out", "out").returncode == 0
+    run = StudyFolder(tmp_path / "a" / "out").done().names()[0]
+    done = teamsight(tmp_path, "rerun", "a/out", run)
+    assert (done.returncode, done.stderr) == (0, "")
+    (tmp_path / "a" / "models_of_it.py").write_text((tmp_path / "a" / "models_of_it.py").read_text() + "# edited\n")
+    done = teamsight(tmp_path, "rerun", "a/out", run)
+    assert "models_of_it" in done.stdout + done.stderr
 
 
 def test_a_module_of_another_study_in_the_same_process_is_refused(tmp_path: Path) -> None:

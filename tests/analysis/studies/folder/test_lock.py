@@ -118,6 +118,18 @@ def test_looking_at_a_lock_neither_takes_nor_makes_it(tmp_path: Path) -> None:
 
 
 @needs_flock
+def test_a_file_that_is_only_read_is_asked_for_a_shared_lock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Network file systems give others to writers alone."""
+    import fcntl
+
+    asked: list[int] = []
+    monkeypatch.setattr(fcntl, "flock", lambda number, how: asked.append(how))
+    (tmp_path / "x").touch()
+    assert not file_lock.is_held(tmp_path / "x")
+    assert asked == [fcntl.LOCK_SH | fcntl.LOCK_NB]
+
+
+@needs_flock
 def test_a_link_is_never_locked_through(tmp_path: Path) -> None:
     (tmp_path / "thesis").write_text("mine")
     (tmp_path / "lock").symlink_to(tmp_path / "thesis")
