@@ -48,17 +48,18 @@ def status(settings: StatusSettings) -> None:
         say(json.dumps(_as_json(place, manifest, found, failures)))
         return
     for line in (
-        *_counts(place, manifest, found), *_sweeps(settings.folder, found), *_damaged(settings.folder, found),
+        *_counts(settings.folder, manifest, found), *_sweeps(settings.folder, found), *_damaged(settings.folder, found),
         *_failed(settings, failures), _origin(manifest),
     ):  # fmt: skip
         say(line)
 
 
-def _counts(place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
+def _counts(folder: Path, manifest: Manifest, found: Status) -> list[str]:
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.standing import wide_note
 
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
-    lines = [f"study {name}in {place.path}: {found.planned:,} runs of {manifest.study['model']}"]
+    lines = [f"study {name}in {folder}: {found.planned:,} runs of {manifest.study['model']}"]
     if manifest.study["until"]:
         lines[0] += " so far, as many as the intervals need"
     running = f", of which {found.running:,} running" if found.running else ""
@@ -66,7 +67,7 @@ def _counts(place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
         ("done", found.done, ""), ("failed", found.failed, ""), ("missing", found.missing, running),
     ):  # fmt: skip
         lines.append(f"  {what:<8} {count:>12,}  {_share(count, found.planned):>6}{more}")
-    study = place.study
+    study = StudyFolder(folder).study
     wide = wide_note(found.wide, study.settings, study.until)
     return [*lines, wide] if wide else lines
 
