@@ -149,11 +149,3 @@ def search_in(folders: Iterable[str | Path]) -> None:
     sys.path[:0] = new
     # A module may have been written after Python listed its folder.
     importlib.invalidate_caches()
-
-
-def source_file(reference: str) -> Path | None:
-    """Return the file of the module that a reference names; None for a module without one. Imports the module."""
-    home = reference.partition(":")[0]
-    # Modules written in C may have none.
-    file = getattr(_module(home, f"reference={reference!r}"), "__file__", None)
-    return None if file is None else Path(file)
