@@ -207,11 +207,3 @@ def hidden(name: str) -> tuple[str, str] | None:
                     return found.origin or "a folder", own
                 return None
     return None
-
-
-def source_file(reference: str) -> Path | None:
-    """Return the file of the module that a reference names; None for a module without one. Imports the module."""
-    home = reference.partition(":")[0]
-    # Modules written in C may have none.
-    file = getattr(_module(home, f"reference={reference!r}"), "__file__", None)
-    return None if file is None else Path(file)

@@ -40,19 +40,20 @@ def set_aside(folder: Path, shards: Collection[str]) -> list[str]:
 def remove_drafts(folder: Path) -> int:
     """Remove the drafts that killed processes have left; return how many. No process may write meanwhile."""
     count = 0
-    for place in (folder, folder / ARRAY, *(folder / kind for kind in KINDS)):
-        for path in drafts(place):
-            with contextlib.suppress(OSError):
-                path.unlink()
-                count += 1
+    for path in drafts(folder):
+        with contextlib.suppress(OSError):
+            path.unlink()
+            count += 1
     return count
 
 
-def drafts(place: Path) -> list[Path]:
-    """Return the drafts in a folder."""
-    with contextlib.suppress(OSError):
-        return [place / name for name in sorted(os.listdir(place)) if DRAFT.fullmatch(name)]
-    return []
+def drafts(folder: Path) -> list[Path]:
+    """Return the drafts in the folder of a study."""
+    found: list[Path] = []
+    for place in (folder, folder / ARRAY, *(folder / kind for kind in KINDS)):
+        with contextlib.suppress(OSError):
+            found += [place / name for name in sorted(os.listdir(place)) if DRAFT.fullmatch(name)]
+    return found
 
 
 def _moved(path: Path, place: Path) -> Path:

@@ -31,6 +31,18 @@ def is_own(name: str) -> bool:
     return name in _OWN or name.startswith(".")
 
 
+def foreign_parts(folder: Path, kind: str) -> list[str]:
+    """Return what stands among the parts of a kind and is neither a part nor a draft nor hidden, below the folder.
+
+    Raises
+    ------
+    OSError
+        If the folder of the kind cannot be listed.
+    """
+    names = sorted(os.listdir(folder / kind))
+    return [f"{kind}/{name}" for name in names if not (PART.fullmatch(name) or name.startswith("."))]
+
+
 def make_folder(folder: Path, *, parents: bool = False) -> None:
     """Create a folder that stays after a power cut, unless it is there.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.folder import origin, parts
 from teamsight.analysis.studies.folder.belonging import check_belongs
-from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, MANIFEST, PART, is_own, make_folder
+from teamsight.analysis.studies.folder.layout import KINDS, MANIFEST, foreign_parts, is_own, make_folder
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest, write_manifest
 from teamsight.analysis.studies.folder.parts import DamagedError
 from teamsight.analysis.studies.folder.sweeps import read_sweeps
@@ -57,9 +57,7 @@ def _foreign(folder: Path) -> Iterator[str]:
         if not is_own(name):
             yield name
         elif name in KINDS:
-            for each in os.listdir(folder / name):
-                if not (PART.fullmatch(each) or DRAFT.fullmatch(each) or each.startswith(".")):
-                    yield f"{name}/{each}"
+            yield from foreign_parts(folder, name)
 
 
 def make_own_folder(folder: Path) -> None:

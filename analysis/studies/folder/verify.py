@@ -12,7 +12,7 @@ from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.aside import drafts, remove_drafts, set_aside
 from teamsight.analysis.studies.folder.belonging import why_strange
 from teamsight.analysis.studies.folder.index import Examined, complete
-from teamsight.analysis.studies.folder.layout import DRAFT, KINDS, PART
+from teamsight.analysis.studies.folder.layout import KINDS, foreign_parts
 from teamsight.analysis.studies.folder.parts import Damaged, DamagedError, Part
 from teamsight.analysis.studies.folder.run_set import IDENTITY, joined, runs_in
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -82,7 +82,7 @@ def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
         # Parts that are set aside can no longer be read.
         named = [_runs_of(*shard) for shard in sorted(shards.items())]
         runs, unnamed = sorted(set().union(*named)), sum(parts.shard_of(names) not in shards for names in named)
-        foreign, left = _foreign(place.path), _drafts(place.path)
+        foreign, left = _foreign(place.path), len(drafts(place.path))
         aside = set_aside(place.path, shards) if repair else []
         if repair:
             remove_drafts(place.path)
@@ -124,14 +124,8 @@ def _runs_of(shard: str, found: list[Part]) -> set[str]:
 
 def _foreign(folder: Path) -> tuple[str, ...]:
     """Return files among the parts that are neither parts nor drafts nor hidden."""
-    found = []
+    found: list[str] = []
     for kind in KINDS:
         with contextlib.suppress(FileNotFoundError):
-            for name in sorted(os.listdir(folder / kind)):
-                if not (PART.fullmatch(name) or DRAFT.fullmatch(name) or name.startswith(".")):
-                    found.append(f"{kind}/{name}")
+            found += foreign_parts(folder, kind)
     return tuple(found)
-
-
-def _drafts(folder: Path) -> int:
-    return sum(len(drafts(place)) for place in (folder, *(folder / kind for kind in KINDS)))
