@@ -28,7 +28,7 @@ _MOST_AGENTS = 2
 def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | None = None) -> None:
     """Import the model, the measure and all components of a plan; of `CMOMMT`, build worlds with each kind of value.
 
-    What `until` names is looked for among the columns of the measure, if its annotation tells them.
+    What `until` names is looked for among the columns of the measure, if its annotation names them.
 
     Raises
     ------
