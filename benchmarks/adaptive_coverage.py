@@ -4,64 +4,112 @@ python benchmarks/adaptive_coverage.py
 
 Each row is a distribution of a measure; each column, the replicates that a study of fixed size would need for the
 wanted interval. "naive" stops at the first of 10, 11, 12, … replicates whose interval is narrow enough; "studies" is
-the rule of `teamsight.analysis.studies.adaptive`.
+the rule of `teamsight.analysis.studies.adaptive`; "flag" is that rule for True and False.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from teamsight.analysis.studies.adaptive import FIRST_LOOK, NARROW_LOOKS, looks
+from teamsight.analysis.studies.adaptive import all_needed
 from teamsight.analysis.studies.definition.recording import Until
 
-SETTINGS = 20_000
+SETTINGS = 10_000
+# Settings that are drawn at a time.
+BLOCK = 2_000
 NEEDED = (12, 20, 28, 36, 50, 80)
 
-Draw = Callable[[np.random.Generator, tuple[int, int]], NDArray[np.float64]]
+Values = NDArray[np.float64]
+Draw = Callable[[np.random.Generator, tuple[int, int]], Values]
+Rule = Callable[[Values, float], NDArray[np.int64]]
+
+
+def happens(probability: float) -> tuple[Draw, float, float]:
+    """Return a measure that is 1 with a probability, and otherwise 0."""
+    spread = math.sqrt(probability * (1 - probability))
+    return (lambda rng, shape: (rng.random(shape) < probability).astype(float)), probability, spread
+
+
 #: A measure by name: how it is drawn, its mean and its standard deviation.
-MEASURES: dict[str, tuple[Draw, float, float]] = {
+NUMBERS: dict[str, tuple[Draw, float, float]] = {
     "normal": (lambda rng, shape: rng.normal(0, 1, shape), 0.0, 1.0),
     "uniform": (lambda rng, shape: rng.uniform(0, 1, shape), 0.5, math.sqrt(1 / 12)),
     "skewed, beta(2, 5)": (lambda rng, shape: rng.beta(2, 5, shape), 2 / 7, math.sqrt(10 / 392)),
     "counts, Poisson(3)": (lambda rng, shape: rng.poisson(3, shape).astype(float), 3.0, math.sqrt(3)),
-}
+    "lognormal(0, 1)": (
+        lambda rng, shape: rng.lognormal(0, 1, shape), math.exp(0.5), math.sqrt((math.e - 1) * math.e)
+    ),
+}  # fmt: skip
+CHANCES = (0.5, 0.1, 0.02, 0.01)
 
 
-def coverage(draw: Draw, mean: float, deviation: float, needed: int, first: int, growth: bool) -> tuple[float, float]:
+def naive(values: Values, width: float) -> NDArray[np.int64]:
+    """Return where the interval is narrow enough for the first time."""
+    n = np.arange(1, values.shape[1] + 1)
+    mean = np.cumsum(values, axis=1) / n
+    variance = np.maximum(np.cumsum(values**2, axis=1) - n * mean**2, 0) / np.maximum(n - 1, 1)
+    is_narrow = (2 * stdtrit(np.maximum(n - 1, 1), 0.975) * np.sqrt(variance / n) <= width) & (n >= 10)
+    is_narrow[:, -1] = True
+    found: NDArray[np.int64] = is_narrow.argmax(axis=1) + 1
+    return found
+
+
+def of_studies(values: Values, width: float, *, is_flag: bool = False) -> NDArray[np.int64]:
+    """Return the replicates that a study makes."""
+    settings, most = values.shape
+    setting, replicate = np.divmod(np.arange(values.size), most)
+    until = Until(width, limit=most)
+    return all_needed(until, 1, setting, replicate, values.ravel(), settings, is_flag=is_flag).replicates
+
+
+def of_flags(values: Values, width: float) -> NDArray[np.int64]:
+    """Return the replicates that a study of a flag makes."""
+    return of_studies(values, width, is_flag=True)
+
+
+def covers(values: Values, count: NDArray[np.int64], mean: float, *, is_flag: bool) -> NDArray[np.bool_]:
+    """Return whether the interval of the first replicates of each setting covers the mean."""
+    shown = np.where(np.arange(values.shape[1]) < count[:, None], values, np.nan)
+    middle = np.nanmean(shown, axis=1)
+    if is_flag:
+        # Wilson's interval are the probabilities that a test of the normal score does not reject.
+        found: NDArray[np.bool_] = np.abs(middle - mean) <= 1.959964 * np.sqrt(mean * (1 - mean) / count)
+        return found
+    half = stdtrit(count - 1, 0.975) * np.nanstd(shown, axis=1, ddof=1) / np.sqrt(count)
+    inside: NDArray[np.bool_] = np.abs(middle - mean) <= half
+    return inside
+
+
+def coverage(measure: tuple[Draw, float, float], needed: int, rule: Rule) -> tuple[float, float]:
     """Return the share of intervals that cover the mean, and the mean number of replicates."""
-    width, most = 2 * 1.96 * deviation / math.sqrt(needed), 4 * needed + 100
-    values = draw(np.random.default_rng(needed), (SETTINGS, most)) - mean
-    sums, squares = np.cumsum(values, axis=1), np.cumsum(values**2, axis=1)
-    done, narrow = np.zeros(SETTINGS, bool), np.zeros(SETTINGS, int)
-    covered, replicates = 0, 0
-    for n in looks(Until(width, limit=most), first) if growth else count(first):
-        middle = sums[:, n - 1] / n
-        variance = np.maximum(squares[:, n - 1] - n * middle**2, 0) / (n - 1)
-        half = stdtrit(n - 1, 0.975) * np.sqrt(variance / n)
-        narrow = np.where(2 * half <= width, narrow + 1, 0)
-        stops = ~done & ((narrow >= (NARROW_LOOKS if growth else 1)) | (n == most))
-        covered += int((np.abs(middle) <= half)[stops].sum())
-        replicates += n * int(stops.sum())
-        done |= stops
-        if done.all():
-            break
+    draw, mean, deviation = measure
+    width, most = 2 * 1.96 * deviation / math.sqrt(needed), 4 * needed + 200
+    rng, covered, replicates = np.random.default_rng(needed), 0, 0
+    for _ in range(SETTINGS // BLOCK):
+        values = draw(rng, (BLOCK, most))
+        count = rule(values, width)
+        covered += int(covers(values, count, mean, is_flag=rule is of_flags).sum())
+        replicates += int(count.sum())
     return covered / SETTINGS, replicates / SETTINGS
 
 
 def main() -> None:
     """Print the table."""
-    print(f"coverage [%] (mean replicates), {SETTINGS:,} settings each; the standard error is 0.16 %")
+    print(f"coverage [%] (mean replicates), {SETTINGS:,} settings each; the standard error is 0.2 %")
     print(f"{'replicates needed':30}" + "".join(f"{needed:>13}" for needed in NEEDED))
-    for name, (draw, mean, deviation) in MEASURES.items():
-        for rule, first, growth in (("naive", 10, False), ("studies", FIRST_LOOK, True)):
-            found = [coverage(draw, mean, deviation, needed, first, growth) for needed in NEEDED]
-            print(f"{name + ', ' + rule:30}" + "".join(f"{share * 100:7.1f} ({n:3.0f})" for share, n in found))
+    chances = {f"happens with {chance:g}": happens(chance) for chance in CHANCES}
+    cases: list[tuple[str, tuple[Draw, float, float], Rule]] = []
+    for name, measure in {**NUMBERS, **chances}.items():
+        cases += [(f"{name}, naive", measure, naive), (f"{name}, studies", measure, of_studies)]
+    cases += [(f"{name}, flag", measure, of_flags) for name, measure in chances.items()]
+    for name, measure, rule in cases:
+        found = [coverage(measure, needed, rule) for needed in NEEDED]
+        print(f"{name:30}" + "".join(f"{share * 100:7.1f} ({n:3.0f})" for share, n in found), flush=True)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,8 @@ from __future__ import annotations
 import html
 from typing import TYPE_CHECKING
 
+from teamsight.analysis.studies.standing import wide_note
+
 if TYPE_CHECKING:
     from teamsight.analysis.studies.study_tables import StudyTables
 
@@ -31,7 +33,8 @@ def conditions(results: StudyTables) -> str:
 
 def described(results: StudyTables, *, is_running: bool) -> str:
     """Return the lines of the repr."""
-    return "\n".join([f"StudyResults of {results.name!r}", *(f"  {name}: {text}" for name, text in _lines(results, is_running))])
+    lines = [f"  {name}: {text}" for name, text in _lines(results, is_running)]
+    return "\n".join([f"StudyResults of {results.name!r}", *lines])
 
 
 def described_in_html(results: StudyTables, *, is_running: bool) -> str:
@@ -52,9 +55,11 @@ def _lines(results: StudyTables, is_running: bool) -> list[tuple[str, str]]:
     if results.missing:
         how = "a sweep is running: open the study again" if is_running else "teamsight sweep continues"
         runs += f", {results.missing:,} missing: {how}"
+    wide = wide_note(results.wide, results.plan.settings, results.study.until)
     return [
         ("folder", str(results.folder)),
         ("axes", "; ".join(axes) or "none"),
         ("measures", ", ".join(results.measures) or "none yet"),
         ("runs", runs),
+        *([("intervals", wide)] if wide else []),
     ]

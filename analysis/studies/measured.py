@@ -111,11 +111,35 @@ def _declared(kind: type) -> dict[str, Kind]:
 @lru_cache(maxsize=64)
 def _returned(measure: Callable[..., object]) -> dict[str, Kind]:
     """Return what the columns hold by the annotation of a function's result."""
-    try:
-        hint = typing.get_type_hints(measure).get("return")
-    except Exception:
-        return {}
-    return _declared(hint) if isinstance(hint, type) and hasattr(hint, "__annotations__") else {}
+    hint = _result(measure)
+    return _declared(hint) if hint is not None else {}
+
+
+def declared_columns(measure: Callable[..., object]) -> dict[str, Kind] | None:
+    """Return the columns that a measure returns by its annotation, and what each holds; None if it does not say.
+
+    Parameters
+    ----------
+    measure : callable
+        A function whose result is annotated as a NamedTuple or a TypedDict, or another.
+    """
+    hint = _result(measure)
+    if hint is None or not (hasattr(hint, "_fields") or typing.is_typeddict(hint)):
+        return None
+    return dict.fromkeys(hint.__annotations__) | _declared(hint)
+
+
+def _result(measure: Callable[..., object]) -> type | None:
+    """Return the class that a function returns by its annotation; None if it does not say."""
+    found = getattr(measure, "__annotations__", {}).get("return")
+    if isinstance(found, str):
+        # Alone: the annotations of its parameters may name what only a type checker imports.
+        alone = types.SimpleNamespace(__annotations__={"return": found})
+        try:
+            found = typing.get_type_hints(alone, getattr(measure, "__globals__", {}))["return"]
+        except Exception:
+            return None
+    return found if isinstance(found, type) and hasattr(found, "__annotations__") else None
 
 
 def _without_none(hint: object) -> object:

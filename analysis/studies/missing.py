@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 # Settings whose runs are listed at a time.
 _BLOCK = 1024
+# Replicates that all settings get before any gets more, and how much more each time.
+_FIRST, _GROWTH = 2, 4
 
 
 class Selection:
@@ -34,19 +36,23 @@ class Selection:
     def __init__(
         self, plan: Plan, needed: NDArray[np.int64], shard: tuple[int, int] | None = None, *, by_setting: bool = False
     ) -> None:
-        self._plan = plan
+        self._plan, self._needed, self._shard, self._by_setting = plan, needed, shard, by_setting
         self._position = np.empty(plan.settings, np.int64)
         self._position[plan.order] = np.arange(plan.settings)
         most = int(needed.max(initial=0))
         self._is_selected: NDArray[np.bool_] = np.greater.outer(needed[plan.order], np.arange(most))
         if shard is not None:
-            self._keep(*shard, by_setting=by_setting)
+            replicates = np.arange(most)
+            for first in range(min(shard[1], plan.settings)):
+                self._is_selected[first :: shard[1]] &= self._is_own(np.array(first), replicates)
 
-    def _keep(self, part: int, parts: int, *, by_setting: bool) -> None:
-        """Keep the runs of one shard: each has some replicates of each setting, so that all take about as long."""
-        replicates = np.arange(self._is_selected.shape[1]) * (not by_setting)
-        for first in range(min(parts, len(self._is_selected))):
-            self._is_selected[first::parts] &= (first + replicates) % parts == part - 1
+    def _is_own(self, row: NDArray[np.int64], replicate: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether runs are in the shard: each has some replicates of each setting, so that all take about as long."""
+        if self._shard is None:
+            return np.ones(len(replicate), bool)
+        part, parts = self._shard
+        found: NDArray[np.bool_] = (row + replicate * (not self._by_setting)) % parts == part - 1
+        return np.broadcast_to(found, replicate.shape)
 
     def keep(self, runs: RunSet) -> None:
         """Keep only these runs."""
@@ -76,8 +82,21 @@ class Selection:
         self._is_selected[rows, columns] = False
         return count
 
+    def beyond(self, runs: RunSet) -> int:
+        """Return how many of these runs have a higher number than their setting needs now; they are kept."""
+        index = self._plan.index_of(runs.ids)
+        index, replicates = index[index >= 0], runs.replicates[index >= 0]
+        is_own = self._is_own(self._position[index], replicates)
+        return int(np.count_nonzero(is_own & (replicates >= self._needed[index])))
+
     def __iter__(self) -> Iterator[tuple[int, int]]:
-        """Yield setting and replicate of each run, so that alike ones follow each other."""
-        for first in range(0, len(self._is_selected), _BLOCK):
-            rows, replicates = np.nonzero(self._is_selected[first : first + _BLOCK])
-            yield from zip(self._plan.order[first + rows].tolist(), replicates.tolist(), strict=True)
+        """Yield setting and replicate of each run, so that alike ones follow each other.
+
+        First come a few replicates of all settings, so that what is there after an interruption shows all of them.
+        """
+        begin, end = 0, _FIRST
+        while begin < self._is_selected.shape[1]:
+            for first in range(0, len(self._is_selected), _BLOCK):
+                rows, replicates = np.nonzero(self._is_selected[first : first + _BLOCK, begin:end])
+                yield from zip(self._plan.order[first + rows].tolist(), (begin + replicates).tolist(), strict=True)
+            begin, end = end, end * _GROWTH

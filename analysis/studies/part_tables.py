@@ -27,8 +27,8 @@ Kinds = dict[str, Kind]
 OWN_COLUMNS = frozenset({"run", "setting", "replicate", "seed", "steps", "error", "traceback"})
 #: Columns of the event log that are no details of an event.
 OWN_COLUMNS_OF_EVENTS = frozenset({"setting", "replicate", "time", "tick", "what", "group", "agent", "source"})
-# What the names of events' details begin with among the kinds of columns.
-_DETAIL = "events/"
+#: What the names of events' details begin with among the kinds of columns.
+DETAIL = "events/"
 
 
 class PartTables:
@@ -125,7 +125,7 @@ class PartTables:
             measured = {
                 name: pa.array([values.get(name) for _, values in self._runs], _type(kind))
                 for name, kind in self._kinds.items()
-                if not name.startswith(_DETAIL)
+                if not name.startswith(DETAIL)
             }
             beside = {kind: part_files.digest(content) for kind, content in found.items() if kind != "failed"}
             metadata = {part_files.BESIDE: json.dumps(beside), part_files.HOLDS: json.dumps(self._kinds)}
@@ -161,7 +161,7 @@ def merged(known: Mapping[str, Kind], kinds: Mapping[str, Kind]) -> Kinds:
     for name, kind in kinds.items():
         before = found.get(name)
         if before is not None and kind is not None and before != kind:
-            what = f"detail {name[len(_DETAIL) :]!r} of an event" if name.startswith(_DETAIL) else f"measure {name!r}"
+            what = f"detail {name[len(DETAIL) :]!r} of an event" if name.startswith(DETAIL) else f"measure {name!r}"
             raise ValueError(
                 f"{what} is {WORDS[kind]} in this run and {WORDS[before]} in others; give values of one type in all "
                 "runs, and None where there is none"
@@ -218,7 +218,7 @@ def _details(tables: Mapping[str, pa.Table]) -> Kinds:
     if (events := tables.get("events")) is not None:
         for field, column in zip(events.schema, events.columns, strict=True):
             if field.name not in OWN_COLUMNS_OF_EVENTS and column.null_count < len(column):
-                found[_DETAIL + field.name] = "text" if pa.types.is_string(field.type) else "number"
+                found[DETAIL + field.name] = "text" if pa.types.is_string(field.type) else "number"
     return found
 
 

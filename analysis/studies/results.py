@@ -64,6 +64,8 @@ class StudyResults(StudyTables):
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
         Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
+    wide : int
+        The number of settings of an adaptive study that have reached its limit with a wider interval than wanted.
     frame, settings : DataFrame
         One row for each run that is there, and one for each setting.
     """

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.definition.recording import check_measured
+from teamsight.analysis.studies.folder.run_set import joined
 from teamsight.analysis.studies.missing import Selection
-from teamsight.analysis.studies.part_tables import OWN_COLUMNS, is_at_odds
+from teamsight.analysis.studies.part_tables import DETAIL, is_at_odds
 from teamsight.analysis.studies.shard import Common, Shard, ShardResult, died, make_shard
 from teamsight.analysis.studies.sharding import Sharding, Sized
+from teamsight.analysis.studies.standing import Standing, present_in, standing
 from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
-from teamsight.core import checks
 
 if TYPE_CHECKING:
-    import pyarrow as pa
-
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.progress import Heartbeat
     from teamsight.analysis.studies.folder.run_set import RunSet
@@ -71,6 +71,8 @@ class Rounds:
         How far it is.
     errors : list of (str, str)
         The id and the error of the first runs that failed.
+    wide : int
+        Settings that have reached the limit of an adaptive study with a wider interval than wanted.
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class Rounds:
         progress: Callable[[int, int, float | None], object], emit: Callable[[str], object],
         shard: tuple[int, int] | None, retry_failed: bool, stops: bool, only: RunSet | None = None,
     ) -> None:  # fmt: skip
-        self.counts, self.errors = Counts(), list[tuple[str, str]]()
+        self.counts, self.errors, self.wide = Counts(), list[tuple[str, str]](), 0
         self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
         self._heartbeat, self._progress, self._emit, self._shard = heartbeat, progress, emit, shard
         self._retry_failed, self._stops, self._only = retry_failed, stops, only
@@ -87,28 +89,34 @@ class Rounds:
 
     def run(self) -> None:
         """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
-        needed = np.full(self._plan.settings, self._study.replicates, np.int64)
+        found = self._standing()
         while True:
-            missing, own = self._missing(needed)
+            # Other shards see to the settings that are theirs.
+            missing, own = self._missing(found.needed)
+            self.wide = int((found.is_wide & own).sum())
             self._report()
-            if missing.size:
-                self._make(missing)
+            if not missing.size:
+                return
+            self._make(missing)
             if self._study.until is None or self._only is not None or (self._stops and self.errors):
                 return
-            more = self._needed(needed, own)
-            if np.array_equal(more, needed):
-                return
-            needed = more
+            found = self._standing()
 
     def _missing(self, needed: NDArray[np.int64]) -> tuple[Selection, NDArray[np.bool_]]:
         """Return the runs that are neither done nor failed, and which settings are in the shard; count the others."""
+        if self._only is not None:
+            # Runs that were lost may be later than the first gap, up to which an adaptive study knows what it needs.
+            needed, index = needed.copy(), self._plan.index_of(self._only.ids)
+            np.maximum.at(needed, index[index >= 0], self._only.replicates[index >= 0] + 1)
         selected = Selection(self._plan, needed, self._shard, by_setting=self._study.until is not None)
-        self.counts.planned, own = selected.size, selected.settings
-        self.counts.done = selected.remove(self._folder.done())
-        # In later rounds, failed runs have been made again.
-        self.counts.failed = (
-            0 if self._retry_failed and not self.counts.made else selected.remove(self._folder.failed())
-        )
+        done, failed, own = self._folder.done(), self._folder.failed(), selected.settings
+        if self._retry_failed and not self.counts.made:
+            # In later rounds, failed runs have been made again.
+            failed = joined([])
+        beyond = selected.beyond(done), selected.beyond(failed)
+        self.counts.planned = selected.size + sum(beyond)
+        self.counts.done = beyond[0] + selected.remove(done)
+        self.counts.failed = beyond[1] + selected.remove(failed)
         if self._only is not None:
             selected.keep(self._only)
         return selected, own
@@ -169,6 +177,9 @@ class Rounds:
 
     def _write(self, shard: Shard, result: ShardResult) -> None:
         self._folder.write(result.parts, [run.id for run in shard.runs])
+        if result.done and self._study.until is not None:
+            kinds = {**result.kinds, **self._common.kinds}
+            check_measured(self._study.until, {name: kinds[name] for name in kinds if not name.startswith(DETAIL)})
         self.counts.done += result.done
         self.counts.failed += len(result.failed)
         self.counts.made += len(shard.runs)
@@ -184,46 +195,9 @@ class Rounds:
         self._heartbeat.update(counts.done, counts.planned, failed=counts.failed, running=running, made=counts.made)
         self._progress(counts.done + counts.failed, counts.planned, self._heartbeat.seconds_left)
 
-    def _needed(self, needed: NDArray[np.int64], own: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return how many replicates each setting needs by what was measured so far; other shards see to theirs."""
-        from teamsight.analysis.studies.adaptive import all_needed
-
-        until = self._study.until
-        assert until is not None
-        setting, replicate, value = self._measured(until.measure)
-        found = all_needed(until, self._study.replicates, setting, replicate, value, self._plan.settings)
-        return np.where(own, np.maximum(found, needed), needed)
-
-    def _measured(self, measure: str) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """Return setting, replicate and measure of all planned runs that are done or failed; NaN for failed ones."""
-        table = self._folder.read("runs")
-        names = [name for name in table.column_names if name not in OWN_COLUMNS.union(self._common.types)]
-        if table.num_rows and measure not in names:
-            hint = checks.suggestion(measure, names)
-            raise ValueError(
-                f"until.measure={checks.shown(measure)}: is not measured; {hint}give one of {', '.join(names)}"
-            )
-        failed = self._folder.failed()
-        columns = [failed.ids], [failed.replicates], [np.full(failed.size, np.nan)]
-        if table.num_rows:
-            settings = table.column("setting").combine_chunks().dictionary_encode()
-            found = np.array([int(name, 16) for name in settings.dictionary.to_pylist()], np.uint64)
-            columns[0].append(found[settings.indices.to_numpy()])
-            columns[1].append(table.column("replicate").to_numpy())
-            columns[2].append(_numbers(table.column(measure), measure))
-        ids, replicates, values = (np.concatenate(parts) for parts in columns)
-        setting = self._plan.index_of(ids)
-        planned = setting >= 0
-        return setting[planned], replicates[planned], values[planned]
-
-
-def _numbers(column: pa.ChunkedArray, measure: str) -> NDArray[np.float64]:
-    """Return a measure as numbers; NaN where it has no value."""
-    try:
-        return np.asarray(column.cast("double").to_numpy())
-    except ValueError as error:
-        shown = checks.shown(measure)
-        raise ValueError(f"until.measure={shown}: holds texts; give a measure that is a number") from error
+    def _standing(self) -> Standing:
+        """Return how far the study is by what was measured so far."""
+        return standing(self._study, self._plan, present_in(self._folder, self._study, self._plan))
 
 
 def _death(value: object) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.folder.run_set import runs_in
 from teamsight.analysis.studies.part_tables import OWN_COLUMNS
+from teamsight.analysis.studies.standing import Present, values_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -30,14 +31,19 @@ class Made(NamedTuple):
         Their rows; the measures of failed runs, and the errors of others, are null.
     setting, replicate : ndarray of int64, shape (runs,)
         The number of the setting in the plan, and of the run.
-    failed : int
-        How many have failed.
+    has_failed : ndarray of bool, shape (runs,)
+        Whether each has failed.
     """
 
     table: pa.Table
     setting: NDArray[np.int64]
     replicate: NDArray[np.int64]
-    failed: int
+    has_failed: NDArray[np.bool_]
+
+    @property
+    def failed(self) -> int:
+        """How many have failed."""
+        return int(self.has_failed.sum())
 
 
 def measures_of(runs: pa.Table, parameters: Sequence[str]) -> tuple[str, ...]:
@@ -52,7 +58,7 @@ def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
     tables = [table for table in (runs, failed) if table.num_columns]
     if not tables:
         nothing = np.empty(0, np.int64)
-        return Made(pa.table({}), nothing, nothing, 0)
+        return Made(pa.table({}), nothing, nothing, np.empty(0, bool))
     table = pa.concat_tables(tables, promote_options="permissive")
     setting = plan.index_of(runs_in(table).ids)
     replicate = table["replicate"].to_numpy().astype(np.int64)
@@ -65,7 +71,7 @@ def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
     order = order[~same]
     if not np.array_equal(order, np.arange(table.num_rows)):
         table = table.take(order)
-    return Made(table, setting[order], replicate[order], int(has_failed[order].sum()))
+    return Made(table, setting[order], replicate[order], has_failed[order])
 
 
 def run_ids(table: pa.Table) -> pd.Index[str]:
@@ -173,20 +179,10 @@ def is_of_axes(study: Study, names: Iterable[str]) -> bool:
     return all(name in study.axes for name in names)
 
 
-def planned_and_missing(study: Study, plan: Plan, made: Made) -> tuple[int, int]:
-    """Return how many runs are planned, and how many of these are neither done nor failed."""
-    if study.until is None:
-        present = int((made.replicate < study.replicates).sum())
-        return plan.runs, plan.runs - present
-    from teamsight.analysis.studies.adaptive import all_needed
-
-    name = study.until.measure
-    table = made.table
-    values = numbers(table, name) if name in table.column_names else np.full(len(made.setting), np.nan)
-    needed = all_needed(study.until, study.replicates, made.setting, made.replicate, values, plan.settings)
-    present = int((made.replicate < needed[made.setting]).sum())
-    planned = int(needed.sum())
-    return planned, planned - present
+def present_of(study: Study, made: Made) -> Present:
+    """Return the runs as `standing` counts them."""
+    measure = "" if study.until is None else study.until.measure
+    return Present(made.setting, made.replicate, made.has_failed, *values_of(made.table, measure))
 
 
 def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:

@@ -77,7 +77,7 @@ class Study:
         ``{"method": "sobol", "count": 64, "seed": 0, "axes": {"radius": {"from": 2, "to": 9}}}``, or "latin-hypercube";
         an axis may have ``"scale": "log"`` or ``"integer": True``. It is kept as the columns that were drawn.
     replicates : int
-        Runs of each setting; with `until`, the first ones.
+        Runs of each setting; with `until`, the first ones, and it adds more: at least 38 in all, or its limit.
     steps : int
         Steps of each run.
     seed : int
@@ -206,7 +206,7 @@ class Study:
             If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
         """
         references.search_in([] if self.path is None else [os.fspath(self.path)])
-        check_plan(self.plan(), self.model, self.record.measure, self.steps)
+        check_plan(self.plan(), self.model, self.record.measure, self.steps, self.until)
 
     def plan(self) -> Plan:
         """Return all runs of this study. Nothing is imported and checked; see `check`."""

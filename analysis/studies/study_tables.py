@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies import rows
+from teamsight.analysis.studies.standing import standing
 from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
 
@@ -48,6 +49,8 @@ class StudyTables:
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
         Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
+    wide : int
+        The number of settings of an adaptive study that have reached its limit with a wider interval than wanted.
     """
 
     def __init__(self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table) -> None:
@@ -58,9 +61,12 @@ class StudyTables:
         self.axes: tuple[str, ...] = self.plan.swept
         self.measures: tuple[str, ...] = rows.measures_of(runs, self.plan.names)
         self._made = rows.together(runs, failed, self.plan)
-        self.failed: int = self._made.failed
-        self.done: int = self._made.table.num_rows - self.failed
-        self.planned, self.missing = rows.planned_and_missing(study, self.plan, self._made)
+        found = standing(study, self.plan, rows.present_of(study, self._made))
+        self.planned: int = found.planned
+        self.done: int = found.done
+        self.failed: int = found.failed
+        self.missing: int = found.missing
+        self.wide: int = int(found.is_wide.sum())
 
     @property
     def is_complete(self) -> bool:

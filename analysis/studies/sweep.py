@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teamsight.analysis.runs.workers import check_workers
+from teamsight.analysis.studies.adaptive import fewest
 from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
 from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
 from teamsight.analysis.studies.same_code import source_digests
 from teamsight.analysis.studies.shard import Common
 from teamsight.analysis.studies.sharding import expected_seconds
+from teamsight.analysis.studies.standing import wide_note
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
@@ -45,6 +47,9 @@ class SweepSummary(NamedTuple):
         The id and the error of the first runs that failed in this sweep.
     seconds : float
         Duration.
+    wide : str
+        Settings of an adaptive study that have reached its limit with a wider interval than wanted, in words; empty if
+        none has.
     """
 
     folder: Path
@@ -55,6 +60,7 @@ class SweepSummary(NamedTuple):
     missing: int
     errors: tuple[tuple[str, str], ...]
     seconds: float
+    wide: str = ""
 
 
 def sweep(
@@ -136,11 +142,14 @@ def sweep(
             study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, emit=emit,
             shard=shard, retry_failed=retry_failed, stops=on_error == "stop", only=only,
         )  # fmt: skip
+        if study.until is not None and study.replicates < (least := fewest(study.until)):
+            emit(f"until: replicates={study.replicates} are only the first; each setting gets at least {least}")
         rounds.run()
     counts = rounds.counts
     return SweepSummary(
         folder.path, counts.made, counts.planned, counts.done, counts.failed,
         counts.planned - counts.done - counts.failed, tuple(rounds.errors), time.perf_counter() - began,
+        wide_note(rounds.wide, plan.settings, study.until),
     )  # fmt: skip
 
 
@@ -160,11 +169,12 @@ def run_study(
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
     from teamsight.analysis.studies.results import open_study
 
-    sweep(
+    made = sweep(
         study, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
         mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
     )  # fmt: skip
-    return open_study(out)
+    # A measure may have changed the current folder.
+    return open_study(made.folder)
 
 
 def common_of(study: Study, types: Mapping[str, str]) -> Common:

@@ -55,6 +55,8 @@ def status(settings: StatusSettings) -> None:
 
 
 def _counts(place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
+    from teamsight.analysis.studies.standing import wide_note
+
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
     lines = [f"study {name}in {place.path}: {found.planned:,} runs of {manifest.study['model']}"]
     if manifest.study["until"]:
@@ -64,7 +66,9 @@ def _counts(place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
         ("done", found.done, ""), ("failed", found.failed, ""), ("missing", found.missing, running),
     ):  # fmt: skip
         lines.append(f"  {what:<8} {count:>12,}  {_share(count, found.planned):>6}{more}")
-    return lines
+    study = place.study
+    wide = wide_note(found.wide, study.settings, study.until)
+    return [*lines, wide] if wide else lines
 
 
 def _share(count: int, planned: int) -> str:
@@ -138,5 +142,5 @@ def _as_json(
     return {
         "folder": str(place.path), "name": manifest.study["name"], **counts, "rate": found.rate,
         "seconds_left": found.seconds_left, "sweeps": sweeps, "damaged": [each._asdict() for each in found.damaged],
-        "failures": failures, **about,
+        "failures": failures, "wide": found.wide, **about,
     }  # fmt: skip

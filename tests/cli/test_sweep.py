@@ -179,7 +179,7 @@ def test_a_repeated_run_says_that_the_code_has_changed(
     ("line", "message"),
     [
         (["rerun", "out", "x"], "run='x': is no run id; copy one from the table"),
-        (["rerun", "out", "0123456789abcdef-0"], "run='0123456789abcdef-0': out has no such setting"),
+        (["rerun", "out", "0123456789abcdef-0"], "out has no such setting"),
         (["rerun", "out", "RUN-2"], "replicates are numbered from 0 to 1"),
         (["rerun", ".", "0123456789abcdef-0"], "is not the folder of a study"),
         (["sweep", "none.toml", "--out", "out"], "none.toml: cannot be read"),

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, check_parameters, measure_of
+from teamsight.analysis.studies.definition.recording import check_measured
 from teamsight.analysis.studies.definition.values import text_of
+from teamsight.analysis.studies.measured import declared_columns
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
+    from teamsight.analysis.studies.definition.recording import Until
     from teamsight.analysis.studies.plan import Plan
 
 # Settings of which a world is built: enough for each value of all usual studies.
@@ -22,8 +25,10 @@ _MOST_BUILT = 100
 _MOST_AGENTS = 2
 
 
-def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
+def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | None = None) -> None:
     """Import the model, the measure and all components of a plan; of `CMOMMT`, build worlds with each kind of value.
+
+    What `until` names is looked for among the columns of the measure, if its annotation tells them.
 
     Raises
     ------
@@ -31,7 +36,9 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int) -> None:
         If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
     """
     check_parameters(model, plan.names)
-    measure_of(measure)
+    columns = declared_columns(measure_of(measure))
+    if until is not None and columns is not None:
+        check_measured(until, columns)
     components = Components()
     for name in plan.names:
         for value in plan.values(name):
@@ -60,6 +67,7 @@ def _typical(plan: Plan) -> list[int]:
 
 
 def _build(plan: Plan, k: int, steps: int) -> None:
+    from teamsight.agents import building
     from teamsight.agents.cmommt import CMOMMT
 
     with _one_line("model"):
@@ -67,7 +75,9 @@ def _build(plan: Plan, k: int, steps: int) -> None:
     if "events" not in given:  # which may need all agents
         for name in ("robots", "targets"):
             value = given.get(name, _MOST_AGENTS)
-            given[name] = min(value, _MOST_AGENTS) if type(value) is int else value
+            # More than there may be is left for the model to refuse.
+            is_allowed = type(value) is int and value <= building.MOST_AGENTS
+            given[name] = min(value, _MOST_AGENTS) if is_allowed else value
     try:
         # A world of two robots may warn of what is true of it alone.
         with _one_line("model"), warnings.catch_warnings(action="ignore"), closing(CMOMMT(**given, rng=0)):
@@ -85,5 +95,5 @@ def _one_line(name: str) -> Iterator[None]:
         yield
     except (TypeError, ValueError):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ValueError(f"{name}: {references.failure(error)}; correct the component") from error

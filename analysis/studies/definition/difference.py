@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.recording import Record
 from teamsight.analysis.studies.definition.values import text_of
 from teamsight.analysis.studies.study import Study
 from teamsight.core import checks
@@ -16,9 +16,9 @@ _MOST_SHOWN = 5
 def difference(old: Study, new: Study) -> list[str]:
     """Return a line for each difference; none if `new` is equal, or only adds settings or replicates.
 
-    A study may grow: more replicates, a higher limit of adaptive ones, more values, and a fixed parameter that becomes
-    an axis with its value among others. With anything else, its results are those of another study. The name and the
-    folder of the study file do not matter.
+    A study may grow: more replicates, more values, and a fixed parameter that becomes an axis with its value among
+    others. Until when replicates are added may change freely, since it decides only how many there are. With anything
+    else, the results are those of another study. The name and the folder of the study file do not matter.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def difference(old: Study, new: Study) -> list[str]:
     lines += _recorded(old.record, new.record)
     if new.replicates < old.replicates:
         lines.append(f"{_line('replicates', old.replicates, new.replicates)}, which is fewer")
-    return lines + _adaptive(old.until, new.until) + _settings(old, new)
+    return lines + _settings(old, new)
 
 
 def _line(name: str, old: object, new: object) -> str:
@@ -55,18 +55,6 @@ def _recorded(old: Record, new: Record) -> list[str]:
         for name, before, now in zip(Record._fields, old, new, strict=True)
         if before != now
     ]
-
-
-def _adaptive(old: Until | None, new: Until | None) -> list[str]:
-    if old is None or new is None:
-        shown = ["not given" if one is None else f"{{interval = {one.interval:g}, …}}" for one in (old, new)]
-        return [] if old is new else [f"until: {shown[0]} in the folder, {shown[1]} now"]
-    lines = [
-        _line(f"until.{name}", before, now)
-        for name, before, now in zip(Until._fields, old, new, strict=True)
-        if before != now and not (name == "limit" and new.limit > old.limit)
-    ]
-    return [f"{line}, which is less" if line.startswith("until.limit") else line for line in lines]
 
 
 def _settings(old: Study, new: Study) -> list[str]:

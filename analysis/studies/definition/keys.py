@@ -94,7 +94,7 @@ RECORD: Mapping[str, Key] = {
 #: Until when replicates are added.
 UNTIL: Mapping[str, Key] = {
     "interval": Key(
-        "The largest width of the 95 % interval of the mean, in the unit of the measure.",
+        "The largest width of the 95 % interval of the mean, from its low to its high end, in the unit of the measure.",
         {"type": "number", "exclusiveMinimum": 0},
     ),
     "measure": Key("The column of results whose mean it is.", {**_TEXT, "default": "observed_fraction"}),
@@ -141,7 +141,8 @@ STUDY: Mapping[str, Key] = {
     ),
     "record": Key("What is recorded of each run.", _table(RECORD)),
     "until": Key(
-        "Add replicates to each setting until its interval is narrow enough; it is looked at from 30 replicates on.",
+        "Add replicates to each setting until its interval is narrow enough with two of 30, 38, 48, 60, … replicates "
+        "in succession: a setting has at least 38, or the limit.",
         _table(UNTIL, required=["interval"]),
     ),
 }

@@ -44,6 +44,11 @@ class Until(NamedTuple):
         The column of the table whose mean it is.
     limit : int
         The most replicates of a setting.
+
+    Notes
+    -----
+    The interval is Student's; for True and False it is Wilson's. A setting has at least 38 replicates, or the limit;
+    see `teamsight.analysis.studies.adaptive` for what the intervals are worth.
     """
 
     interval: float
@@ -76,6 +81,29 @@ def until_of(given: object, replicates: int) -> Until | None:
     if limit < replicates:
         raise ValueError(f"until.limit={limit}: must be at least replicates={replicates}; raise it")
     return Until(checks.number("until.interval", made.interval, above=0), str(made.measure), limit)
+
+
+def check_measured(until: Until, kinds: Mapping[str, str | None]) -> None:
+    """Check that what decides how many replicates there are is a number.
+
+    Parameters
+    ----------
+    until : Until
+        Its measure is looked for.
+    kinds : mapping of str to str or None
+        What each measured column holds: "text" or another; None where it is not known.
+
+    Raises
+    ------
+    ValueError
+        If it is not measured, or a text.
+    """
+    shown = f"until.measure={checks.shown(until.measure)}"
+    if until.measure not in kinds:
+        hint = checks.suggestion(until.measure, kinds)
+        raise ValueError(f"{shown}: is not measured; {hint}give one of {', '.join(kinds)}")
+    if kinds[until.measure] == "text":
+        raise ValueError(f"{shown}: holds texts; give a measure that is a number")
 
 
 def _named(where: str, given: object, kind: type[T], make: Callable[..., T]) -> T:

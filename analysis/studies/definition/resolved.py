@@ -14,7 +14,7 @@ from teamsight.analysis.studies.definition.grid import blocks_of, check_blocks
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME
 from teamsight.analysis.studies.definition.recording import record_of, until_of
 from teamsight.analysis.studies.definition.sampling import sample_of
-from teamsight.analysis.studies.definition.values import Table, frozen
+from teamsight.analysis.studies.definition.values import Table, check_distinct, frozen
 from teamsight.core import checks
 from teamsight.core.files import check_name
 
@@ -59,6 +59,9 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
         for name in made[where] or ():
             _check_parameter(where, name)
     blocks = blocks_of(made["axes"], made["zip"], made["points"], made["sample"])
+    for block in blocks:
+        for name, values in block.columns.items():
+            check_distinct(name, values)
     _check_runs(check_blocks(blocks, made["fixed"]), made)
     return made
 

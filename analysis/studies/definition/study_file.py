@@ -14,8 +14,9 @@ from teamsight.core.files import open_regular
 #: Bytes of a study file.
 MOST_BYTES = 1_000_000
 
-# tomllib takes quadratic time for a key of very many parts.
-_LONG_KEY = re.compile(r"""(?:[\w"'-]+[ \t]*\.[ \t]*){64}""")
+# tomllib takes quadratic time for a key of very many parts. The search takes linear time: it begins at words only, and
+# gives nothing back.
+_LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){64}""")
 
 
 def read_study_file(path: Path) -> dict[str, Any]:

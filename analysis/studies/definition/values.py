@@ -123,6 +123,24 @@ def are_equal(one: object, other: object) -> bool:
     return one is other or (one == other and text_of(one) == text_of(other))
 
 
+def check_distinct(name: str, values: Sequence[object]) -> None:
+    """Refuse values of a parameter that results could not tell apart, as 1 and "1" in a column of texts.
+
+    Raises
+    ------
+    ValueError
+        If there are such values.
+    """
+    texts = {value for value in values if isinstance(value, str)}
+    if not texts:
+        return
+    for value in values:
+        if not isinstance(value, str) and stored(thawed(value), "text") in texts:
+            text = checks.shown(stored(thawed(value), "text"))
+            same = f"{checks.shown(value)} and the text {text}"
+            raise ValueError(f"{name}: has {same}, which are the same in results; give one")
+
+
 def stored(value: object, kind: str) -> int | float | bool | str:
     """Return a value as a column of results holds it.
 

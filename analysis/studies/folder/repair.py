@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections import defaultdict
 
 import numpy as np
 
 from teamsight.analysis.studies.folder.progress import Progress
 from teamsight.analysis.studies.folder.run_set import RunSet
-from teamsight.analysis.studies.folder.status import planned_runs
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.folder.verify import Verification
 
@@ -36,7 +36,11 @@ def runs_to_repeat(folder: str | os.PathLike[str], found: Verification) -> RunSe
 def _were_complete(place: StudyFolder) -> bool:
     """Return whether the last sweep of all, or the last one of every shard of a job array, has left nothing missing."""
     study, last = place.study, place.progress
-    planned = planned_runs(study, study.plan(), last)
+    # Each shard of a job array knows of its own runs; of an adaptive study, as far as it has found out.
+    totals: defaultdict[str, int] = defaultdict(int)
+    for each in last:
+        totals[each.shard.partition("/")[2]] += each.total
+    planned = max(study.settings * study.replicates, *totals.values(), 0)
     groups: dict[str, list[Progress]] = {}
     for each in last:
         if each.has_ended and each.done + each.failed == each.total:

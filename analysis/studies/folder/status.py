@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
-from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from teamsight.analysis.studies.folder.lock import Holder, holders
 from teamsight.analysis.studies.folder.parts import Damaged
 from teamsight.analysis.studies.folder.progress import Progress, seconds_left
-from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
-
-if TYPE_CHECKING:
-    from teamsight.analysis.studies.plan import Plan
-    from teamsight.analysis.studies.study import Study
+from teamsight.analysis.studies.standing import present_in, standing
 
 
 class Running(NamedTuple):
@@ -40,7 +33,7 @@ class Status(NamedTuple):
     Attributes
     ----------
     planned : int
-        Runs of the study; those known so far if it is adaptive.
+        Runs that are there and those that are missing; of an adaptive study, as far as its runs show.
     done, failed, missing : int
         Runs that are done, that have failed, and that are neither.
     running : int
@@ -53,6 +46,8 @@ class Status(NamedTuple):
         The sweeps that run now.
     damaged : tuple of Damaged
         Parts of runs that are damaged; their runs are missing.
+    wide : int
+        Settings of an adaptive study that have reached its limit with a wider interval than wanted.
     """
 
     planned: int
@@ -64,6 +59,7 @@ class Status(NamedTuple):
     rate: float | None
     sweeps: tuple[Running, ...]
     damaged: tuple[Damaged, ...]
+    wide: int = 0
 
 
 def status(folder: str | os.PathLike[str]) -> Status:
@@ -80,46 +76,14 @@ def status(folder: str | os.PathLike[str]) -> Status:
     sweeps = _running(place)
     heartbeats = [each.progress for each in sweeps if each.progress]
     plan = study.plan()
-    done, failed = (count_planned(runs, plan, study) for runs in (place.done(), place.failed()))
-    planned = max(done + failed, planned_runs(study, plan, place.progress))
-    if study.until is not None:
-        planned = max(planned, done + failed + _still_needed(place, study, plan))
-    missing = planned - done - failed
+    found = standing(study, plan, present_in(place, study, plan, skip_damaged=True))
     rates = [each.rate for each in heartbeats if each.rate]
     rate = sum(rates) if rates else None
-    running = min(missing, sum(each.running for each in heartbeats))
-    left = seconds_left(missing, rate)
-    return Status(planned, done, failed, missing, running, left, rate, sweeps, tuple(place.damaged()))
-
-
-def count_planned(runs: RunSet, plan: Plan, study: Study) -> int:
-    """Return how many of these runs the study plans; in an adaptive study, all runs of its settings are planned."""
-    index = plan.index_of(runs.ids) if runs.size else np.empty(0, np.int64)
-    is_planned = index >= 0
-    if study.until is None:
-        is_planned &= runs.replicates < study.replicates
-    return int(np.count_nonzero(is_planned))
-
-
-def planned_runs(study: Study, plan: Plan, heartbeats: tuple[Progress, ...]) -> int:
-    """Return the number of planned runs; of an adaptive study, as far as its sweeps have found out."""
-    if study.until is None:
-        return plan.runs
-    # Each shard of a job array knows of its own runs.
-    totals: defaultdict[str, int] = defaultdict(int)
-    for each in heartbeats:
-        totals[each.shard.partition("/")[2]] += each.total
-    return max(plan.runs, *totals.values(), 0)
-
-
-def _still_needed(place: StudyFolder, study: Study, plan: Plan) -> int:
-    """Return how many more runs an adaptive study needs, as far as its runs say."""
-    from teamsight.analysis.studies import rows
-
-    assert study.until is not None
-    runs = place.read("runs", [*IDENTITY, study.until.measure], skip_damaged=True)
-    failed = place.read("failed", IDENTITY, skip_damaged=True)
-    return rows.planned_and_missing(study, plan, rows.together(runs, failed, plan))[1]
+    running = min(found.missing, sum(each.running for each in heartbeats))
+    return Status(
+        found.planned, found.done, found.failed, found.missing, running, seconds_left(found.missing, rate), rate,
+        sweeps, tuple(place.damaged()), int(found.is_wide.sum()),
+    )  # fmt: skip
 
 
 def _running(place: StudyFolder) -> tuple[Running, ...]:

@@ -28,7 +28,8 @@ def changes(**given: Any) -> list[str]:
     [
         {}, {"replicates": 9}, {"axes": {"radius": [3, 2], "robots": [1, 10, 5]}}, {"name": "other"}, {"path": "/elsewhere"},
         {"fixed": {}, "axes": {**OLD.axes, "targets": [5]}}, {"fixed": {}, "axes": {**OLD.axes, "targets": [4, 5.0, 6]}},
-        {"until": {"interval": 0.5, "limit": 200}}, {"axes": {}, "points": {"robots": [5, 5, 10, 10], "radius": [2, 3, 2, 3]}},
+        {"until": None}, {"until": {"interval": 0.25, "limit": 50}}, {"until": {"interval": 1, "measure": "max_neighbours"}},
+        {"axes": {}, "points": {"robots": [5, 5, 10, 10], "radius": [2, 3, 2, 3]}},
         {"axes": {"robots": [5, 10]}, "sample": {"radius": [2.0, 2.5, 3.0]}},
     ],
 )  # fmt: skip
@@ -46,9 +47,6 @@ def test_a_study_may_grow(given: dict[str, Any]) -> None:
         ({"replicates": 2}, ["replicates: 3 in the folder, 2 now, which is fewer"]),
         ({"record": {"steps": True}}, ["record.steps: False in the folder, True now"]),
         ({"record": {"measure": "a:b"}}, ["record.measure: 'summary' in the folder, 'a:b' now"]),
-        ({"until": None}, ["until: {interval = 0.5, …} in the folder, not given now"]),
-        ({"until": {"interval": 0.25, "limit": 100}}, ["until.interval: 0.5 in the folder, 0.25 now"]),
-        ({"until": {"interval": 0.5, "limit": 50}}, ["until.limit: 100 in the folder, 50 now, which is less"]),
         ({"axes": {"robots": [5], "radius": [2, 3]}}, ["robots: 10 in the folder, not among 5 now"]),
         ({"axes": {"robots": [5, 10]}}, ["radius: 2.0, 3.0 in the folder, not given now"]),
         ({"fixed": {"targets": 6}}, ["targets: 5 in the folder, not among 6 now"]),

@@ -100,6 +100,9 @@ def test_a_component_that_raises_is_one_line_with_its_place(tmp_path: Path) -> N
     (tmp_path / "raising_component.py").write_text("class Raising:\n    def __init__(self):\n        {}['a']\n")
     with pytest.raises(ValueError, match=r"policy: KeyError: 'a' \(raising_component.py, line 3\); correct"):
         read(tmp_path, "fixed.policy = 'raising_component:Raising'")
+    (tmp_path / "ending_component.py").write_text("class End:\n    def __init__(self):\n        raise SystemExit\n")
+    with pytest.raises(ValueError, match=r"policy: SystemExit.*; correct"):
+        read(tmp_path, "fixed.policy = 'ending_component:End'")
     with pytest.raises(ValueError, match=r"policy: KeyError: 'a'"):
         read(tmp_path, "fixed.policy = {use = 'teamsight.policies:ACmommt', option = 'raising_component:Raising'}")
 
@@ -154,6 +157,12 @@ BAD = {
     "huge seed": (f"seed = {2**70}", ["seed=1180591620717411303424", "at most"]),
     "huge integer": (f"fixed.robots = {10**99}", ["fixed.robots=", "2^63"]),
     "more digits than Python reads": (f"seed = {'9' * 5000}", ["not TOML", "4300"]),
+    "one text of two values": ("axes.cycle = [1, '1']", ["cycle: has 1 and the text '1'", "same in results"]),
+    "one text of a flag and a text": ("axes.a = [true, 'true']", ["a: has True and the text 'true'"]),
+    "one text of a list and a text": ("axes.a = [[1], '[1]']", ["a: has", "the text '[1]'"]),
+    "long word": ("a" * 900_000, ["not TOML"]),
+    "long words": (("a" * 9_000 + " ") * 90, ["not TOML"]),
+    "more agents than there may be": ("fixed.targets = 1\naxes.robots = [1, 1000000000]", ["robots=1000000000", "at most 10000000"]),
     "NaN": ("axes.radius = [1.0, nan]", ["axes.radius[1]=nan", "finite"]),
     "infinity": ("fixed.radius = inf", ["fixed.radius=inf", "finite"]),
     "deep lists": ("a = " + "[" * 90_000, ["lists and tables within each other", "flatter"]),

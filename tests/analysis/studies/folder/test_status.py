@@ -12,13 +12,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from made_parts import failed_part, fill, names, part, prepared, shards, study
+from made_parts import CODE, failed_part, fill, names, part, prepared, shards, study
 
 from teamsight.analysis.studies.folder import progress
 from teamsight.analysis.studies.folder.layout import PROGRESS
 from teamsight.analysis.studies.folder.progress import Heartbeat, read_progress
 from teamsight.analysis.studies.folder.status import Status, status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Until
 
 pytestmark = pytest.mark.short
@@ -57,11 +58,11 @@ def test_done_failed_and_missing_add_up(tmp_path: Path) -> None:
     assert snapshot(tmp_path) == before
 
 
-def test_runs_that_are_not_planned_do_not_count(tmp_path: Path) -> None:
+def test_runs_of_other_settings_do_not_count(tmp_path: Path) -> None:
     folder = prepared(tmp_path)
     for other in (study(robots=(7, 8)), study(replicates=7)):
         fill(folder, other.plan(), 100)
-    assert status(tmp_path)[:4] == (12, 12, 0, 0)
+    assert status(tmp_path)[:4] == (21, 21, 0, 0)
 
 
 def test_a_running_sweep_is_shown_with_the_time_left(tmp_path: Path, clock: Clock) -> None:
@@ -82,7 +83,7 @@ def test_a_running_sweep_is_shown_with_the_time_left(tmp_path: Path, clock: Cloc
         ((holder, beat),) = now.sweeps
         assert beat is not None
         assert (holder.pid, beat.engine, beat.workers) == (os.getpid(), "local", 2)
-    assert status(tmp_path)[3:] == (100, 0, None, None, (), ())
+    assert status(tmp_path)[3:] == (100, 0, None, None, (), (), 0)
     assert found.progress[0].has_ended
 
 
@@ -199,12 +200,14 @@ def test_an_adaptive_study_needs_what_its_runs_say(tmp_path: Path, interval: flo
     assert (found.done, found.missing == 0, found.planned == 600) == (600, is_complete, is_complete)
 
 
-def test_a_running_adaptive_study_plans_what_its_sweep_has_found_out(tmp_path: Path) -> None:
-    folder = prepared(tmp_path, study(until=Until(0.5)))
-    fill(folder, study(replicates=200).plan(), 50)
-    with folder.lock(), folder.recorded(engine="local", workers=1, code="x") as heartbeat:
-        heartbeat.update(600, 630)
-        assert status(tmp_path)[:4] == (630, 600, 0, 30)
+def test_runs_beyond_what_is_needed_are_planned_and_done(tmp_path: Path) -> None:
+    """Runs that an earlier version of the study wanted are there, and each number counts them."""
+    folder = prepared(tmp_path, study(until=Until(0.001, limit=50)))
+    fill(folder, study(replicates=50).plan(), 50)
+    folder.prepare(wider := study(until=Until(9.0)), wider.plan(), code=CODE, sources={})
+    assert status(tmp_path)[:4] == (150, 150, 0, 0)
+    opened = open_study(tmp_path)
+    assert (opened.planned, opened.done, opened.failed, opened.missing) == (150, 150, 0, 0)
 
 
 def test_a_damaged_part_is_named_and_its_runs_are_missing(tmp_path: Path) -> None:
