@@ -150,10 +150,8 @@ def test_failed_runs_are_kept_and_made_again_only_on_demand(tmp_path: Path) -> N
     assert (again.made, again.done, again.failed) == (3, 3, 3)
     assert len(rows(tmp_path / "out", "failed")) == 3
     # A study itself can do what a sweep can.
-    given = {"shard": (1, 1), "wait": True, "mixed_code": True, "retry_failed": True}
-    before = len(StudyFolder(tmp_path / "out").sweeps)
-    study.run(tmp_path / "out", **given)  # type: ignore[arg-type]
-    assert StudyFolder(tmp_path / "out").sweeps[before:][-1]["made"] == 3
+    study.run(tmp_path / "out", shard=(1, 1), wait=True, mixed_code=True, retry_failed=True)
+    assert StudyFolder(tmp_path / "out").sweeps[-1]["made"] == 3
 
 
 @pytest.mark.short
