@@ -83,18 +83,18 @@ class Stretch:
         """Return the number of active targets in each of some rows; one number if it is always the same."""
         if not self._is_conditional:
             return self.targets
-        return np.asarray(rows[:, self._targets, _ACTIVE_OBSERVED].sum(axis=1))
+        return _sum_of(rows, self._targets, _ACTIVE_OBSERVED)
 
     def _robots_of(self, rows: Integers) -> int | Integers:
         if not self._is_conditional:
             return self.robots
-        return np.asarray(rows[:, self._teammates, _ACTIVE].sum(axis=1))
+        return _sum_of(rows, self._teammates, _ACTIVE)
 
     def _observed_of(self, rows: Integers) -> Integers:
-        return np.asarray(rows[:, self._targets, _OBSERVED].sum(axis=1))
+        return _sum_of(rows, self._targets, _OBSERVED)
 
     def _edges_of(self, rows: Integers) -> Integers:
-        return np.asarray(rows[:, self._teammates, _EDGES].sum(axis=1))
+        return _sum_of(rows, self._teammates, _EDGES)
 
     def largest_of(self, team: str | None, first: int) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on."""
@@ -216,6 +216,14 @@ class History:
         table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table
+
+
+def _sum_of(rows: Integers, relations: list[int], column: int) -> Integers:
+    """Return the sum of a column over some relations in each row."""
+    if len(relations) == 1:
+        # No copy: most worlds have one such relation, and thousands of short runs begin with it.
+        return rows[:, relations[0], column]
+    return np.asarray(rows[:, relations, column].sum(axis=1))
 
 
 def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:

@@ -28,6 +28,8 @@ class Totals(NamedTuple):
 
     def plus(self, other: Totals) -> Totals:
         """Return the totals of these rows and later ones."""
+        if self is NOTHING:
+            return other
         counted = dict(self.counted)
         for size, number in other.counted.items():
             counted[size] = counted.get(size, 0) + number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import importlib
+import importlib.util
 import json
 import re
 import zlib
@@ -21,7 +21,9 @@ Key = tuple[str, ...]
 _DECIDING = (
     "core", "world", "policies", "agents",
     "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
-    "analysis.studies.shard", "analysis.studies.recording", "analysis.studies.measured",
+    *(f"analysis.studies.{name}" for name in ("shard", "recording", "measured", "resolved", "part_tables", "failure")),
+    *(f"analysis.studies.{name}" for name in ("plan", "definition.components", "definition.values")),
+    "analysis.studies.definition.identity", "analysis.studies.definition.model",
 )  # fmt: skip
 _KINDS = ("*.py", "*.json", "*.safetensors")
 # A record is a header line, which begins with a line break in case the record before it was cut off, and its content.
@@ -149,9 +151,10 @@ def sources() -> list[Path]:
     """Return the files of code and constants that decide results."""
     found: list[Path] = []
     for name in _DECIDING:
-        module = importlib.import_module(f"teamsight.{name}")
-        if hasattr(module, "__path__"):
-            found += (file for kind in _KINDS for file in Path(module.__path__[0]).rglob(kind))
+        spec = importlib.util.find_spec(f"teamsight.{name}")
+        assert spec is not None
+        if spec.submodule_search_locations:
+            found += (file for kind in _KINDS for file in Path(spec.submodule_search_locations[0]).rglob(kind))
         else:
-            found.append(Path(str(module.__file__)))
+            found.append(Path(str(spec.origin)))
     return sorted(found)

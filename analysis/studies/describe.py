@@ -33,7 +33,7 @@ def conditions(results: StudyTables) -> str:
 
 def described(results: StudyTables, *, is_running: bool) -> str:
     """Return the lines of the repr."""
-    lines = (f"  {name}: {text}" for name, text in _lines(results, is_running))
+    lines = [f"  {name}: {text}" for name, text in _lines(results, is_running)]
     return "\n".join([f"StudyResults of {results.name!r}", *lines])
 
 

@@ -66,7 +66,7 @@ def one_line(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return a text without addresses, and with an escape for what no file can hold or a terminal would obey."""
+    """Return a text without addresses, with what no file holds, or a terminal acts on, escaped."""
     text = _ADDRESS.sub("0x…", text)
     if text.isprintable():
         return text

@@ -16,7 +16,7 @@ from teamsight.analysis.studies.recording import Recorder
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import changed
 from teamsight.analysis.studies.sweep import common_of
-from teamsight.core import checks
+from teamsight.core import checks, references
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -123,6 +123,11 @@ def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     place = StudyFolder(folder)
     study = place.study
     plan = study.plan()
+    # Before anything of the study is imported.
+    references.search_in([] if study.path is None else [os.fspath(study.path)])
+    with contextlib.suppress(Exception):
+        # The error of a study that cannot be checked any more is that of the run.
+        study.check()
     replicate = int(found[2])
     most = study.replicates if study.until is None else max(study.until.limit, study.replicates)
     setting = int(plan.index_of(np.array([int(found[1], 16)], np.uint64))[0])

@@ -219,6 +219,10 @@ class Study:
         workers: int = 1,
         executor: Executor | None = None,
         on_error: Literal["continue", "stop"] = "continue",
+        shard: tuple[int, int] | None = None,
+        wait: bool = False,
+        mixed_code: bool = False,
+        retry_failed: bool = False,
         progress: Callable[[int, int, float | None], None] = lambda done, total, seconds_left: None,
     ) -> Results:
         """Make the runs that are missing in a folder, and return its results.
@@ -233,6 +237,14 @@ class Study:
             What makes the runs, in place of `workers` processes.
         on_error : "continue" or "stop"
             Whether to go on after a run that fails.
+        shard : (int, int), optional
+            Make shard i of n only, from 1.
+        wait : bool
+            Wait until another sweep of the folder has ended, in place of refusing.
+        mixed_code : bool
+            Go on although runs in the folder were made by other code.
+        retry_failed : bool
+            Make failed runs again.
         progress : callable
             Called with the runs that are done, the runs in all and the seconds left, None if unknown.
 
@@ -248,8 +260,9 @@ class Study:
         """
         # By name: a sweep reads studies from folders, and so imports this module.
         results: Results = resolve_name("teamsight.analysis.studies.sweep:run_study")(
-            self, out, workers=workers, executor=executor, on_error=on_error, progress=progress
-        )
+            self, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
+            mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
+        )  # fmt: skip
         return results
 
     def __eq__(self, other: object) -> bool:

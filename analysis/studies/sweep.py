@@ -160,17 +160,25 @@ def run_study(
     workers: int = 1,
     executor: Executor | None = None,
     on_error: OnError = "continue",
+    shard: tuple[int, int] | None = None,
+    wait: bool = False,
+    mixed_code: bool = False,
+    retry_failed: bool = False,
     progress: Progress = lambda done, total, seconds_left: None,
 ) -> StudyResults:
     """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
     from teamsight.analysis.studies.results import open_study
 
-    sweep(study, out, workers=workers, executor=executor, on_error=on_error, progress=progress)
-    return open_study(out)
+    made = sweep(
+        study, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
+        mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
+    )  # fmt: skip
+    # A measure may have changed the current folder.
+    return open_study(made.folder)
 
 
 def common_of(study: Study, types: Mapping[str, str]) -> Common:
-    """Return what all runs of a study share.
+    """Return what all runs of a study share. The modules that it names are imported already; see `Study.check`.
 
     Parameters
     ----------
@@ -183,7 +191,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
 
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
-    sources = source_digests(modules_of(study.as_dict()))
+    sources = source_digests(modules_of(study.as_dict()), path)
     return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 import traceback
 from pathlib import Path
@@ -65,7 +66,7 @@ def _show_failure(planned: PlannedRun, error: Exception, settings: RerunSettings
         stored = "as it did in the sweep" if planned.error == text else f"in the sweep it failed with: {planned.error}"
     say(f"failed: {text}; {stored}")
     sys.stdout.flush()
-    say(f"next: teamsight rerun {settings.folder} {planned.run} --pdb")
+    say(f"next: teamsight rerun {shlex.quote(str(settings.folder))} {planned.run} --pdb")
     return 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shlex
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,7 +29,7 @@ class SweepSettings(Settings):
 
     study: Path = values.input_file("STUDY")
     out: Path = values.folder(None, "Folder of the study; created if it does not exist.", required=True)
-    workers: int | None = values.workers()
+    workers: int | None = values.workers("number of cores; 1 for a short study")
     engine: Literal["local", "dask"] = values.choice("local", "What makes the runs: {names}.", lambda: _ENGINES)
     scheduler: str | None = values.text(
         "Address of a Dask scheduler, such as tcp://10.0.0.1:8786.", "a cluster on this machine", metavar="ADDRESS"
@@ -125,8 +126,11 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
     """Print what was made, and return the exit status."""
     from teamsight.cli.show import plural, say
 
-    for run, error in summary.errors:
+    # The first one was printed when it failed.
+    for run, error in summary.errors[1:]:
         say(f"run {run} failed: {error}")
+    if summary.errors and (more := summary.failed - len(summary.errors)) > 0:
+        say(f"and {more} more: teamsight status {_quoted(settings.out)} --failed")
     counts = [f"{summary.done} done"]
     if summary.failed:
         counts.append(f"{summary.failed} failed")
@@ -147,7 +151,12 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
 
 def _next(settings: SweepSettings, summary: SweepSummary) -> str:
     if summary.errors:
-        return f"teamsight rerun {settings.out} {summary.errors[0][0]}"
+        return f"teamsight rerun {_quoted(settings.out)} {summary.errors[0][0]}"
     if summary.failed or summary.missing:
-        return f"teamsight status {settings.out}"
-    return f"teamsight plot {settings.out} --out figure.png"
+        return f"teamsight status {_quoted(settings.out)}"
+    return f"teamsight plot {_quoted(settings.out)} --out figure.png"
+
+
+def _quoted(path: Path) -> str:
+    """Return a path as a shell takes it."""
+    return shlex.quote(str(path))

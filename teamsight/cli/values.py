@@ -101,8 +101,8 @@ def seed(default: int, help: str) -> Any:
     return count(default, help, least=0, most=checks.MOST_SEED)
 
 
-def workers() -> Any:
-    """Declare the number of worker processes; None stands for the number of cores."""
+def workers(shown: str = "number of cores") -> Any:
+    """Declare the number of worker processes; None stands for what is shown as the default."""
 
     def check(name: str, number: Any) -> int:
         from teamsight.analysis.runs.workers import check_workers
@@ -110,7 +110,7 @@ def workers() -> Any:
         return check_workers(number)
 
     help = "Number of worker processes. The results do not depend on it."
-    return Option(_numeric(check), None, help, "INTEGER", "number of cores")
+    return Option(_numeric(check), None, help, "INTEGER", shown)
 
 
 def choice(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import os
 import re
 import sys
@@ -15,6 +16,9 @@ from teamsight.core import checks
 
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500
+# Folders that `search_in` has added to the path, and those that it was given last.
+_added: list[str] = []
+_latest: list[str] = []
 
 
 def is_reference(text: object) -> bool:
@@ -56,6 +60,8 @@ def load(reference: str, what: str = "policy") -> object:
 
 def _module(name: str, given: str) -> ModuleType:
     """Import a module; `given` begins the message of errors."""
+    if two := hidden(name):
+        raise ValueError(f"{given}: {mixed_up(name, *two)}")
     try:
         return importlib.import_module(name)
     except ModuleNotFoundError as error:
@@ -69,6 +75,28 @@ def _module(name: str, given: str) -> ModuleType:
     except (Exception, SystemExit) as error:  # whatever the module of a user raises
         why, cure = failure(error), "correct the module"
         raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
+
+
+def is_added(file: str, place: str) -> bool:
+    """Whether a file is that of a module in a folder that `search_in` has added, for this study or another one.
+
+    Parameters
+    ----------
+    file : str
+        The file.
+    place : str
+        The path of the module in such a folder, without its ending.
+    """
+    ends = (".py", f"{os.sep}__init__.py")
+    return any(file == os.path.join(folder, place + end) for folder in _added for end in ends)
+
+
+def mixed_up(name: str, found: str, own: str) -> str:
+    """Return the message for a module that is not that of the study; see `hidden`."""
+    return (
+        f"module {name.partition('.')[0]!r} is {found} in this process, not {own}; give that file another name, or "
+        "start a new Python if it is that of another study"
+    )
 
 
 def _attribute(owner: Any, name: str, called: str, given: str) -> Any:
@@ -140,15 +168,45 @@ def reference_to(obj: object, what: str = "policy") -> str:
 
 
 def search_in(folders: Iterable[str | Path]) -> None:
-    """Let `load` find the modules in these folders: they come first on ``sys.path``, in the order given.
+    """Let `load` find the modules in these folders, which come last on ``sys.path``, the latest first.
 
-    Worker processes call it with the folder of the study file. Folders that are already on the path stay where they
-    are.
+    Sweeps and their worker processes call it with the folder of the study file. Folders that are already on the path
+    stay where they are. From now on `load` refuses a module that these folders have, and that is found elsewhere.
     """
-    new = [text for text in dict.fromkeys(map(os.path.abspath, folders)) if text not in sys.path]
-    sys.path[:0] = new
+    given = list(dict.fromkeys(map(os.path.abspath, folders)))
+    earlier = [text for text in _added if text in sys.path]
+    rest = [text for text in sys.path if text not in earlier]
+    _added[:] = [*(text for text in given if text not in rest), *(text for text in earlier if text not in given)]
+    # Not first: a file named like a module of Python would hide it from everything.
+    sys.path[:] = [*rest, *_added]
+    _latest[:] = given
     # A module may have been written after Python listed its folder.
     importlib.invalidate_caches()
+
+
+def hidden(name: str) -> tuple[str, str] | None:
+    """Return the file of a module, and that of the same name in the folders of `search_in`, if these are two.
+
+    Parameters
+    ----------
+    name : str
+        Name of a module, which need not be imported.
+    """
+    top = name.partition(".")[0]
+    if top == "teamsight":
+        return None
+    try:
+        found = sys.modules[top].__spec__ if top in sys.modules else importlib.util.find_spec(top)
+    except (ImportError, ValueError):
+        return None
+    for folder in _latest:
+        for own in (os.path.join(folder, top, "__init__.py"), os.path.join(folder, f"{top}.py")):
+            if found is not None and os.path.isfile(own):
+                is_file = found.origin is not None and os.path.isfile(found.origin)
+                if not (is_file and os.path.samefile(own, str(found.origin))):
+                    return found.origin or "a folder", own
+                return None
+    return None
 
 
 def source_file(reference: str) -> Path | None:

@@ -98,11 +98,9 @@ def test_parts_of_a_job_array(folder: Path, capsys: pytest.CaptureFixture[str]) 
 def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status, out, err = sweep(capsys, "raising.toml")
     assert status == 1
-    assert out[0] in err
-    found = re.fullmatch(r"run ([0-9a-f]{16}-0) failed: RuntimeError: no team of 2", out[0])
-    assert found
-    assert out[1].endswith("out has 2 done, 1 failed of 3 runs")
-    assert out[2] == f"next: teamsight rerun out {found[1]}"
+    (found,) = re.finditer(r"run ([0-9a-f]{16}-0) failed: RuntimeError: no team of 2\n", err)
+    assert out[0].endswith("out has 2 done, 1 failed of 3 runs")
+    assert out[1:] == [f"next: teamsight rerun out {found[1]}"]
     status, out, err = call(capsys, "rerun", "out", found[1])
     assert status == 1
     assert out[0].startswith(f"run {found[1]}: bad=2, robots=2, steps=5, rng=")
@@ -112,15 +110,22 @@ def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFi
     status, out, _ = sweep(capsys, "raising.toml")
     assert (status, out[0].split(" in ")[0]) == (1, "0 runs made")
     status, out, _ = sweep(capsys, "raising.toml", "--retry-failed")
-    assert (status, out[1].split(" in ")[0]) == (1, "1 run made")
+    assert (status, out[0].split(" in ")[0]) == (1, "1 run made")
+    # Of many failed runs the first is named at once, others at the end, and the rest are counted.
+    Path("raising.toml").write_text(f"replicates = 9\n{RAISING}")
+    status, out, err = call(capsys, "sweep", "raising.toml", "--out", "a folder", "--workers", "1")
+    assert err.count(" failed: ") == 1
+    assert [line.partition(" failed: ")[2] for line in out[:4]] == ["RuntimeError: no team of 2"] * 4
+    assert out[4] == "and 4 more: teamsight status 'a folder' --failed"
+    assert out[-1].startswith("next: teamsight rerun 'a folder' ")
 
 
 @pytest.mark.short
 def test_the_debugger_opens_where_the_run_fails(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out = sweep(capsys, "raising.toml", "--on-error", "stop")[1]
-    run = out[0].split()[1]
+    err = sweep(capsys, "raising.toml", "--on-error", "stop")[2]
+    run = err.partition("run ")[2].split()[0]
     seen: list[str] = []
 
     def look(trace: object) -> None:
@@ -174,7 +179,7 @@ def test_a_repeated_run_says_that_the_code_has_changed(
     ("line", "message"),
     [
         (["rerun", "out", "x"], "run='x': is no run id; copy one from the table"),
-        (["rerun", "out", "0123456789abcdef-0"], "run='0123456789abcdef-0': out has no such setting"),
+        (["rerun", "out", "0123456789abcdef-0"], "out has no such setting"),
         (["rerun", "out", "RUN-2"], "replicates are numbered from 0 to 1"),
         (["rerun", ".", "0123456789abcdef-0"], "is not the folder of a study"),
         (["sweep", "none.toml", "--out", "out"], "none.toml: cannot be read"),

@@ -122,7 +122,7 @@ def _lines(picture: Picture, grid: _Grid, texts: _Texts) -> list[list[str]]:
     quantity = picture.quantity
     means, widths, runs = [], [], []
     for mean, wide, n in zip(grid.mean.flat, grid.wide.flat, grid.n.flat, strict=True):
-        text = "" if np.isnan(mean) else quantity.write(mean)
+        text = "" if np.isnan(mean) else quantity.finer(wide, mean).write(mean)
         is_open = quantity.is_difference and abs(mean) <= wide
         means.append(f"({text})" if is_open and text else text)
         widths.append(f"±{quantity.write_width(wide, mean)}" if np.isfinite(wide) else "")

@@ -57,20 +57,18 @@ class Quantity:
         text = text.lstrip("+-") if _is_zero(text) else text
         return text.replace("-", "−")
 
-    def write_width(self, wide: float, mean: float) -> str:
-        """Return the half width of an interval; one that is not 0 is never written as 0.
-
-        Parameters
-        ----------
-        wide, mean : float
-            The half width, and the mean in the middle of the interval.
-        """
+    def finer(self, wide: float, mean: float) -> Quantity:
+        """Return the quantity with one more decimal where the half width of an interval would be written as 0."""
         text = f"{wide:.{self.decimals}f}"
         # The half width of equal values is 0 or a rounding error.
-        if _is_zero(text) and wide > _ROUNDING * abs(mean):
-            finer = f"{wide:.{self.decimals + 1}f}"
-            return f"<{10.0 ** -(self.decimals + 1):.{self.decimals + 1}f}" if _is_zero(finer) else finer
-        return text
+        is_hidden = np.isfinite(wide) and _is_zero(text) and wide > _ROUNDING * abs(mean)
+        return replace(self, decimals=self.decimals + 1) if is_hidden else self
+
+    def write_width(self, wide: float, mean: float) -> str:
+        """Return the half width of an interval around a mean; see `finer`. What would still be 0 is "<" a limit."""
+        own = self.finer(wide, mean)
+        text = f"{wide:.{own.decimals}f}"
+        return f"<{10.0**-own.decimals:.{own.decimals}f}" if own is not self and _is_zero(text) else text
 
     def fitted(self, mean: NDArray[np.float64], half_width: NDArray[np.float64]) -> Quantity:
         """Return the quantity with the decimals that half widths of intervals justify.

@@ -44,7 +44,9 @@ class StudyFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        given = Path(path)
+        # A model or a notebook may change the current folder; what begins with ~ is left to be refused.
+        self.path = given if str(given).startswith("~") else given.absolute()
         self._indexes = {kind: Index(self.path, kind) for kind in DONE}
 
     def __repr__(self) -> str:
@@ -244,10 +246,14 @@ class StudyFolder:
 
         Raises
         ------
+        ValueError
+            If this is not, or no longer, the folder of a study.
         DamagedError
             If a part is damaged.
         """
         checks.choice("kind", kind, KINDS)
+        if not self.is_prepared:
+            _ = self.manifest  # which says so
         without = self.done() if kind == "failed" else None
         return read_parts(self.path, kind, columns, without, skip_damaged=skip_damaged)
 

@@ -131,6 +131,11 @@ def compiling(robots: int = 2, *, rng: int) -> World:
     return CMOMMT(robots=robots, **SMALL, rng=rng)
 
 
+def wandering(world: World, steps: int) -> dict[str, Any]:
+    os.chdir("/")
+    return {"a": 1.0}
+
+
 class SpeechlessError(Exception):
     def __str__(self) -> str:
         raise RuntimeError("no words")
@@ -145,7 +150,7 @@ def exiting(world: World, steps: int) -> dict[str, Any]:
 
 
 def ringing(world: World, steps: int) -> dict[str, Any]:
-    """Fail with a message that a terminal would obey."""
+    """Fail with a message that a terminal acts on."""
     raise ValueError("red: \x1b[31m,\r\n bell: \a")
 
 

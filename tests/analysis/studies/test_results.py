@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from teamsight.analysis.studies.adaptive import replicates_needed
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.study import Study
+from tests.analysis.studies.folders import odd
 
 GRID = Study(fixed={"policy": "a-cmommt"}, axes={"robots": [2, 4, 8], "radius": [2.5, 4.0]}, replicates=4, seed=7)
 
@@ -66,6 +68,31 @@ def test_an_incomplete_study_says_what_is_missing(tmp_path: Path) -> None:
     assert text in repr(found)
     assert text in found._repr_html_()
     assert found.warning == f"partial: {found.done} of 24 runs, {found.failed} failed"
+
+
+def test_results_stay_those_of_their_folder_when_the_current_folder_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    study = Study(axes={"robots": [2, 4]}, steps=4, record={"steps": True})
+    study.run("made")
+    found = open_study("made")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert len(found.steps) == 8
+    again = open_study(tmp_path / "made")
+    (tmp_path / "made").rename(tmp_path / "moved")
+    with pytest.raises(ValueError, match="made: is not the folder of a study"):
+        _ = again.steps
+
+
+def test_a_measure_that_changes_the_current_folder_ends_no_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.chdir(tmp_path)
+    found = odd("cmommt", "wandering", axes={"robots": [1, 2]}).run("made")
+    assert (found.done, found.folder) == (2, tmp_path / "made")
 
 
 def test_the_repr_says_whether_a_sweep_is_running(tmp_path: Path) -> None:

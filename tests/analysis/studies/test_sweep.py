@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import subprocess
 import sys
@@ -18,7 +17,6 @@ from teamsight.analysis.runs import checkpoint, simulate
 from teamsight.analysis.runs.workers import JobError, cores
 from teamsight.analysis.studies import lazy_pool, same_code, sharding
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.folder.verify import verify
 from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study
 from teamsight.analysis.studies.sweep import sweep
@@ -151,6 +149,11 @@ def test_failed_runs_are_kept_and_made_again_only_on_demand(tmp_path: Path) -> N
     again = sweep(study, tmp_path / "out", retry_failed=True)
     assert (again.made, again.done, again.failed) == (3, 3, 3)
     assert len(rows(tmp_path / "out", "failed")) == 3
+    # A study itself can do what a sweep can.
+    given = {"shard": (1, 1), "wait": True, "mixed_code": True, "retry_failed": True}
+    before = len(StudyFolder(tmp_path / "out").sweeps)
+    study.run(tmp_path / "out", **given)  # type: ignore[arg-type]
+    assert StudyFolder(tmp_path / "out").sweeps[before:][-1]["made"] == 3
 
 
 @pytest.mark.short
@@ -219,54 +222,6 @@ def test_odd_models_and_measures(tmp_path: Path, capsys: pytest.CaptureFixture[s
     # A nested value.
     nested = sweep(odd("cmommt", "nested"), tmp_path / "nested")
     assert "parts={'first': 1}" in nested.errors[0][1]
-
-
-def test_runs_with_another_type_than_parts_that_are_there_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # In one sweep, in a later one, in a shard of an array that has not seen the other's, and without the manifest.
-    tiny_shards(monkeypatch)
-    many = odd("cmommt", "other_types", replicates=12)
-    first = sweep(dataclasses.replace(many, replicates=6), tmp_path / "out")
-    later = sweep(many, tmp_path / "out", executor=Engine())
-    assert later.done + later.failed == 12
-    assert later.failed > first.failed
-    assert len(StudyFolder(tmp_path / "out").read("runs")) == later.done
-    assert rows(tmp_path / "out")["a"].map(type).nunique() == 1
-    (tmp_path / "out" / "manifest.json").unlink()
-    sweep(many, tmp_path / "out")
-    held = "text" if isinstance(rows(tmp_path / "out")["a"][0], str) else "number"
-    assert all(StudyFolder(tmp_path / "out").settle({"a": kind}) == {"a": held} for kind in ("text", "number"))
-
-
-def test_a_shard_is_made_again_if_another_one_has_decided_about_types(tmp_path: Path) -> None:
-    study = odd("cmommt", "other_types", replicates=12)
-
-    class Late(Engine):
-        """Ends after another shard of a job array has decided."""
-
-        def outcomes(self, function: Any, jobs: Any) -> Any:
-            for outcome in super().outcomes(function, jobs):
-                other = {"text": "number", "number": "text"}[outcome.value.kinds["a"]]
-                StudyFolder(tmp_path / "out").settle({"a": other})
-                yield outcome
-
-    summary = sweep(study, tmp_path / "out", executor=Late())
-    assert 0 < summary.done < 12
-    assert summary.done + summary.failed == 12
-    assert rows(tmp_path / "out")["a"].map(type).nunique() == 1
-
-
-@pytest.mark.parametrize("kind", ["steps", "trajectories", "events"])
-def test_a_lost_part_of_any_kind_is_made_again(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    tiny_shards(monkeypatch, 2)
-    study = odd("cmommt", "logging", replicates=4, record=Record("odd_models:logging", True, 2, True))
-    sweep(study, tmp_path)
-    before = parts(tmp_path)
-    assert not verify(tmp_path).damaged
-    next((tmp_path / kind).iterdir()).unlink()
-    assert [each.reason for each in verify(tmp_path, repair=False).damaged] == [f"its part of {kind} is lost"]
-    assert sweep(study, tmp_path).made == 2
-    assert before.items() <= parts(tmp_path).items()
-    assert not verify(tmp_path).damaged
 
 
 def test_compilation_is_announced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

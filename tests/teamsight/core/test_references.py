@@ -126,10 +126,31 @@ def test_a_module_written_after_its_folder_was_listed_is_found(folder: Path) -> 
     assert references.source_file("sys:path") is None
 
 
-def test_folders_come_first_on_the_path_in_their_order_and_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folders_come_last_on_the_path_the_latest_first_and_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = list(sys.path)
     monkeypatch.setattr(sys, "path", list(before))
     folders = [tmp_path / "b", tmp_path / "a"]
     for _ in range(2):
         references.search_in([*folders, tmp_path / "b", before[-1]])
-    assert sys.path == [*map(str, folders), *before]
+    assert sys.path == [*before, *map(str, folders)]
+    references.search_in([tmp_path / "c"])
+    assert sys.path == [*before, *map(str, [tmp_path / "c", *folders])]
+    references.search_in([tmp_path / "a"])
+    assert sys.path == [*before, *(str(tmp_path / name) for name in "acb")]
+
+
+def test_a_module_that_is_found_elsewhere_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file with a name of Python's own hides nothing, and is not mistaken for it; nor is that of another study."""
+    for name in ("a/queue.py", "a/odd_twin.py", "b/odd_twin.py"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(f"x = {name!r}\n")
+    references.search_in([folder / "a"])
+    assert references.load("odd_twin:x") == "a/odd_twin.py"
+    with pytest.raises(ValueError, match=r"module 'queue' is \S+queue.py in this process, not \S+queue.py; give that"):
+        references.load("queue:x")
+    assert references.load("json:dumps")
+    references.search_in([folder / "b"])
+    with pytest.raises(ValueError, match=r"module 'odd_twin' is \S+a\Wodd_twin.py in this process, not \S+b\Wodd_"):
+        references.load("odd_twin:x")
+    references.search_in([])
+    assert references.load("odd_twin:x") == "a/odd_twin.py"

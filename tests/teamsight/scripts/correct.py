@@ -1,8 +1,11 @@
 """A correct script."""
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 
-from teamsight import CMOMMT, Body, Disc, Robot, Target, World
+from teamsight import CMOMMT, Body, Disc, Robot, Study, Target, World, open_study
 from teamsight.policies import ACmommt
 from teamsight.policies.percept_of_one import PerceptOfOne
 
@@ -58,3 +61,12 @@ chosen: list[Scout] = model.scouts[[0, 1]] + model.scouts[model.scouts.speed > 0
 print(len(model.agents.select(lambda agent: agent.speed > 0)), model.space.get_neighbors_in_radius(first, 1.0))
 print(model.observed_fraction, model.steps, first.unique_id, first.observed_targets[0].group.name, first.team)
 print(paper.robots.position.shape, paper.targets[0].is_observed, model.groups[0][0].heading, paper.recording.history)
+axes = {"robots": [2, 3], "targets": [3, 4]}
+study = Study(fixed={"policy": ACmommt(gain=0.5)}, axes=axes, steps=5, record={"steps": True})
+listed = Study(model=CMOMMT, points={"robots": [1, 2]}, record={"steps": True}, until={"interval": 0.1, "limit": 60})
+print(listed.settings, listed.as_dict()["steps"], study.plan().parameters(0)["robots"])
+with TemporaryDirectory() as folder:
+    table = study.run(folder, workers=1).frame
+    results = open_study(Path(folder))
+    print(table["observed_fraction"].mean(), results.summary("observed_fraction")["low"], results.missing, results.axes)
+    print(results.plot(), results.study.replicates, results.is_complete, results.steps.columns)

@@ -1,7 +1,7 @@
 """A script with typos."""
 # ruff: noqa: B018
 
-from teamsight import CMOMMT, Disc, Robot, World
+from teamsight import CMOMMT, Disc, Robot, Study, World, open_study
 
 model = CMOMMT(robots=5, rng=1)
 world = World(Disc(5.0), rng=1)
@@ -35,3 +35,10 @@ robots[0].identity = 5  # typo
 world.tick = 3  # typo
 world.agents.shufle_do("step")  # typo
 world.space.get_neighbors_in_radus(robots[0])  # typo
+Study(axis={"robots": [5, 10]})  # typo
+Study(replicates="five")  # typo
+Study(pairing="scenarios")  # typo
+study = Study(axes={"robots": [5, 10]})
+study.run("out", worker=2)  # typo
+open_study("out").frames  # typo
+open_study("out").sumary()  # typo

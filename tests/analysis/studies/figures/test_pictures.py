@@ -262,7 +262,12 @@ def test_bars_of_rates_end_where_the_intervals_end() -> None:
     [(0.19, 0, "0.2"), (0.04, 0, "<0.1"), (1.2, 0, "1"), (0.006, 1, "0.01"), (0.0, 0, "0"), (1e-15, 1, "0.0")],
 )  # fmt: skip
 def test_a_half_width_that_is_not_0_is_not_written_as_0(wide: float, decimals: int, text: str) -> None:
-    assert Quantity("loss", decimals=decimals).write_width(wide, 99.0) == text
+    quantity = Quantity("loss", decimals=decimals)
+    assert quantity.write_width(wide, 99.0) == text
+    # The mean has the decimals of its half width.
+    decimals_of = len(text.partition(".")[2])
+    assert quantity.finer(wide, 99.87).write(99.87) == f"{99.87:.{decimals_of}f}"
+    assert quantity.finer(np.inf, 1.0) == quantity.finer(np.nan, 1.0) == quantity
 
 
 def test_long_numbers_fit_into_their_cells() -> None:
