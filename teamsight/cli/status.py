@@ -48,17 +48,17 @@ def status(settings: StatusSettings) -> None:
         say(json.dumps(_as_json(place, manifest, found, failures)))
         return
     for line in (
-        *_counts(place, manifest, found), *_sweeps(settings.folder, found), *_damaged(settings.folder, found),
-        *_failed(settings, failures), _origin(manifest),
+        *_counts(settings.folder, place, manifest, found), *_sweeps(settings.folder, found),
+        *_damaged(settings.folder, found), *_failed(settings, failures), _origin(manifest),
     ):  # fmt: skip
         say(line)
 
 
-def _counts(place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
+def _counts(folder: Path, place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
     from teamsight.analysis.studies.standing import wide_note
 
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
-    lines = [f"study {name}in {place.path}: {found.planned:,} runs of {manifest.study['model']}"]
+    lines = [f"study {name}in {folder}: {found.planned:,} runs of {manifest.study['model']}"]
     if manifest.study["until"]:
         lines[0] += " so far, as many as the intervals need"
     running = f", of which {found.running:,} running" if found.running else ""
