@@ -48,14 +48,13 @@ def status(settings: StatusSettings) -> None:
         say(json.dumps(_as_json(place, manifest, found, failures)))
         return
     for line in (
-        *_counts(settings.folder, manifest, found), *_sweeps(settings.folder, found), *_damaged(settings.folder, found),
-        *_failed(settings, failures), _origin(manifest),
+        *_counts(settings.folder, place, manifest, found), *_sweeps(settings.folder, found),
+        *_damaged(settings.folder, found), *_failed(settings, failures), _origin(manifest),
     ):  # fmt: skip
         say(line)
 
 
-def _counts(folder: Path, manifest: Manifest, found: Status) -> list[str]:
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+def _counts(folder: Path, place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
     from teamsight.analysis.studies.standing import wide_note
 
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
