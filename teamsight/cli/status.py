@@ -66,7 +66,7 @@ def _counts(folder: Path, place: StudyFolder, manifest: Manifest, found: Status)
         ("done", found.done, ""), ("failed", found.failed, ""), ("missing", found.missing, running),
     ):  # fmt: skip
         lines.append(f"  {what:<8} {count:>12,}  {_share(count, found.planned):>6}{more}")
-    study = StudyFolder(folder).study
+    study = place.study
     wide = wide_note(found.wide, study.settings, study.until)
     return [*lines, wide] if wide else lines
 
