@@ -20,6 +20,8 @@ from teamsight.core.kernel import entry as kernel_entry
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import chance
+
 for name, repeats in (("repeat", True), ("explore", False)):
     settings.register_profile(
         name, deadline=None, max_examples=40, suppress_health_check=[HealthCheck.too_slow], derandomize=repeats
@@ -43,6 +45,7 @@ def _seeds_of_worlds_without_one(request: pytest.FixtureRequest, monkeypatch: py
         # Where NumPy takes the entropy of a generator without a seed.
         entropy = random.Random(request.node.nodeid).getrandbits
         monkeypatch.setattr(numpy.random.bit_generator, "randbits", entropy)
+        monkeypatch.setattr(chance, "draw", random.Random(f"chance {request.node.nodeid}").getrandbits)
 
 
 @pytest.fixture(autouse=True)

@@ -35,10 +35,12 @@ def walk(unit: float = 1.0, samples: int = 400, robots: int = 6, step: float = 0
 
 
 def test_the_right_unit_raises_no_doubt() -> None:
-    report = delta_from_trajectories(walk(), 1.0, risk=0.5)
+    walked = walk()
+    report = delta_from_trajectories(walked, 1.0, risk=0.5)
     assert report.cautions == ()
     assert report.sentences()[0].startswith("δ = ")
-    assert re.search(r"ranges of 1: positions span (3\.\d+|4) × (3\.\d+|4), .* covers 0\.1", report.notes[-1])
+    width, height = (walked[axis].max() - walked[axis].min() for axis in "xy")
+    assert re.search(rf"ranges of 1: positions span {width:.3g} × {height:.3g}, .* covers 0\.1", report.notes[-1])
 
 
 @pytest.mark.parametrize("window", [None, 50.0])
