@@ -127,6 +127,9 @@ def test_a_module_written_after_its_folder_was_listed_is_found(folder: Path) -> 
 def test_folders_come_last_on_the_path_the_latest_first_and_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = list(sys.path)
     monkeypatch.setattr(sys, "path", list(before))
+    # Other tests of this process may have added folders.
+    monkeypatch.setattr(references, "_added", [])
+    monkeypatch.setattr(references, "_latest", [])
     folders = [tmp_path / "b", tmp_path / "a"]
     for _ in range(2):
         references.search_in([*folders, tmp_path / "b", before[-1]])
