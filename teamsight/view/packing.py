@@ -1,8 +1,8 @@
 """Frames as bytes: a raw block for each frame of a live run, and all frames of a recording packed together.
 
 Python and JavaScript share the format: ``decodeReplay`` and ``decodeFrame`` in ``assets/view.js`` read what this file
-writes. All numbers are little-endian. Packed, a column holds differences to the frame before, all low bytes before all high
-bytes, because what changes slowly is then mostly zeros, which zlib shortens most.
+writes. All numbers are little-endian. Packed, a column holds differences to the frame before, all low bytes before all
+high bytes, because what changes slowly is then mostly zeros, which zlib shortens most.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def raw(frame: Frame, scene: Scene) -> bytes:
         Its scene.
     """
     counts = np.array([len(frame), *map(len, frame.links)], "<u4")
-    numbers = np.concatenate([np.float32([frame.time]), frame.series]).astype("<f4")
+    numbers = np.array([frame.time, *frame.series], "<f4")
     words = [getattr(frame, name) for name in _COLUMNS]
     for one, links in zip(scene.links, frame.links, strict=True):
         words += _arrays_of(links, is_measured=one.measured)
@@ -60,7 +60,7 @@ def from_raw(data: bytes, scene: Scene) -> Frame:
         arrays = [reader.take("<u2", size) for _ in range(4 if one.measured else 2)]
         links.append(_links_of(arrays))
     reader.end()
-    return Frame(float(time), np.array(series, np.float32), *columns, tuple(links))
+    return Frame(float(time), np.array(series, np.float32), *columns, links=tuple(links))
 
 
 def pack(frames: Sequence[Frame], scene: Scene) -> bytes:
@@ -119,7 +119,7 @@ def unpack(data: bytes, scene: Scene) -> list[Frame]:
     return [
         Frame(
             float(times[k]), numbers[:, k].copy(), *(column[k, : sizes[k]].copy() for column in columns),
-            tuple(links[k] for links in lists),
+            links=tuple(links[k] for links in lists),
         )
         for k in range(count)
     ]  # fmt: skip
@@ -234,7 +234,7 @@ class _Reader:
     def words(self, count: int) -> Words:
         """Return numbers of which all low bytes come before all high bytes."""
         halves = self.take("u1", 2 * count).reshape(2, count)
-        return halves[0] + (halves[1].astype(np.uint16) << 8)
+        return np.asarray(halves[0] + (halves[1].astype(np.uint16) << 8))
 
     def end(self) -> None:
         """Refuse data that go on."""
