@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.recording.frame_kernel import UNIT
+from teamsight.agents.recording.frame_kernel import MIDDLE, UNIT
 from teamsight.agents.recording.frame_layout import Layout, LinkLayout
 from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, TURN, Frame, Links
 from teamsight.view.scene import LinkList
@@ -40,7 +40,7 @@ class Chunk:
     layout : Layout
         The layout of its frames.
     most : int
-        The number of words that the links of a frame need at most.
+        The number of bytes that the stream of a frame needs at most.
     room : int
         The size of the arrays [bytes], about.
     earlier : int
@@ -49,11 +49,14 @@ class Chunk:
 
     def __init__(self, layout: Layout, most: int, room: int, earlier: int) -> None:
         self.layout, self.most = layout, most
-        # Of np.empty, no memory is used before something is written there.
-        frames = max(room // (2 * max(layout.width, 1)), _FEWEST_FRAMES)
-        self.fixed = np.empty((frames, layout.width), np.uint16)
-        self.words = np.empty(max(room // 2, 2 * most), np.uint16)
-        self.ticks, self.begins = np.empty(frames, np.int64), np.zeros(frames + 1, np.int64)
+        width = 4 * len(layout.slots)
+        frames = max(room // (2 * max(2 * width, 1)), _FEWEST_FRAMES)
+        # One array, which is large enough for large pages; no memory is used before something is written there.
+        base = np.empty(2 * width * frames + max(room // 2, 2 * most), np.uint8)
+        self.fixed = base[: 2 * width * frames].view(np.int16).reshape(frames, width)
+        self.stream = base[2 * width * frames :]
+        self.ticks, self.begins = np.empty(frames, np.int64), np.empty(frames + 1, np.int64)
+        self.begins[0] = 0
         self.state = np.array([0, earlier, 0])
         self._made: tuple[tuple[object, ...], list[Frame]] = ((), [])
 
@@ -63,14 +66,14 @@ class Chunk:
     @property
     def is_full(self) -> bool:
         """Whether there is no room for one more frame."""
-        return len(self) == len(self.ticks) or int(self.begins[len(self)]) + self.most > len(self.words)
+        return len(self) == len(self.ticks) or int(self.begins[len(self)]) + self.most > len(self.stream)
 
     def close(self) -> None:
         """Give back the room that is not used."""
         frames = len(self)
         self.fixed, self.ticks = self.fixed[:frames].copy(), self.ticks[:frames].copy()
         self.begins = self.begins[: frames + 1].copy()
-        self.words = self.words[: self.begins[frames]].copy()
+        self.stream = self.stream[: self.begins[frames]].copy()
 
     def cut(self, tick: int) -> None:
         """Drop the frames from a tick on."""
@@ -90,39 +93,43 @@ class _Reading:
 
     def __init__(self, chunk: Chunk, first: int) -> None:
         self._layout, last = chunk.layout, len(chunk)
-        self._ticks, self._begins = chunk.ticks[first:last], chunk.begins[first:last]
+        self._stream, self._ticks = chunk.stream, chunk.ticks[first:last]
         bodies = len(self._layout.slots)
-        fixed = chunk.fixed[first:last]
-        self._words = chunk.words
-        self._position = fixed[:, : 2 * bodies].reshape(-1, bodies, 2)
-        self._heading = fixed[:, 2 * bodies : 4 * bodies].view(np.int16).reshape(-1, bodies, 2)
-        self._flags = fixed[:, 4 * bodies : 5 * bodies]
-        self._counts, self._in_range, self._starts = self._divided(fixed[:, 5 * bodies :])
-
-    def _divided(self, counts: Words) -> tuple[list[Integers], list[Integers], list[Integers]]:
-        """Return for each relation the numbers of links, those of teammates in range, and where its words begin."""
-        numbers, in_range, starts = [], [], []
-        at, word = 0, self._begins
+        fixed = chunk.fixed[first:last].reshape(-1, 2, bodies, 2)
+        # Adding half of the range of 16 bits is changing the highest one.
+        self._position, self._heading = fixed[:, 0].view(np.uint16) ^ np.uint16(MIDDLE), fixed[:, 1]
+        self._at = chunk.begins[first:last]
+        self._flags = self._table(bodies, is_wide=False).astype(np.uint16)
+        self._counts: list[Integers] = []
+        self._in_range: list[Integers] = []
+        self._links_at: list[Integers] = []
         for one in self._layout.links:
-            size = len(one.observers)
-            numbers.append(counts[:, at : at + size].astype(np.int64))
-            at += size
-            in_range.append(counts[:, at : at + size].astype(np.int64) if one.has_range else numbers[-1])
-            at += size * one.has_range
-            starts.append(word)
-            word = word + numbers[-1].sum(axis=1) * (3 if one.measured else 1)
-        return numbers, in_range, starts
+            self._counts.append(self._table(len(one.observers), is_wide=one.is_wide))
+            own = self._table(len(one.observers), is_wide=one.is_wide) if one.has_range else self._counts[-1]
+            self._in_range.append(own)
+            self._links_at.append(self._at)
+            bytes_a_link = 1 + one.is_wide + 4 * one.measured
+            self._at = self._at + self._counts[-1].sum(axis=1) * bytes_a_link
+
+    def _table(self, size: int, *, is_wide: bool) -> Integers:
+        """Return the next numbers of each frame, shape (frames, size)."""
+        found = self._stream[self._at[:, None] + np.arange(size)].astype(np.int64)
+        self._at = self._at + size
+        if is_wide:
+            found += self._stream[self._at[:, None] + np.arange(size)].astype(np.int64) << 8
+            self._at = self._at + size
+        return found
 
     def frames(self, lists: Sequence[LinkList], space: Space) -> list[Frame]:
         """Return the frames."""
         heading = np.arctan2(self._heading[..., 1], self._heading[..., 0], dtype=np.float64)
         turn = np.rint(heading * (TURN / (2 * np.pi))).astype(np.int64).astype(np.uint16)
         parts = (self._position[..., 0], self._position[..., 1], turn, self._flags)
-        columns = [self._by_slot(part) for part in parts]
+        x, y, turns, flags = (self._by_slot(part) for part in parts)
         links = [self._links(one, space) for one in lists]
         series = self._series()
         return [
-            Frame(float(tick), series[k], *(column[k] for column in columns), tuple(one[k] for one in links))  # type: ignore[arg-type, call-arg]
+            Frame(float(tick), series[k], x[k], y[k], turns[k], flags[k], tuple(one[k] for one in links))
             for k, tick in enumerate(self._ticks.tolist())
         ]
 
@@ -171,14 +178,18 @@ class _Reading:
         frame = np.repeat(np.arange(len(sizes)), sizes)
         row = np.repeat(np.tile(layout.observers, len(sizes)), counts.ravel())
         within = np.arange(len(frame)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-        begin = self._starts[number][frame]
-        body = layout.observed[self._words[begin + within]]
+        begin, size = self._links_at[number][frame], sizes[frame]
+        index = self._stream[begin + within].astype(np.int64)
+        if layout.is_wide:
+            begin = begin + size
+            index += self._stream[begin + within].astype(np.int64) << 8
+        body = layout.observed[index]
         found = [frame, slots[row].astype(np.uint16), slots[body].astype(np.uint16)]
         if not wanted.measured:
             return found
         if layout.measured:
-            at = begin + sizes[frame] + 2 * within
-            offset = np.stack([self._words[at], self._words[at + 1]]).view(np.int16) * (layout.scale / UNIT)
+            low, high = (self._stream[begin + within + np.array([[step], [2 + step]]) * size] for step in (1, 2))
+            offset = (low + (high.astype(np.uint16) << 8)).view(np.int16) * (layout.scale / UNIT)
         else:
             part = (self._position[frame, body].astype(np.int64) - self._position[frame, row]) / MOST_PART
             offset = shortest(part * space.size, space.period).T

@@ -10,11 +10,14 @@ import numpy.typing as npt
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
-from teamsight.agents.recording.frame_kernel import ROWS_A_BODY, UNIT, LinkArrays
+from teamsight.agents.recording.frame_kernel import UNIT, LinkArrays
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.world.arena import Arena
 
 Integers = npt.NDArray[np.int64]
+
+# Of so many bodies, counts and indices fit in a byte.
+_MOST_NARROW = 255
 
 
 class LinkLayout(NamedTuple):
@@ -44,6 +47,11 @@ class LinkLayout(NamedTuple):
     observers: Integers
     observed: Integers
 
+    @property
+    def is_wide(self) -> bool:
+        """Whether counts and indices take two bytes each."""
+        return len(self.observed) > _MOST_NARROW
+
     def is_like(self, other: LinkLayout) -> bool:
         """Whether another layout has the same words, if the bodies are the same."""
         return self[:5] == other[:5] and all(map(np.array_equal, self[5:], other[5:]))
@@ -65,12 +73,6 @@ class Layout(NamedTuple):
     slots: Integers
     size: int
     links: tuple[LinkLayout, ...]
-
-    @property
-    def width(self) -> int:
-        """The number of words that each frame has, beside those of its links."""
-        observers = sum(len(one.observers) * (1 + one.has_range) for one in self.links)
-        return ROWS_A_BODY * len(self.slots) + observers
 
     def is_like(self, other: Layout) -> bool:
         """Whether frames of another layout can follow frames of this one."""
@@ -107,7 +109,14 @@ def link_arrays(relation: Relation, layout: LinkLayout) -> LinkArrays:
         start, index = relation.true_lists
         offset = np.zeros((0, 2))
     in_range = relation.search.room.start if layout.has_range else np.zeros(0, np.int64)
-    return LinkArrays(start, index, offset, in_range, UNIT / layout.scale if layout.scale else 0.0)
+    return LinkArrays(start, index, offset, in_range, UNIT / layout.scale if layout.scale else 0.0, layout.is_wide)
+
+
+def most_bytes(arrays: LinkArrays) -> int:
+    """Return how many bytes the links of a relation need at most."""
+    observers = len(arrays.start) - 1 + max(len(arrays.in_range) - 1, 0)
+    links = len(arrays.index)
+    return (observers + links) * (1 + arrays.is_wide) + 4 * links * (len(arrays.offset) > 0)
 
 
 def _link_layout(relation: Relation, first_body: dict[int, int], arena: Arena, measured: bool) -> LinkLayout:

@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.group import Group
 from teamsight.agents.recording.frame_chunk import SERIES, Chunk, Space, link_lists
-from teamsight.agents.recording.frame_kernel import FRAMES, LINKS, RECORD_FRAME, FrameArrays
-from teamsight.agents.recording.frame_layout import Layout, LinkLayout, link_arrays, link_layouts
-from teamsight.agents.recording.scene_of import Stage, scene_of, slots_of
+from teamsight.agents.recording.frame_kernel import BODIES, FRAMES, LINKS, RECORD_FRAME, BodyArrays, FrameArrays
+from teamsight.agents.recording.frame_layout import Layout, LinkLayout, link_arrays, link_layouts, most_bytes
+from teamsight.agents.recording.scene_of import Backdrop, scene_of, slots_of
 from teamsight.agents.world_data import WorldData
 from teamsight.view.frame import MOST_PART, Frame
 from teamsight.view.scene import MOST_SLOTS, LinkList, Scene, Slot
@@ -52,7 +53,7 @@ class FrameRecorder(Watcher):
         self._slot_of: dict[int, int] = {}
         self._slots: list[Slot] = []
         self._seed, self._room, self._taken = data.seed, _FIRST, 0
-        self._stage = Stage(data.arena)
+        self._backdrop = Backdrop(data.arena)
         self._scene: tuple[tuple[Any, ...], Scene] | None = None
         low, high = data.arena.bounds
         self._space = Space(low.copy(), high - low, data.arena.period)
@@ -124,7 +125,7 @@ class FrameRecorder(Watcher):
                 if (number := self._slot_of.get(slot.id)) is not None:
                     self._slots[number] = slot
         scene = scene_of(
-            self._stage, groups, self._slots, title=self.title, model=self._model, seed=self._data.seed,
+            self._backdrop, groups, self._slots, title=self.title, model=self._model, seed=self._data.seed,
             every=self.every, series=SERIES, links=self.links,
         )  # fmt: skip
         if self._scene is None or self._scene != scene:
@@ -135,16 +136,22 @@ class FrameRecorder(Watcher):
         """Find out whose words are where, and make room for a frame."""
         layouts = link_layouts(bound.relations, bound.first_body, self._data.arena)
         arrays = [link_arrays(relation, one) for relation, one in zip(bound.relations, layouts, strict=True)]
-        most = sum(len(one.index) * (3 if layout.measured else 1) for one, layout in zip(arrays, layouts, strict=True))
-        chunk = self._chunk(self._layout(layouts), most)
-        low, size = self._space.low, self._space.size
-        counting = [record.value.met for relation, record in zip(bound.relations, bound.relation_records, strict=True) if relation.counts]
         bodies = sum(map(len, bound.groups))
+        chunk = self._chunk(self._layout(layouts), bodies + sum(map(most_bytes, arrays)))
+        records = zip(bound.relations, bound.relation_records, strict=True)
+        met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
         self.record = FRAMES.pack(FrameArrays(
-            bound.moment, self.every, bound.group_records, [LINKS.pack(one) for one in arrays],
-            counting[0] if counting else np.zeros(bodies, np.int64), low, MOST_PART / size,
-            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.words, chunk.most,
+            bound.moment, self.every, [BODIES.pack(self._bodies(group)) for group in bound.groups],
+            [LINKS.pack(one) for one in arrays], met,
+            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most,
         ))  # fmt: skip
+
+    def _bodies(self, group: Group) -> BodyArrays:
+        """Return what the kernel copies of a group."""
+        bodies, size = group.bodies, len(group)
+        low, factor = (np.tile(corner, size) for corner in (self._space.low, MOST_PART / self._space.size))
+        active = bodies.active if group.has_conditions else bodies.active[:0]
+        return BodyArrays(bodies.position.reshape(-1), bodies.heading.reshape(-1), low, factor, active)
 
     def _layout(self, links: tuple[LinkLayout, ...]) -> Layout:
         """Return the present layout; bodies that are new get the next slots."""
@@ -169,9 +176,10 @@ class FrameRecorder(Watcher):
                 self._room = min(2 * self._room, _LARGEST)
             if not len(last):
                 self._chunks.pop()
-            else:
+            elif not is_like:
                 last.close()
-        self._chunks.append(Chunk(layout, most, self._room, self._taken + len(self)))
+        earlier = self._taken + sum(map(len, self._chunks))
+        self._chunks.append(Chunk(layout, most, self._room, earlier))
         return self._chunks[-1]
 
     def happened(self) -> None:

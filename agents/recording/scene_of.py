@@ -24,7 +24,7 @@ Floats = npt.NDArray[np.float64]
 _FULL_TURN = 2 * math.pi
 
 
-class Stage:
+class Backdrop:
     """The part of a scene that never changes: the arena, the box around it, and its lines.
 
     Parameters
@@ -42,7 +42,7 @@ class Stage:
 
 
 def scene_of(
-    stage: Stage,
+    backdrop: Backdrop,
     groups: Iterable[Group],
     slots: Iterable[Slot],
     *,
@@ -57,7 +57,7 @@ def scene_of(
 
     Parameters
     ----------
-    stage : Stage
+    backdrop : Backdrop
         Its arena.
     groups : iterable of Group
         Its groups, in order.
@@ -77,7 +77,7 @@ def scene_of(
     parts = [model, policy, f"seed {seed}"]
     return Scene(
         ", ".join(part for part in parts if part) if title is None else title,
-        model, __version__, seed, every, stage.bounds, stage.walls, stage.obstacles, stage.wraps, described,
+        model, __version__, seed, every, backdrop.bounds, backdrop.walls, backdrop.obstacles, backdrop.wraps, described,
         tuple(slots), series, links,
     )  # fmt: skip
 
