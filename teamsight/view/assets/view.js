@@ -214,6 +214,9 @@ class Layout {
   }
 }
 
+// Whether the bodies of a group sense others, and its degree of awareness.
+const senses = ({ role, fields }) => role === "robot" || Object.keys(fields || {}).some((name) => name.startsWith("senses "));
+const degreeOf = ({ role, awareness }) => (awareness ? awareness.name : role === "robot" ? "none" : null);
 const angleOf = (frame, slot) => (2 * Math.PI * frame.heading[slot]) / TURN;
 const has = (frame, slot, flag) => slot < frame.n && (frame.flags[slot] & flag) !== 0;
 
@@ -268,7 +271,7 @@ function percept(layout, frame, slot) {
   const group = layout.scene.groups[layout.group[slot]];
   const channels = layout.scene.links.map((list, l) => ({ ...list, sensed: sensed(layout, frame, l, slot) }));
   const teammates = layout.teammates < 0 ? [] : channels[layout.teammates].sensed;
-  const degree = group.awareness ? group.awareness.name : null, found = { channels, teammates, degree };
+  const degree = degreeOf(group), found = { channels, teammates, degree };
   if (degree === "ring") found.ring = ring(teammates, group.awareness.delta);
   if (degree === "shared" && layout.targets >= 0) {
     found.relayed = teammates.flatMap((mate) => sensed(layout, frame, layout.targets, mate.slot).map((target) => {
@@ -390,17 +393,17 @@ function shapesOf(scene) {
 }
 
 // How a body looks: its group, and one of these states.
-const LOOKS = { inactive: 0, plain: 1, observed: 2 };
+const LOOKS = { inactive: 0, hollow: 1, full: 2 };
 
 function lookOf(role, flags) {
   if (!(flags & ACTIVE)) return LOOKS.inactive;
-  return role === "robot" || flags & OBSERVED ? LOOKS.observed : LOOKS.plain;
+  return role !== "target" || flags & OBSERVED ? LOOKS.full : LOOKS.hollow;
 }
 
-// Fills or strokes the path of `to`, which has bodies of one look. Colour is never the only sign: what is not observed
-// is hollow, and what is inactive is hollow and crossed.
+// Fills or strokes the path of `to`, which has bodies of one look. Colour is never the only sign: a target that is not
+// observed is hollow, and what is inactive is a crossed circle.
 function paintBodies(to, colour, look, r, ratio, ground) {
-  if (look === LOOKS.observed) {
+  if (look === LOOKS.full) {
     if (r > 3 * ratio) {
       to.strokeStyle = ground;
       to.lineWidth = 2 * ratio;
@@ -409,11 +412,11 @@ function paintBodies(to, colour, look, r, ratio, ground) {
     to.fillStyle = colour;
     to.fill();
   } else {
-    if (look === LOOKS.plain) {
+    if (look === LOOKS.hollow) {
       to.fillStyle = ground;
       to.fill();
     }
-    to.strokeStyle = look === LOOKS.plain ? colour : faded(colour, 0.8);
+    to.strokeStyle = look === LOOKS.hollow ? colour : faded(colour, 0.8);
     to.lineWidth = Math.max(Math.min(0.32 * r, 1.8 * ratio), 0.9 * ratio);
     to.stroke();
   }
@@ -430,7 +433,7 @@ function make(tag, given = {}, ...children) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else element.setAttribute(name, value === true ? "" : value);
   }
-  element.append(...children.filter((child) => child !== null && child !== undefined));
+  element.append(...children.filter((child) => child !== null && child !== undefined && child !== 0));
   return element;
 }
 
@@ -451,10 +454,10 @@ class SvgPath {
 function bodyIcon(shape, colour, look, ground) {
   const path = new SvgPath();
   SHAPES[look === LOOKS.inactive ? "inactive" : shape](path, 9, 9, look === LOOKS.inactive ? 7 : 5, 0, -1);
-  const solid = look === LOOKS.observed;
+  const isFull = look === LOOKS.full;
   return make("svg", { viewBox: "0 0 18 18", width: 18, height: 18, "aria-hidden": "true" }, make("path", {
-    d: path.steps.join(""), fill: solid ? colour : look === LOOKS.plain ? ground : "none",
-    stroke: solid ? "none" : colour, "stroke-width": 1.7,
+    d: path.steps.join(""), fill: isFull ? colour : look === LOOKS.hollow ? ground : "none",
+    stroke: isFull ? "none" : colour, "stroke-width": 1.7,
   }));
 }
 
@@ -583,6 +586,8 @@ class Arena {
     const to = this.still.getContext("2d", { alpha: false });
     to.fillStyle = palette.page;
     to.fillRect(0, 0, canvas.width, canvas.height);
+    to.save();
+    if (layout.scene.wraps) this.clipToBox(at, to);
     this.trace(to, layout.scene.walls, at);
     to.fillStyle = palette.arena;
     to.fill("evenodd");
@@ -592,7 +597,9 @@ class Arena {
     to.strokeStyle = palette.wall;
     to.lineWidth = ratio;
     to.stroke();
+    to.restore();
     this.trace(to, layout.scene.walls, at);
+    to.strokeStyle = palette.wall;
     to.lineWidth = 1.5 * ratio;
     // A seam is no wall.
     to.setLineDash(layout.scene.wraps ? [6 * ratio, 5 * ratio] : []);
@@ -609,8 +616,8 @@ class Arena {
     }
   }
 
-  clipToBox(at) {
-    const { layout, to } = this;
+  clipToBox(at, to = this.to) {
+    const { layout } = this;
     to.beginPath();
     to.rect(
       at.left + (layout.x0 - at.x) * at.scale, at.top - (layout.y1 - at.y) * at.scale,
@@ -675,9 +682,9 @@ class Arena {
   drawRanges(frame, name, at, alpha) {
     const { to, ratio } = this;
     this.layout.scene.groups.forEach((group, g) => {
-      if (group.role === "target" && !this.senses(g)) return;
+      if (!senses(group)) return;
       to.beginPath();
-      this.each(g, (s) => this.addRange(frame, s, name, at), LOOKS.plain);
+      this.each(g, (s) => this.addRange(frame, s, name, at), LOOKS.hollow);
       to.fillStyle = faded(this.colours[g], alpha);
       to.fill();
       if (frame.n <= VERY_MANY) {
@@ -688,10 +695,6 @@ class Arena {
         to.setLineDash([]);
       }
     });
-  }
-
-  senses(g) {
-    return (this.layout.scene.groups[g].fields || {}).sensing === true;
   }
 
   drawTrails(frame, shown, at) {
@@ -792,8 +795,7 @@ class Arena {
     this.drawLongTrail(frame, s, at, shown);
     const found = percept(layout, frame, s);
     if (!found) return;
-    const isObserver = layout.scene.groups[g].role === "robot" || this.senses(g);
-    for (const [name, dash] of isObserver ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
+    for (const [name, dash] of senses(layout.scene.groups[g]) ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
       to.beginPath();
       this.addRange(frame, s, name, at);
       to.strokeStyle = colour;
@@ -961,7 +963,7 @@ const DASHES = [[], [5, 3]];
 function shownValue(name, value) {
   if (!Number.isFinite(value)) return "–";
   if (isShare(name)) return `${(100 * value).toFixed(0)} %`;
-  return Number.isInteger(value) ? String(value) : value.toFixed(value < 10 ? 2 : 1);
+  return Number.isInteger(value) && !name.startsWith("mean") ? String(value) : value.toFixed(value < 10 ? 2 : 1);
 }
 
 // The next of 1, 2, 5, 10, 20 …, or of other steps, that is not smaller.
@@ -1226,7 +1228,7 @@ class Inspector {
     if (!has(plain, slot, PRESENT)) parts.push(make("p", { class: "ts-soft" }, "Not in the world at this tick."));
     else parts.push(...this.present(layout, plain, slot, group, one));
     this.shown = "body";
-    this.body.replaceChildren(...parts);
+    this.body.replaceChildren(...parts.filter(Boolean));
   }
 
   hint() {
@@ -1248,8 +1250,9 @@ class Inspector {
         if (seen.has(key)) return;
         seen.add(key);
         const line = (look, text) => list.append(make("li", {}, view.icon(arena, g, look), text));
-        line(LOOKS.observed, group.role === "robot" ? `${group.name}, with heading` : `${group.name}, observed`);
-        if (group.role !== "robot") line(LOOKS.plain, `${group.name}, not observed`);
+        const more = { robot: ", with heading", target: ", observed" }[group.role] || "";
+        line(LOOKS.full, `${group.name}${more}`);
+        if (group.role === "target") line(LOOKS.hollow, `${group.name}, not observed`);
       });
     }
     const { layout, arena } = view.tracks[0] || {};
@@ -1276,11 +1279,14 @@ class Inspector {
       ["Heading", `${Math.round((angleOf(frame, slot) * 180) / Math.PI) % 360}°`],
     ];
     if (group.policy) facts.push(["Policy", group.policy]);
-    if (group.awareness) facts.push(["Awareness", degreeText(group.awareness)]);
-    if (one.sensing_range > 0) facts.push(["Sensing range", length(one.sensing_range)]);
-    if (one.awareness_range > 0 && group.awareness) facts.push(["Awareness range", length(one.awareness_range)]);
+    if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
+    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range)]);
+    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range)]);
     if (one.field_of_view < 2 * Math.PI - 1e-6) facts.push(["Field of view", `${Math.round((one.field_of_view * 180) / Math.PI)}°`]);
-    for (const [name, value] of Object.entries(group.fields || {})) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
+    for (const [name, value] of Object.entries(group.fields || {})) {
+      // What is sensed without a sensor of its own is below.
+      if (!name.startsWith("senses ") || / by /.test(value)) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
+    }
     const list = make("dl", { class: "ts-facts" });
     for (const [name, value] of facts) list.append(make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const parts = [list];
@@ -1318,7 +1324,7 @@ class Inspector {
       return [
         section(`Ring, δ = ${delta}`, `${found.ring.length} of ${delta}`, measured),
         canvas,
-        table(["sector", "nearest", "bearing"], found.ring.map((s) => [`${s.sector}${s.merged > 1 ? ` (${s.merged} merged)` : ""}`, length(s.range), degrees(s.bearing)])),
+        found.ring.length && table(["sector", "nearest", "bearing"], found.ring.map((s) => [`${s.sector}${s.merged > 1 ? ` (${s.merged} merged)` : ""}`, length(s.range), degrees(s.bearing)])),
         make("p", { class: "ts-soft" }, `Sector 0 is straight ahead.${hidden ? ` ${plural(hidden, "teammate")} behind a nearer one in the same sector.` : ""}`),
         section("Neighbours", count, "which the ring does not identify"), neighbours(),
       ];
@@ -1427,8 +1433,8 @@ const ICONS = {
   save: "M9 2h2v7l3-3 1.4 1.4L10 12.8 4.6 7.4 6 6l3 3zM3 14h2v2h10v-2h2v4H3z",
 };
 const HELP = [
-  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"], ["Page ↑ ↓", "ten frames back or forward"],
-  ["Home, End", "first and last frame"], [", .", "slower, faster"], ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
+  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"], ["PgUp PgDn", "ten frames back or forward"],
+  ["Home End", "first and last frame"], [", .", "slower, faster"], ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
   ["f", "fit the arena; drag to pan"], ["r", "sensing ranges"], ["a", "awareness ranges"], ["l", "links of teammates"],
   ["k", "links of other channels"], ["t", "trails"], ["[ ]", "previous, next body"], ["Esc", "release the body"],
   ["s", "save the picture"], ["?", "this help"],
@@ -1633,6 +1639,13 @@ class View {
       make("svg", { viewBox: "0 0 20 20", width: 18, height: 18, "aria-hidden": "true" }, make("path", { d: ICONS[icon], fill: "currentColor" })));
   }
 
+  // A button of the transport that a phone has no room for.
+  end(icon, title, act) {
+    const button = this.button(icon, title, act);
+    button.classList.add("ts-end");
+    return button;
+  }
+
   buildTransport() {
     this.playButton = this.button("play", "Play (space)", () => this.toggle());
     this.playButton.classList.add("ts-play");
@@ -1646,15 +1659,15 @@ class View {
     this.speedSelect = make("select", { "aria-label": "Speed", title: `Speed; 1× is ${PACE} frames a second (, and .)` },
       ...SPEEDS.map((speed) => option(speed, `${speed}×`, this.speed)));
     this.speedSelect.addEventListener("change", () => { this.speed = Number(this.speedSelect.value); });
-    this.everySelect = make("select", { "aria-label": "Frames to show", title: "Show every frame, or every second, fifth …" },
+    this.everySelect = make("select", { class: "ts-end", "aria-label": "Frames to show", title: "Show every frame, or every second, fifth …" },
       ...[1, 2, 5, 10, 20, 50].map((every) => option(every, `every ${every}`, this.every)));
     this.everySelect.addEventListener("change", () => { this.every = Number(this.everySelect.value); });
     return make("div", { class: "ts-transport", role: "group", "aria-label": "Playing" },
-      this.button("first", "First frame (home)", () => this.look(0)),
+      this.end("first", "First frame (home)", () => this.look(0)),
       this.button("back", "Step back (←)", () => this.step(-1)),
       this.playButton,
       this.button("forward", "Step forward (→)", () => this.step(1)),
-      this.button("last", "Last frame (end)", () => this.look(this.frameCount - 1)),
+      this.end("last", "Last frame (end)", () => this.look(this.frameCount - 1)),
       this.scrub, this.clockText, this.speedSelect, this.everySelect, this.loopButton);
   }
 
