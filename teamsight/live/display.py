@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Iterable
 from typing import Any
 
@@ -26,6 +27,8 @@ class Display:
     def __init__(self, board: Board, controls: Iterable[Control]) -> None:
         self._board, self._controls = board, list(controls)
         self._number = self._version = self._run = 0
+        # Pages tell by it that another server has answered.
+        self._server = secrets.token_hex(4)
         self._scenes: list[Scene] = []
 
     def begin(self, tracks: list[LiveTrack]) -> None:
@@ -56,7 +59,7 @@ class Display:
         self._version += 1
         self._scenes = scenes
         texts = tuple(
-            protocol.text("scene", track=i, tracks=len(scenes), run=self._run, scene=scene.as_json())
+            protocol.text("scene", track=i, tracks=len(scenes), run=f"{self._server}-{self._run}", scene=scene.as_json())
             for i, scene in enumerate(scenes)
         )
         self._board.post_scenes(Scenes(self._version, self._run, texts))
