@@ -49,6 +49,9 @@ class LivePage:
             # Without a timeout, Ctrl-C would not be noticed on Windows.
             while not self._closed.wait(0.5):
                 pass
+        except KeyboardInterrupt:
+            # The usual way to end it, and no error.
+            pass
         finally:
             self.close()
 
