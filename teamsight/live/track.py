@@ -55,14 +55,14 @@ class LiveTrack:
         self.world = _built(model, self.parameters, seed)
         self.made = 0
         self.kept = Kept()
-        self._observer = Observer(self.world, every, self._title())
+        self._observer = Observer(self.world, every)
         # Held while the scene and the frames change together.
         self._lock = threading.Lock()
 
     @property
     def scene(self) -> Scene:
         """The scene of the newest frame."""
-        return self._observer.scene
+        return self._observer.present
 
     def recorded(self) -> tuple[Scene, list[Frame]]:
         """Return the scene and the frames that are kept; other threads may call it."""
@@ -112,8 +112,7 @@ class LiveTrack:
         _apply(self.world, {**self.parameters, name: value}, name, self)
         self.parameters[name] = value
         with self._lock:
-            self._observer.title = self._title()
-            self._observer.rescene()
+            self._observer.changed()
 
     def state(self) -> dict[str, Any]:
         """Return what the page shows beside the picture."""
@@ -138,12 +137,6 @@ class LiveTrack:
     def close(self) -> None:
         """Release the world."""
         self.world.close()
-
-    def _title(self) -> str:
-        parts = [model_name(self._model)]
-        policy, degree = self.parameters.get("policy"), self.parameters.get("awareness")
-        parts += [one for one in (policy, degree) if isinstance(one, str)]
-        return ", ".join([*parts, f"seed {self.world.seed_used}"])
 
 
 def _built(model: Callable[..., World], parameters: dict[str, Any], seed: int) -> World:

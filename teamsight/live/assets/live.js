@@ -442,9 +442,9 @@ class Graph {
 
   // How many robots have how many neighbours.
   histogram(to, degrees, left, size, accent, text, soft) {
-    const counts = [];
-    for (const degree of degrees) counts[degree] = (counts[degree] || 0) + 1;
-    const bars = Math.max(counts.length, 6), wide = (size - 8) / bars, most = Math.max(...counts.map((one) => one || 0), 1);
+    const counts = new Array(degrees.reduce((a, b) => Math.max(a, b + 1), 0)).fill(0);
+    for (const degree of degrees) counts[degree] += 1;
+    const bars = Math.max(counts.length, 6), wide = (size - 8) / bars, most = Math.max(...counts, 1);
     const base = size + BARS - 16, high = BARS - 32;
     for (let k = 0; k < bars; k++) {
       const count = counts[k] || 0, at = left + 4 + k * wide;
