@@ -18,8 +18,8 @@ _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
     ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
-# A minute at this pace.
-_STEPS, _PER_SECOND = 600, 10
+# A minute at the pace at which a recording plays.
+_STEPS, _PER_SECOND = 1200, 20
 _FILE = Path("teamsight-demo.html")
 
 
@@ -43,7 +43,7 @@ def demo(settings: DemoSettings) -> None:
       teamsight demo --no-browser
       teamsight demo --record two-teams.gif
     """
-    from teamsight.cli import browsers
+    from teamsight.core import browsers
 
     is_shown = not settings.no_browser and settings.record is None and browsers.has_browser()
     if is_shown and find_spec("websockets") is not None:
@@ -52,12 +52,16 @@ def demo(settings: DemoSettings) -> None:
     place = settings.record or _FILE
     _prepare(place, settings.force)
     _make_recording(settings.seed).save(place, force=settings.force)
-    _say_where(place, is_shown and browsers.open_file(place))
+    _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
 
 
 def _watch(seed: int) -> None:
     """Serve the live page until Ctrl-C."""
-    raise NotImplementedError
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.live import watch
+
+    (_, first), (_, second) = _TEAMS
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
 
 
 def _prepare(place: Path, force: bool) -> None:

@@ -35,11 +35,11 @@ from teamsight.cli.options import Group, add_command
 
 # What stands there for somebody who types the name of the program and nothing else.
 _FIRST = """\
-teamsight demo                             watch two teams side by side, in the browser
-teamsight watch                            watch a team, and change it while it runs
-teamsight run --robots 10 --radius 5       simulate one team: how much does it observe?
-teamsight delta --robots 30 --radius 5     how many neighbours does a robot have at most?
-teamsight --help                           all commands"""
+teamsight demo                            watch two teams side by side
+teamsight watch                           watch a team, and change it
+teamsight run --robots 10 --radius 5      how much does a team observe?
+teamsight delta --robots 30 --radius 5    how many neighbours at most?
+teamsight --help                          all commands"""
 
 
 @click.group(

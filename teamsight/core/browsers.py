@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
 
-# They show text in the terminal in which the command runs.
 _IN_A_TERMINAL = ("www-browser", "links", "elinks", "lynx", "w3m")
 
 
 def has_browser() -> bool:
     """Return whether a page can be opened on the screen of the person who typed the command.
 
-    There is none over SSH, or on Linux without a graphical session, unless the variable BROWSER names one.
+    There is none over SSH, or on Linux without a graphical session, unless the variable BROWSER names one. Browsers that
+    show text in a terminal do not count.
     """
     import webbrowser
 
@@ -29,11 +28,19 @@ def has_browser() -> bool:
     return os.path.basename(getattr(found, "name", "")) not in _IN_A_TERMINAL
 
 
-def open_file(path: Path) -> bool:
-    """Open a file in the browser, and return whether that was possible."""
+def show(address: str) -> bool:
+    """Open an address in the browser, and return whether that was possible.
+
+    Parameters
+    ----------
+    address : str
+        An address that begins with ``http:`` or ``file:``.
+    """
     import webbrowser
 
+    if not has_browser():
+        return False
     try:
-        return webbrowser.open(path.absolute().as_uri())
+        return webbrowser.open(address)
     except (webbrowser.Error, OSError):
         return False
