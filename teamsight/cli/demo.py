@@ -89,4 +89,4 @@ def _say_where(place: Path, is_open: bool) -> None:
     if place.suffix.lower() == ".html":
         say("it is open in the browser" if is_open else f"open it in a browser: {place.absolute().as_uri()}")
     if find_spec("websockets") is None:
-        say("for a live page, in which you can change the teams: pip install 'teamsight[live]', and teamsight demo again")
+        say("for a live page, in which you can change the teams: pip install 'teamsight[live]'")

@@ -32,7 +32,6 @@ from teamsight.cli import (
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
 
-
 # What stands there for somebody who types the name of the program and nothing else.
 _FIRST = """\
 teamsight demo                            watch two teams side by side

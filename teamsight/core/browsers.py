@@ -11,8 +11,8 @@ _IN_A_TERMINAL = ("www-browser", "links", "elinks", "lynx", "w3m")
 def has_browser() -> bool:
     """Return whether a page can be opened on the screen of the person who typed the command.
 
-    There is none over SSH, or on Linux without a graphical session, unless the variable BROWSER names one. Browsers that
-    show text in a terminal do not count.
+    There is none over SSH, or on Linux without a graphical session, unless the variable BROWSER names one.
+    Browsers that show text in a terminal do not count.
     """
     import webbrowser
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 import webbrowser
 from pathlib import Path
-from typing import Any
 
 import pytest
 
