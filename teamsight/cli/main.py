@@ -28,6 +28,7 @@ from teamsight.cli import (
     sweep,
     unreliable,
     verify,
+    watch,
 )
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
@@ -103,6 +104,7 @@ add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)
+add_command(commands, watch.watch, watch.WatchSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
