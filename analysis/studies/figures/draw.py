@@ -9,7 +9,7 @@ import numpy as np
 
 from teamsight.analysis.studies.describe import conditions, what_is_missing
 from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
-from teamsight.analysis.studies.figures.choose import choose
+from teamsight.analysis.studies.figures.choose import Choice, choose
 from teamsight.analysis.studies.figures.difference import check_comparable, pair
 from teamsight.analysis.studies.figures.page import Picture
 from teamsight.analysis.studies.figures.quantity import Quantity
@@ -57,11 +57,20 @@ def draw(
     ValueError
         If there is nothing to draw, or the axes do not suit the kind of picture.
     """
+    from matplotlib.text import Text
+
     name = results.measured(measure)
     if minus is not None:
         check_comparable(results, minus, across, where or {})
     picture = _picture(results, Quantity(name, minus is not None), minus, where or {})
-    choice = choose(picture.cells, kind, x, y)
+    figure = _drawn(picture, choose(picture.cells, kind, x, y))
+    for text in figure.findobj(Text):
+        # Names and values are no formulas, even between two $.
+        text.set_parse_math(False)
+    return figure
+
+
+def _drawn(picture: Picture, choice: Choice) -> Canvas:
     if choice.kind == "heat-map":
         from teamsight.analysis.studies.figures.heat_map import draw_heat_map
 
@@ -87,7 +96,9 @@ def _picture(
     results: StudyTables, quantity: Quantity, minus: StudyTables | None, where: Mapping[str, object]
 ) -> Picture:
     frame, setting = results.frame, results.setting_numbers
-    values = frame[quantity.name].to_numpy(float) * quantity.factor
+    values = frame[quantity.name].to_numpy(float)
+    quantity = quantity.of_size(values)
+    values = values * quantity.factor
     source, warning = conditions(results), what_is_missing(results)
     # An axis of the study that is subtracted may be chosen, too.
     others = set(minus.axes if minus is not None else ()) - set(results.axes)
@@ -104,7 +115,7 @@ def _picture(
         missing = what_is_missing(minus)
         warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
     # The difference of two flags is a number, and a flag named as a fraction is drawn in percent.
-    are_flags = minus is None and quantity.factor == 1.0 and results.is_flag(quantity.name)
+    are_flags = minus is None and not quantity.is_percent and results.is_flag(quantity.name)
     cells = cells_of(results.settings, results.groups, values, setting, are_flags=are_flags)
     if where:
         cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])
