@@ -37,20 +37,11 @@ def draw(
     ----------
     results : StudyTables
         The study.
-    kind : {"auto", "heat-map", "lines", "surface", "scatter", "runs"}
-        The kind of picture; "auto" chooses one that suits the axes.
-    x, y : str, optional
-        The axes along the picture's two directions; lines have a line for each value of `y`. Further axes become
-        panels.
-    measure : str, optional
-        What is drawn; the first measure by default.
     minus : StudyTables, optional
         A study that is subtracted, run by run, where both have the same values of their common axes, the same
         replicate and the same seed; see `check_comparable`.
-    across : collection of str
-        Parameters, or "model", in which the two studies may differ although one of them varies it.
-    where : mapping, optional
-        Values of axes; only settings with these values are drawn.
+    kind, x, y, measure, across, where
+        As in `StudyResults.plot`.
 
     Raises
     ------
