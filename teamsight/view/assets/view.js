@@ -1444,6 +1444,7 @@ const HELP = [
 //   setScene(i, scene)     what track i shows; a new one is added; frames are kept, unless the box around the arena changes
 //   append(i, frame)       add a frame of decodeFrame (or of decodeReplay) to track i
 //   clear(i)               drop the frames of track i
+//   removeTrack(i)         drop the last track
 //   tracks[i]              {scene, frames, layout, arena}
 //   position               index of the frame shown (in the longest track; the others show the same time)
 //   show(index)            show a frame; the last one is followed in a live page
@@ -1517,6 +1518,19 @@ class View {
     for (const chart of this.charts) chart.drawnTo = [];
     this.isGrown = true;
     this.invalidate();
+  }
+
+  // Only the last track can go.
+  removeTrack(i) {
+    const track = this.tracks[i];
+    this.observer.unobserve(track.canvas);
+    track.box.remove();
+    this.tracks.length = i;
+    if (this.selected.track >= i) this.select(0, null);
+    if (this.hovered.track >= i) this.hovered = { track: 0, slot: null };
+    this.buildCharts();
+    this.describeTracks();
+    this.resize();
   }
 
   show(index) {
