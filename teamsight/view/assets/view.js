@@ -214,6 +214,9 @@ class Layout {
   }
 }
 
+// Whether the bodies of a group sense others, and its degree of awareness.
+const senses = ({ role, fields }) => role === "robot" || Object.keys(fields || {}).some((name) => name.startsWith("senses "));
+const degreeOf = ({ role, awareness }) => (awareness ? awareness.name : role === "robot" ? "none" : null);
 const angleOf = (frame, slot) => (2 * Math.PI * frame.heading[slot]) / TURN;
 const has = (frame, slot, flag) => slot < frame.n && (frame.flags[slot] & flag) !== 0;
 
@@ -268,7 +271,7 @@ function percept(layout, frame, slot) {
   const group = layout.scene.groups[layout.group[slot]];
   const channels = layout.scene.links.map((list, l) => ({ ...list, sensed: sensed(layout, frame, l, slot) }));
   const teammates = layout.teammates < 0 ? [] : channels[layout.teammates].sensed;
-  const degree = group.awareness ? group.awareness.name : null, found = { channels, teammates, degree };
+  const degree = degreeOf(group), found = { channels, teammates, degree };
   if (degree === "ring") found.ring = ring(teammates, group.awareness.delta);
   if (degree === "shared" && layout.targets >= 0) {
     found.relayed = teammates.flatMap((mate) => sensed(layout, frame, layout.targets, mate.slot).map((target) => {
@@ -320,8 +323,8 @@ function contrast(one, other) {
 }
 
 // A colour, moved toward black or white until it stands out from the background.
-function legible(colour, background, least = 3.2) {
-  const ground = channels(background), goal = luminance(ground) > 0.3 ? 0 : 255;
+function legible(colour, background) {
+  const ground = channels(background), [goal, least] = luminance(ground) > 0.3 ? [0, 3.2] : [255, 5];
   let rgb = channels(colour);
   for (let step = 0; step < 40 && contrast(rgb, ground) < least; step++) {
     rgb = rgb.map((value) => value + (goal - value) * 0.06);
@@ -373,6 +376,10 @@ const SHAPES = {
     to.lineTo(x - 0.7 * r, y + 0.7 * r);
   },
 };
+SHAPES.inactive = (to, x, y, r) => {
+  SHAPES.disc(to, x, y, r);
+  SHAPES.cross(to, x, y, 0.85 * r);
+};
 const BY_ROLE = { robot: ["arrow", "drop", "dart"], target: ["disc", "diamond", "square"], other: ["square", "diamond", "disc"] };
 
 // The shape of each group: groups of one role differ.
@@ -386,17 +393,17 @@ function shapesOf(scene) {
 }
 
 // How a body looks: its group, and one of these states.
-const LOOKS = { inactive: 0, plain: 1, observed: 2 };
+const LOOKS = { inactive: 0, hollow: 1, full: 2 };
 
 function lookOf(role, flags) {
   if (!(flags & ACTIVE)) return LOOKS.inactive;
-  return role === "robot" || flags & OBSERVED ? LOOKS.observed : LOOKS.plain;
+  return role !== "target" || flags & OBSERVED ? LOOKS.full : LOOKS.hollow;
 }
 
-// Fills or strokes the path of `to`, which has bodies of one look. Colour is never the only sign: what is not observed
-// is hollow, and what is inactive is hollow and crossed.
+// Fills or strokes the path of `to`, which has bodies of one look. Colour is never the only sign: a target that is not
+// observed is hollow, and what is inactive is a crossed circle.
 function paintBodies(to, colour, look, r, ratio, ground) {
-  if (look === LOOKS.observed) {
+  if (look === LOOKS.full) {
     if (r > 3 * ratio) {
       to.strokeStyle = ground;
       to.lineWidth = 2 * ratio;
@@ -405,11 +412,11 @@ function paintBodies(to, colour, look, r, ratio, ground) {
     to.fillStyle = colour;
     to.fill();
   } else {
-    if (look === LOOKS.plain) {
+    if (look === LOOKS.hollow) {
       to.fillStyle = ground;
       to.fill();
     }
-    to.strokeStyle = look === LOOKS.plain ? colour : faded(colour, 0.8);
+    to.strokeStyle = look === LOOKS.hollow ? colour : faded(colour, 0.8);
     to.lineWidth = Math.max(Math.min(0.32 * r, 1.8 * ratio), 0.9 * ratio);
     to.stroke();
   }
@@ -426,7 +433,7 @@ function make(tag, given = {}, ...children) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else element.setAttribute(name, value === true ? "" : value);
   }
-  element.append(...children.filter((child) => child !== null && child !== undefined));
+  element.append(...children.filter((child) => child !== null && child !== undefined && child !== 0));
   return element;
 }
 
@@ -446,12 +453,11 @@ class SvgPath {
 
 function bodyIcon(shape, colour, look, ground) {
   const path = new SvgPath();
-  SHAPES[shape](path, 9, 9, 5, 0, -1);
-  if (look === LOOKS.inactive) SHAPES.cross(path, 9, 9, 5);
-  const solid = look === LOOKS.observed;
+  SHAPES[look === LOOKS.inactive ? "inactive" : shape](path, 9, 9, look === LOOKS.inactive ? 7 : 5, 0, -1);
+  const isFull = look === LOOKS.full;
   return make("svg", { viewBox: "0 0 18 18", width: 18, height: 18, "aria-hidden": "true" }, make("path", {
-    d: path.steps.join(""), fill: solid ? colour : look === LOOKS.plain ? ground : "none",
-    stroke: solid ? "none" : colour, "stroke-width": 1.7,
+    d: path.steps.join(""), fill: isFull ? colour : look === LOOKS.hollow ? ground : "none",
+    stroke: isFull ? "none" : colour, "stroke-width": 1.7,
   }));
 }
 
@@ -460,7 +466,8 @@ function bodyIcon(shape, colour, look, ground) {
 const LEAST_ZOOM = 0.5, MOST_ZOOM = 60;
 // Of more bodies, less is drawn unasked.
 const MANY = 250, VERY_MANY = 1500;
-const TRAIL = 24, LONG_TRAIL = 150;
+// Frames of a trail: of few bodies, of many, of very many, and of the selected one.
+const TRAILS = [24, 8, 4], LONG_TRAIL = 150;
 
 class Arena {
   // `camera` is shared by all tracks: {zoom, x, y}, where x and y are the middle as shares of the box around the arena.
@@ -579,6 +586,8 @@ class Arena {
     const to = this.still.getContext("2d", { alpha: false });
     to.fillStyle = palette.page;
     to.fillRect(0, 0, canvas.width, canvas.height);
+    to.save();
+    if (layout.scene.wraps) this.clipToBox(at, to);
     this.trace(to, layout.scene.walls, at);
     to.fillStyle = palette.arena;
     to.fill("evenodd");
@@ -588,7 +597,9 @@ class Arena {
     to.strokeStyle = palette.wall;
     to.lineWidth = ratio;
     to.stroke();
+    to.restore();
     this.trace(to, layout.scene.walls, at);
+    to.strokeStyle = palette.wall;
     to.lineWidth = 1.5 * ratio;
     // A seam is no wall.
     to.setLineDash(layout.scene.wraps ? [6 * ratio, 5 * ratio] : []);
@@ -605,8 +616,8 @@ class Arena {
     }
   }
 
-  clipToBox(at) {
-    const { layout, to } = this;
+  clipToBox(at, to = this.to) {
+    const { layout } = this;
     to.beginPath();
     to.rect(
       at.left + (layout.x0 - at.x) * at.scale, at.top - (layout.y1 - at.y) * at.scale,
@@ -671,9 +682,9 @@ class Arena {
   drawRanges(frame, name, at, alpha) {
     const { to, ratio } = this;
     this.layout.scene.groups.forEach((group, g) => {
-      if (group.role === "target" && !this.senses(g)) return;
+      if (!senses(group)) return;
       to.beginPath();
-      this.each(g, (s) => this.addRange(frame, s, name, at), LOOKS.plain);
+      this.each(g, (s) => this.addRange(frame, s, name, at), LOOKS.hollow);
       to.fillStyle = faded(this.colours[g], alpha);
       to.fill();
       if (frame.n <= VERY_MANY) {
@@ -686,12 +697,8 @@ class Arena {
     });
   }
 
-  senses(g) {
-    return (this.layout.scene.groups[g].fields || {}).sensing === true;
-  }
-
   drawTrails(frame, shown, at) {
-    const { to, ratio, layout } = this, length = frame.n > MANY ? TRAIL / 3 : TRAIL, bands = 3;
+    const { to, ratio, layout } = this, length = TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)], bands = frame.n > MANY ? 1 : 3;
     const frames = [frame];
     for (let k = 1; k <= length; k++) {
       const one = shown.before(k);
@@ -700,10 +707,10 @@ class Arena {
     }
     layout.scene.groups.forEach((group, g) => {
       to.strokeStyle = this.colours[g];
-      to.lineWidth = (group.role === "robot" ? 1.6 : 1.2) * ratio;
+      to.lineWidth = (group.role === "robot" ? 2 : 1.3) * ratio;
       for (let band = 0; band < bands; band++) {
         const from = Math.floor((band * length) / bands), until = Math.floor(((band + 1) * length) / bands);
-        to.globalAlpha = 0.5 - 0.16 * band;
+        to.globalAlpha = 0.36 - 0.11 * band;
         to.beginPath();
         this.each(g, (s) => this.addTrail(frames, from, until, s, at));
         to.stroke();
@@ -776,8 +783,8 @@ class Arena {
         any = true;
       }
       if (!any) continue;
-      to.strokeStyle = faded(this.colours[g], isSensing ? 0.75 : 0.5);
-      to.lineWidth = (isSensing ? 1.2 : 1) * ratio;
+      to.strokeStyle = faded(this.colours[g], isSensing ? 0.9 : 0.6);
+      to.lineWidth = (isSensing ? 1.3 : 1.1) * ratio;
       to.stroke();
     }
   }
@@ -788,8 +795,7 @@ class Arena {
     this.drawLongTrail(frame, s, at, shown);
     const found = percept(layout, frame, s);
     if (!found) return;
-    const isObserver = layout.scene.groups[g].role === "robot" || this.senses(g);
-    for (const [name, dash] of isObserver ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
+    for (const [name, dash] of senses(layout.scene.groups[g]) ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
       to.beginPath();
       this.addRange(frame, s, name, at);
       to.strokeStyle = colour;
@@ -873,23 +879,28 @@ class Arena {
   }
 
   drawBodies() {
-    const { to, r, ratio, layout, px, py, palette } = this, frame = this.frame;
-    const isSmall = r < 2.6 * ratio;
+    const { r, ratio, layout } = this, isSmall = r < 2.6 * ratio;
     layout.scene.groups.forEach((group, g) => {
       const shape = isSmall && group.role === "robot" ? SHAPES.dart : SHAPES[this.shapes[g]];
+      const size = group.role === "target" ? 0.9 * r : r;
       for (let look = 0; look < 3; look++) {
-        const first = this.head[3 * g + look];
-        if (first < 0) continue;
-        const size = group.role === "target" ? 0.9 * r : r;
-        to.beginPath();
-        for (let s = first; s >= 0; s = this.next[s]) {
-          const angle = angleOf(frame, s);
-          shape(to, px[s], py[s], size, Math.cos(angle), -Math.sin(angle));
-          if (look === LOOKS.inactive) SHAPES.cross(to, px[s], py[s], size);
-        }
-        paintBodies(to, this.colours[g], look, size, ratio, palette.arena);
+        const drawn = look === LOOKS.inactive ? SHAPES.inactive : shape;
+        for (let s = this.head[3 * g + look]; s >= 0;) s = this.drawSome(s, drawn, size, this.colours[g], look);
       }
     });
+  }
+
+  // Draws bodies of one look from slot s on, as one path, and returns the slot that follows, or −1. Chromium's painting
+  // takes time with the square of the bodies in a path.
+  drawSome(s, shape, size, colour, look) {
+    const { to, px, py, frame } = this;
+    to.beginPath();
+    for (let k = 0; k < 20 && s >= 0; k++, s = this.next[s]) {
+      const angle = angleOf(frame, s);
+      shape(to, px[s], py[s], size, Math.cos(angle), -Math.sin(angle));
+    }
+    paintBodies(to, colour, look, size, this.ratio, this.palette.arena);
+    return s;
   }
 
   drawMark(s, kind) {
@@ -952,13 +963,13 @@ const DASHES = [[], [5, 3]];
 function shownValue(name, value) {
   if (!Number.isFinite(value)) return "–";
   if (isShare(name)) return `${(100 * value).toFixed(0)} %`;
-  return Number.isInteger(value) ? String(value) : value.toFixed(value < 10 ? 2 : 1);
+  return Number.isInteger(value) && !name.startsWith("mean") ? String(value) : value.toFixed(value < 10 ? 2 : 1);
 }
 
-// The next of 1, 2, 5, 10, 20 … that is not smaller.
-function roundUp(value) {
+// The next of 1, 2, 5, 10, 20 …, or of other steps, that is not smaller.
+function roundUp(value, steps = [1, 2, 5, 10]) {
   const power = 10 ** Math.floor(Math.log10(value));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= value * (1 - 1e-9));
+  return steps.map((factor) => factor * power).find((one) => one >= value * (1 - 1e-9));
 }
 
 // One series against time, for all tracks; or the difference of two. The lines are drawn when data or size change; the
@@ -978,12 +989,11 @@ class Chart {
     parent.append(this.element);
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
-    const scrub = (event) => view.showTime(this.timeAt(event.clientX));
+    const scrub = (event) => view.look(view.nearestIndex(this.timeAt(event.clientX)));
     this.plot.addEventListener("pointerdown", (event) => {
       if (event.button) return;
       isHeld = true;
       this.plot.setPointerCapture(event.pointerId);
-      view.pause();
       scrub(event);
     });
     this.plot.addEventListener("pointermove", (event) => isHeld && scrub(event));
@@ -1004,7 +1014,7 @@ class Chart {
   // Pixels of the plotting area.
   get box() {
     const { ratio, canvas } = this;
-    return { left: 34 * ratio, right: canvas.width - 8 * ratio, top: 6 * ratio, low: canvas.height - 16 * ratio };
+    return { left: 40 * ratio, right: canvas.width - 8 * ratio, top: 6 * ratio, low: canvas.height - 16 * ratio };
   }
 
   px(time) {
@@ -1074,7 +1084,8 @@ class Chart {
     const span = Math.max(last - first, 1);
     this.domain = [first, view.live ? first + Math.max(roundUp(span / 4) * 4, 100) : first + span];
     if (view.live && this.domain[1] < last) this.domain[1] = first + 1.3 * span;
-    this.top = isShare(this.name) && !this.difference ? 1 : roundUp(high || 1);
+    // Half of it is a mark too.
+    this.top = isShare(this.name) && !this.difference ? 1 : roundUp(high || 2, [1, 2, 4, 6, 8, 10]);
     to.setTransform(1, 0, 0, 1, 0, 0);
     to.clearRect(0, 0, canvas.width, canvas.height);
     this.drawAxes();
@@ -1217,7 +1228,7 @@ class Inspector {
     if (!has(plain, slot, PRESENT)) parts.push(make("p", { class: "ts-soft" }, "Not in the world at this tick."));
     else parts.push(...this.present(layout, plain, slot, group, one));
     this.shown = "body";
-    this.body.replaceChildren(...parts);
+    this.body.replaceChildren(...parts.filter(Boolean));
   }
 
   hint() {
@@ -1239,8 +1250,9 @@ class Inspector {
         if (seen.has(key)) return;
         seen.add(key);
         const line = (look, text) => list.append(make("li", {}, view.icon(arena, g, look), text));
-        line(LOOKS.observed, group.role === "robot" ? `${group.name}, with heading` : `${group.name}, observed`);
-        if (group.role !== "robot") line(LOOKS.plain, `${group.name}, not observed`);
+        const more = { robot: ", with heading", target: ", observed" }[group.role] || "";
+        line(LOOKS.full, `${group.name}${more}`);
+        if (group.role === "target") line(LOOKS.hollow, `${group.name}, not observed`);
       });
     }
     const { layout, arena } = view.tracks[0] || {};
@@ -1267,11 +1279,14 @@ class Inspector {
       ["Heading", `${Math.round((angleOf(frame, slot) * 180) / Math.PI) % 360}°`],
     ];
     if (group.policy) facts.push(["Policy", group.policy]);
-    if (group.awareness) facts.push(["Awareness", degreeText(group.awareness)]);
-    if (one.sensing_range > 0) facts.push(["Sensing range", length(one.sensing_range)]);
-    if (one.awareness_range > 0 && group.awareness) facts.push(["Awareness range", length(one.awareness_range)]);
+    if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
+    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range)]);
+    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range)]);
     if (one.field_of_view < 2 * Math.PI - 1e-6) facts.push(["Field of view", `${Math.round((one.field_of_view * 180) / Math.PI)}°`]);
-    for (const [name, value] of Object.entries(group.fields || {})) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
+    for (const [name, value] of Object.entries(group.fields || {})) {
+      // What is sensed without a sensor of its own is below.
+      if (!name.startsWith("senses ") || / by /.test(value)) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
+    }
     const list = make("dl", { class: "ts-facts" });
     for (const [name, value] of facts) list.append(make("div", {}, make("dt", {}, name), make("dd", {}, value)));
     const parts = [list];
@@ -1309,8 +1324,9 @@ class Inspector {
       return [
         section(`Ring, δ = ${delta}`, `${found.ring.length} of ${delta}`, measured),
         canvas,
-        table(["sector", "nearest", "bearing"], found.ring.map((s) => [`${s.sector}${s.merged > 1 ? ` (${s.merged} merged)` : ""}`, length(s.range), degrees(s.bearing)])),
-        make("p", { class: "ts-soft" }, `${plural(count, "neighbour")}; ${hidden ? `${hidden} hidden behind a nearer one in the same sector` : "none hidden"}. Sector 0 is straight ahead.`),
+        found.ring.length && table(["sector", "nearest", "bearing"], found.ring.map((s) => [`${s.sector}${s.merged > 1 ? ` (${s.merged} merged)` : ""}`, length(s.range), degrees(s.bearing)])),
+        make("p", { class: "ts-soft" }, `Sector 0 is straight ahead.${hidden ? ` ${plural(hidden, "teammate")} behind a nearer one in the same sector.` : ""}`),
+        section("Neighbours", count, "which the ring does not identify"), neighbours(),
       ];
     }
     const parts = [section("Neighbours", count, measured), neighbours()];
@@ -1417,8 +1433,8 @@ const ICONS = {
   save: "M9 2h2v7l3-3 1.4 1.4L10 12.8 4.6 7.4 6 6l3 3zM3 14h2v2h10v-2h2v4H3z",
 };
 const HELP = [
-  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"], ["Page ↑ ↓", "ten frames back or forward"],
-  ["Home, End", "first and last frame"], [", .", "slower, faster"], ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
+  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"], ["PgUp PgDn", "ten frames back or forward"],
+  ["Home End", "first and last frame"], [", .", "slower, faster"], ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
   ["f", "fit the arena; drag to pan"], ["r", "sensing ranges"], ["a", "awareness ranges"], ["l", "links of teammates"],
   ["k", "links of other channels"], ["t", "trails"], ["[ ]", "previous, next body"], ["Esc", "release the body"],
   ["s", "save the picture"], ["?", "this help"],
@@ -1456,7 +1472,10 @@ class View {
 
   // The interface.
 
-  get position() { return Math.floor(this.at + 1e-9); }
+  get position() {
+    const index = Math.floor(this.at + 1e-9);
+    return this.playing && !this.following ? index - (index % this.every) : index;
+  }
   get frameCount() { return this.tracks.length ? this.tracks[this.clock].frames.length : 0; }
 
   setScene(i, scene) {
@@ -1464,7 +1483,9 @@ class View {
     const before = this.tracks[i], layout = new Layout(scene);
     if (!before) this.addTrack(i, scene, layout);
     else {
-      const isMoved = String(before.scene.bounds) !== String(scene.bounds) || before.scene.series.length !== scene.series.length;
+      // Frames are read by these.
+      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists]);
+      const isMoved = key(before.scene) !== key(scene);
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
       if (isMoved) this.clear(i);
@@ -1530,9 +1551,9 @@ class View {
   }
 
   pause() {
+    this.at = this.position;
     this.playing = false;
     if (this.live) this.following = this.at >= this.frameCount - 1;
-    this.at = this.position;
     this.showState();
     this.say(true);
     this.invalidate();
@@ -1577,11 +1598,12 @@ class View {
   frameOf(i) { return this.tracks[i].frames[this.indexOf(i)] || null; }
   trackOf(layout) { return this.tracks.find((track) => track.layout === layout); }
 
-  showTime(time) {
+  // The index of the frame nearest to a time.
+  nearestIndex(time) {
     const { clock } = this, { frames } = this.tracks[clock], before = Math.max(this.indexAt(clock, time), 0);
     const after = Math.min(before + 1, frames.length - 1);
     const isAfter = frames.length && Math.abs(frames[after].time - time) < Math.abs(frames[before].time - time);
-    this.show(isAfter ? after : before);
+    return isAfter ? after : before;
   }
 
   // Drops the oldest frames in tenths, so that appending stays quick.
@@ -1631,27 +1653,35 @@ class View {
       make("svg", { viewBox: "0 0 20 20", width: 18, height: 18, "aria-hidden": "true" }, make("path", { d: ICONS[icon], fill: "currentColor" })));
   }
 
+  // A button of the transport that a phone has no room for.
+  end(icon, title, act) {
+    const button = this.button(icon, title, act);
+    button.classList.add("ts-end");
+    return button;
+  }
+
   buildTransport() {
     this.playButton = this.button("play", "Play (space)", () => this.toggle());
     this.playButton.classList.add("ts-play");
     this.loopButton = this.button("loop", "Loop (o)", () => this.setLoop(!this.loop));
+    this.loopButton.classList.add("ts-loop");
     this.loopButton.setAttribute("aria-pressed", "false");
     this.scrub = make("input", { type: "range", class: "ts-scrub", min: 0, max: 0, step: 1, value: 0, "aria-label": "Frame" });
-    this.scrub.addEventListener("input", () => { this.halt(); this.show(Number(this.scrub.value)); });
+    this.scrub.addEventListener("input", () => this.look(Number(this.scrub.value)));
     this.clockText = make("output", { class: "ts-clock" });
     const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
     this.speedSelect = make("select", { "aria-label": "Speed", title: `Speed; 1× is ${PACE} frames a second (, and .)` },
       ...SPEEDS.map((speed) => option(speed, `${speed}×`, this.speed)));
     this.speedSelect.addEventListener("change", () => { this.speed = Number(this.speedSelect.value); });
-    this.everySelect = make("select", { "aria-label": "Show every", title: "Show every frame, or each second, fifth …" },
-      ...[1, 2, 5, 10, 20, 50].map((every) => option(every, every === 1 ? "every frame" : `each ${every}th`.replace("2th", "2nd"), this.every)));
+    this.everySelect = make("select", { class: "ts-end", "aria-label": "Frames to show", title: "Show every frame, or every second, fifth …" },
+      ...[1, 2, 5, 10, 20, 50].map((every) => option(every, `every ${every}`, this.every)));
     this.everySelect.addEventListener("change", () => { this.every = Number(this.everySelect.value); });
     return make("div", { class: "ts-transport", role: "group", "aria-label": "Playing" },
-      this.button("first", "First frame (home)", () => { this.halt(); this.show(0); }),
+      this.end("first", "First frame (home)", () => this.look(0)),
       this.button("back", "Step back (←)", () => this.step(-1)),
       this.playButton,
       this.button("forward", "Step forward (→)", () => this.step(1)),
-      this.button("last", "Last frame (end)", () => { this.halt(); this.show(this.frameCount - 1); }),
+      this.end("last", "Last frame (end)", () => this.look(this.frameCount - 1)),
       this.scrub, this.clockText, this.speedSelect, this.everySelect, this.loopButton);
   }
 
@@ -1752,11 +1782,16 @@ class View {
   start() { if (!(this.transport && this.transport.play && this.transport.play())) this.play(); }
   halt() { if (!(this.transport && this.transport.pause && this.transport.pause())) this.pause(); }
 
+  // Shows a frame that the user has chosen. A live model goes on meanwhile.
+  look(index) {
+    this.pause();
+    this.show(index);
+    this.say(true);
+  }
+
   step(count) {
     if (this.transport && this.transport.step && this.transport.step(count)) return;
-    this.pause();
-    this.show(this.position + count * this.every);
-    this.say(true);
+    this.look(this.position + count * this.every);
   }
 
   setLoop(on) {
@@ -1809,11 +1844,9 @@ class View {
 
   draw(now = performance.now()) {
     if (!this.tracks.length) return;
-    const index = this.position - (this.playing && this.every > 1 ? this.position % this.every : 0);
     // Between frames bodies are drawn on the way, unless frames follow each other faster than pictures anyway.
     const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still();
     const share = isSmooth ? this.at - this.position : 0;
-    if (this.playing && this.every > 1 && !this.following) this.shownIndex = index; else this.shownIndex = this.position;
     this.tracks.forEach((track, t) => this.drawTrack(track, t, share));
     this.drawings += 1;
     if (this.isGrown) for (const chart of this.charts) chart.extend();
@@ -1826,8 +1859,7 @@ class View {
 
   drawTrack(track, t, share) {
     const { frames, arena } = track;
-    const index = t === this.clock ? this.shownIndex : this.indexAt(t, this.tracks[this.clock].frames[this.shownIndex]?.time ?? 0);
-    const isOn = (name) => name in this.toggles && this.toggles[name].on;
+    const index = this.indexOf(t), isOn = (name) => name in this.toggles && this.toggles[name].on;
     const slotOf = ({ track: one, slot }) => (one === t ? slot : null);
     const selected = slotOf(this.selected);
     const isTwin = this.selected.slot !== null && this.selected.track !== t && this.selected.slot < track.scene.slots.length;
@@ -1913,7 +1945,7 @@ class View {
     const acts = {
       " ": () => this.toggle(), ArrowLeft: () => (event.shiftKey ? pan(-1, 0) : this.step(-1)),
       ArrowRight: () => (event.shiftKey ? pan(1, 0) : this.step(1)), PageUp: () => this.step(-10), PageDown: () => this.step(10),
-      Home: () => { this.halt(); this.show(0); }, End: () => { this.halt(); this.show(this.frameCount - 1); },
+      Home: () => this.look(0), End: () => this.look(this.frameCount - 1),
       "+": () => this.zoom(1.4), "=": () => this.zoom(1.4), "-": () => this.zoom(1 / 1.4), "−": () => this.zoom(1 / 1.4),
       f: () => this.fit(), 0: () => this.fit(), o: () => this.setLoop(!this.loop), s: () => this.savePicture(), "?": () => this.help(),
       ",": () => this.setSpeed(-1), ".": () => this.setSpeed(1), "[": () => this.selectNext(-1), "]": () => this.selectNext(1),
@@ -1983,6 +2015,8 @@ class View {
     };
     const find = (event) => arena.nearest(...pixel(event), (event.pointerType === "touch" ? 26 : 14) * arena.ratio);
     canvas.addEventListener("wheel", (event) => {
+      // In a frame of another page, the wheel scrolls that page until the arena is clicked.
+      if (window !== window.parent && document.activeElement !== canvas && !event.ctrlKey) return;
       event.preventDefault();
       this.zoom(Math.exp(-event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.0015)), ...share(pixel(event)));
     }, { passive: false });
