@@ -1667,7 +1667,7 @@ class View {
     this.loopButton.setAttribute("aria-pressed", "false");
     this.scrub = make("input", { type: "range", class: "ts-scrub", min: 0, max: 0, step: 1, value: 0, "aria-label": "Frame" });
     this.scrub.addEventListener("input", () => this.look(Number(this.scrub.value)));
-    this.clockText = make("output", { class: "ts-clock" });
+    this.clockText = make("span", { class: "ts-clock" });
     const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
     this.speedSelect = make("select", { "aria-label": "Speed", title: `Speed; 1× is ${PACE} frames a second (, and .)` },
       ...SPEEDS.map((speed) => option(speed, `${speed}×`, this.speed)));
