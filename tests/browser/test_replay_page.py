@@ -13,7 +13,6 @@ import pytest
 from replaying import at_tick, drawn, opened, recorded, until, written
 
 from teamsight import CMOMMT, Circle, Disc, Robot, Sensor, Target, Torus, World
-from teamsight.agents.robot import Robot as Robot
 from teamsight.policies import ACmommt, RandomWalk
 
 if TYPE_CHECKING:
@@ -31,7 +30,9 @@ def team(awareness: str = "ring", **more: Any) -> CMOMMT:
 
 def torus() -> World:
     world = World(Torus(6, 5).with_obstacles(Circle((0, 0), 0.5)), rng=4)
-    robots = world.add(Robot, 8, policy=ACmommt(), awareness="shared", speed=0.1, sensing_range=1.2, awareness_range=1.6)
+    robots = world.add(
+        Robot, 8, policy=ACmommt(), awareness="shared", speed=0.1, sensing_range=1.2, awareness_range=1.6
+    )
     world.senses(robots, world.add(Target, 10, policy=RandomWalk(0.05), speed=0.075))
     return world
 
@@ -270,8 +271,11 @@ def test_a_click_selects_the_body_there_until_escape(replay: Page) -> None:
 
 
 def click_on(page: Page, slot: int) -> None:
-    x, y = page.evaluate("""slot => { const { arena, canvas } = teamsight.view.tracks[0], at = canvas.getBoundingClientRect();
-        teamsight.view.draw(); return [at.left + arena.px[slot] / arena.ratio, at.top + arena.py[slot] / arena.ratio]; }""", slot)
+    x, y = page.evaluate(
+        """slot => { const { arena, canvas } = teamsight.view.tracks[0], at = canvas.getBoundingClientRect();
+        teamsight.view.draw(); return [at.left + arena.px[slot] / arena.ratio, at.top + arena.py[slot] / arena.ratio]; }""",
+        slot,
+    )
     if page.evaluate("navigator.maxTouchPoints > 0"):
         page.touchscreen.tap(x, y)
     else:
@@ -321,7 +325,9 @@ def test_who_prefers_reduced_motion_starts_it(new_page: browsing.Pages, tmp_path
     assert "Tick 0." in page.get_by_role("status").inner_text()
 
 
-@pytest.mark.parametrize(("size", "dark"), [(browsing.WIDE, True), (browsing.PHONE, False), (browsing.PHONE, True), ((900, 560), False)])
+@pytest.mark.parametrize(
+    ("size", "dark"), [(browsing.WIDE, True), (browsing.PHONE, False), (browsing.PHONE, True), ((900, 560), False)]
+)
 def test_every_screen_fits_and_can_be_read(
     new_page: browsing.Pages, tmp_path: Path, shot: Callable[[Page, str], None], size: tuple[int, int], dark: bool
 ) -> None:
@@ -358,11 +364,13 @@ def test_a_phone_selects_by_touch(new_page: browsing.Pages, tmp_path: Path) -> N
 
 def test_links_cross_the_seam_of_a_torus(page: Page, tmp_path: Path) -> None:
     opened(page, written(tmp_path, recorded(torus(), STEPS)))
-    longest, crossing = page.evaluate("""() => { const { layout, frames } = teamsight.view.tracks[0]; let longest = 0, crossing = 0;
+    longest, crossing = (
+        page.evaluate("""() => { const { layout, frames } = teamsight.view.tracks[0]; let longest = 0, crossing = 0;
         for (const frame of frames) for (let s = 0; s < 8; s++) for (const one of teamsight.percept(layout, frame, s).teammates) {
           longest = Math.max(longest, one.range);
           crossing += Math.abs(frame.x[one.slot] - frame.x[s]) > 32768 || Math.abs(frame.y[one.slot] - frame.y[s]) > 32768;
         } return [longest, crossing]; }""")
+    )
     assert longest <= 1.6 + 1e-3
     assert crossing > 0
 

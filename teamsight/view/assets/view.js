@@ -793,6 +793,9 @@ class Arena {
     if (!has(frame, s, PRESENT)) return;
     const { to, ratio, layout, px, py } = this, g = layout.group[s], colour = this.colours[g];
     this.drawLongTrail(frame, s, at, shown);
+    observers(frame, s).forEach((found, l) => {
+      if (layout.scene.links[l].channel !== "teammates") this.drawStrong(found.map((observer) => [observer, s]), at);
+    });
     const found = percept(layout, frame, s);
     if (!found) return;
     for (const [name, dash] of senses(layout.scene.groups[g]) ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
@@ -830,14 +833,21 @@ class Arena {
   }
 
   drawSensed({ sensed: found, measured }, s, at) {
-    const { to, ratio, layout, px, py } = this;
-    for (const one of found) {
+    const { px, py } = this;
+    this.drawStrong(found.map((one) => [s, one.slot]), at);
+    for (const one of measured ? found : []) {
+      this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
+    }
+  }
+
+  drawStrong(pairs, at) {
+    const { to, ratio, layout } = this;
+    for (const [s, t] of pairs) {
       to.beginPath();
-      this.addLink(s, one.slot, at, false);
-      to.strokeStyle = this.colours[layout.group[one.slot]];
+      this.addLink(s, t, at, false);
+      to.strokeStyle = this.colours[layout.group[t]];
       to.lineWidth = 2 * ratio;
       to.stroke();
-      if (measured) this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
     }
   }
 
@@ -980,11 +990,12 @@ class Chart {
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
-    const title = difference ? "Difference in observed" : nameOf(name);
+    const title = difference ? "Difference" : nameOf(name);
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` }, make("figcaption", {}, make("span", {}, title), this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${title} against time`);
+    if (difference) this.element.title = `${nameOf(name)} of the first, minus that of the second`;
     parent.append(this.element);
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
@@ -1488,6 +1499,9 @@ class View {
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
       if (isMoved) this.clear(i);
+      for (const one of [this.selected, this.hovered]) {
+        if (one.track === i && one.slot >= scene.slots.length) one.slot = null;
+      }
     }
     this.describeTracks();
     this.inspector.shown = "";
@@ -1713,10 +1727,11 @@ class View {
     this.stage.classList.toggle("ts-pair", isPair);
     tracks.forEach((track, t) => {
       track.canvas.setAttribute("aria-label", `Arena of ${track.scene.title}`);
-      track.caption.hidden = !isPair;
-      track.caption.replaceChildren(make("span", { class: `ts-swatch ts-swatch-${t}` }), track.scene.title);
+      track.caption.hidden = !isPair && (!this.title || track.scene.title === this.title);
+      const swatch = isPair ? make("span", { class: `ts-swatch ts-swatch-${t}` }) : null;
+      track.caption.replaceChildren(...[swatch, track.scene.title].filter(Boolean));
     });
-    setText(this.heading, (isPair || this.live ? this.title : tracks[0].scene.title) || tracks[0].scene.title);
+    setText(this.heading, this.title || tracks[0].scene.title);
     this.root.classList.toggle("ts-many", this.bodyCount > VERY_MANY);
     this.buildChips();
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
@@ -1973,6 +1988,14 @@ class View {
       if (has(frame, slot, PRESENT)) break;
     }
     this.select(track, slot);
+    this.sayBody(track, slot);
+  }
+
+  // What a body senses, for who cannot see the picture.
+  sayBody(track, slot) {
+    const { scene } = this.tracks[track], found = this.inspect(track, slot);
+    const senses = found ? found.channels.map(({ name, sensed: list }) => `${list.length} ${name}`).join(", ") : "nothing, since it is inactive";
+    setText(this.status, `${bodyName(scene, slot)}. Senses ${senses}.`);
   }
 
   help() { if (!this.dialog.open) this.dialog.showModal(); }
