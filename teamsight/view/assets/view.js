@@ -52,7 +52,7 @@ class PackedFrame {
 }
 
 function links(list, from, to) {
-  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to) };
+  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale: list.scale };
   if (list.dx) {
     found.dx = list.dx.subarray(from, to);
     found.dy = list.dy.subarray(from, to);
@@ -117,7 +117,7 @@ function decodeFrame(data, scene, offset = 0) {
   const time = reader.float(), series = reader.floats(scene.series.length);
   const columns = [0, 0, 0, 0].map(() => reader.words(n));
   const lists = scene.links.map((list, l) => {
-    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]) };
+    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]), scale: list.scale };
     for (const name of list.measured ? ["dx", "dy"] : []) found[name] = signed(reader.words(counts[l]));
     return found;
   });
@@ -148,7 +148,7 @@ async function decodeReplay(data, scene) {
   const sizes = reader.words(frames);
   for (let f = 0; f < frames; f++) store.first[f + 1] = store.first[f] + sizes[f];
   store.columns = [0, 0, 0, 0].map(() => undelta(reader.planes(store.first[frames]), store.first));
-  store.lists = scene.links.map((list) => readLinks(reader, frames, list.measured));
+  store.lists = scene.links.map((list) => readLinks(reader, frames, list));
   reader.end();
   const all = Array.from({ length: frames }, (_, index) => new PackedFrame(store, index));
   for (const frame of all) check(frame.n, frame.links, scene);
@@ -164,10 +164,10 @@ function undelta(values, first) {
   return values;
 }
 
-function readLinks(reader, frames, measured) {
+function readLinks(reader, frames, { measured, scale }) {
   const first = new Uint32Array(frames + 1);
   for (let f = 0; f < frames; f++) first[f + 1] = first[f] + reader.count();
-  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]) };
+  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
   for (let f = 0; f < frames; f++) {
     for (let k = first[f] + 1; k < first[f + 1]; k++) list.source[k] += list.source[k - 1];
   }
@@ -236,14 +236,14 @@ function entries(list, slot) {
 
 // What an observer senses in one list: slot, offset along the axes, range, and bearing, anticlockwise from its heading.
 function sensed(layout, frame, l, slot) {
-  const list = frame.links[l], { measured, scale } = layout.scene.links[l], heading = angleOf(frame, slot);
+  const list = frame.links[l], { measured } = layout.scene.links[l], heading = angleOf(frame, slot);
   const [from, to] = entries(list, slot), found = [];
   const { x, y } = frame;
   for (let k = from; k < to; k++) {
     const target = list.target[k];
-    const dx = measured ? (list.dx[k] * scale) / MEASURED
+    const dx = measured ? (list.dx[k] * list.scale) / MEASURED
       : layout.way(((x[target] - x[slot]) * layout.width) / MOST, 0);
-    const dy = measured ? (list.dy[k] * scale) / MEASURED
+    const dy = measured ? (list.dy[k] * list.scale) / MEASURED
       : layout.way(((y[target] - y[slot]) * layout.height) / MOST, 1);
     found.push({ slot: target, dx, dy, range: Math.hypot(dx, dy), bearing: wrapped(Math.atan2(dy, dx) - heading) });
   }
@@ -1494,7 +1494,7 @@ class View {
     if (!before) this.addTrack(i, scene, layout);
     else {
       // Frames are read by these.
-      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists]);
+      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists.map(({ name, measured }) => [name, measured])]);
       const isMoved = key(before.scene) !== key(scene);
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
