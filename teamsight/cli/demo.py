@@ -18,6 +18,7 @@ _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
     ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
+_TITLE = "Two teams, the same targets"
 # A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
 # Films are large: they show every second step, and so many seconds.
@@ -82,6 +83,7 @@ def _prepare(place: Path, force: bool) -> None:
 def _make_recording(seed: int, *, is_film: bool = False) -> Replay:
     """Run both worlds and return their recording, side by side."""
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.view.replay import Replay
 
     steps, every = _STEPS, 1
     if is_film:
@@ -89,7 +91,7 @@ def _make_recording(seed: int, *, is_film: bool = False) -> Replay:
     first, second = (
         CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
     )
-    return first.beside(second)
+    return Replay([*first.tracks, *second.tracks], title=_TITLE)
 
 
 def _say_where(place: Path, is_open: bool) -> None:

@@ -73,7 +73,7 @@ def test_without_a_browser_the_recording_is_written(capsys: pytest.CaptureFixtur
 
 
 def test_both_teams_meet_the_same_targets(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    from teamsight.view import Replay
+    from teamsight.view.replay import Replay
 
     call(capsys, "demo", "--seed", "7")
     first, second = Replay.open(tmp_path / "teamsight-demo.html").tracks
