@@ -48,8 +48,8 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
 
 
 WITH_CODE = [
-    "agents", "arenas", "awareness", "contacts", "events", "extending", "learning", "model", "notebooks", "policies",
-    "sensors", "time",
+    "agents", "arenas", "awareness", "contacts", "environments", "events", "extending", "learning", "model", "notebooks",
+    "policies", "sensors", "time",
 ]  # fmt: skip
 
 
