@@ -1,0 +1,130 @@
+"""What MkDocs does beyond its plugins: pages of the files outside docs/ to which pages link, and nothing from other hosts.
+
+The pages link to files of the repository as they lie in it, so that links also work where the repository is shown. On
+the site such a file is a page: CHANGELOG.md and CONTRIBUTING.md as they are, source code in a block.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).resolve().parents[1]
+# Pages outside docs/ that have a place of their own in the navigation.
+TOP = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md", "README.md": "index.md"}
+LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
+# Addresses that the scripts of the theme would load if a page had a diagram, a repository, or an old browser.
+FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
+
+
+def place_on_site(path: str) -> str:
+    """Return which page of the site shows a file or folder of the repository.
+
+    Parameters
+    ----------
+    path : str
+        Where it is, from the root of the repository.
+    """
+    if path in TOP:
+        return TOP[path]
+    if path.startswith("docs/"):
+        return path.removeprefix("docs/")
+    if (ROOT / path).is_dir():
+        return f"source/{path}/index.md"
+    return f"source/{path}.md"
+
+
+def repository_path(page: str) -> str:
+    """Return the file of the repository that a page of the site shows; the inverse of `place_on_site`."""
+    for path, shown in TOP.items():
+        if page == shown and path != "README.md":
+            return path
+    return f"docs/{page}"
+
+
+def linked(path: str, text: str) -> Iterator[tuple[re.Match[str], str]]:
+    """Yield each link of a page to a file or folder of the repository, with its path from the root."""
+    for found in LINK.finditer(text):
+        if "://" in found[2] or found[2].startswith("mailto:"):
+            continue
+        yield found, posixpath.normpath(posixpath.join(posixpath.dirname(path), found[2]))
+
+
+def rewritten(path: str, page: str, text: str) -> str:
+    """Return the text of a page with its links to files of the repository made links to pages of the site.
+
+    Parameters
+    ----------
+    path : str
+        The file of the repository from which the links lead.
+    page : str
+        The page of the site that shows it.
+    text : str
+        Its content.
+    """
+    for found, target in reversed(list(linked(path, text))):
+        if (ROOT / target).exists() and (path in TOP or not target.startswith("docs/")):
+            link = posixpath.relpath(place_on_site(target), posixpath.dirname(page) or ".")
+            text = text[: found.start(2)] + link + text[found.end(2) :]
+    return text
+
+
+def source_page(path: str) -> str:
+    """Return a page that shows a file of source code, or lists the Python files of a folder."""
+    if (ROOT / path).is_dir():
+        rows = [f"- [{file.name}]({file.name}.md)" for file in sorted((ROOT / path).glob("*.py"))]
+        return f"# {path}/\n\n" + "\n".join(rows) + "\n"
+    file = ROOT / path
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        text = f"{file.stat().st_size:,} bytes that are not text"
+    # Examples are found by the search; the package is found by its reference.
+    front = "" if path.startswith("examples/") else "---\nsearch:\n  exclude: true\n---\n\n"
+    language = {".py": "python", ".toml": "toml"}.get(file.suffix, "text")
+    return f"{front}# {path}\n\n`````{language}\n{text}`````\n"
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages of files outside docs/: those of `TOP`, and all to which a page links."""
+    pages = {f"docs/{file.src_uri}": file.content_string for file in files.documentation_pages()}
+    for path in TOP:
+        text = (ROOT / path).read_text(encoding="utf-8")
+        if path != "README.md":
+            pages[path] = text
+            files.append(File.generated(config, TOP[path], content=rewritten(path, TOP[path], text)))
+    wanted = {target for path, text in pages.items() for _, target in linked(path, text) if (ROOT / target).exists()}
+    wanted = {path for path in wanted if path not in TOP and path.split("/")[0] not in ("docs", "..")}
+    wanted |= {f"{path}/{file.name}" for path in wanted if (ROOT / path).is_dir() for file in (ROOT / path).glob("*.py")}
+    for path in sorted(wanted):
+        files.append(File.generated(config, place_on_site(path), content=source_page(path)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Make links to files outside docs/ links to their pages on the site."""
+    place = page.file.src_uri
+    if place.startswith("source/") or place in TOP.values() and place != "index.md":
+        return markdown
+    return rewritten(f"docs/{place}", place, markdown)
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Remove from the scripts of the theme the addresses of other hosts, and the maps of their source code."""
+    scripts = Path(config.site_dir) / "assets" / "javascripts"
+    for script in scripts.rglob("*.js"):
+        code = FOREIGN.sub(b"about:blank#", script.read_bytes())
+        script.write_bytes(re.sub(rb"//# sourceMappingURL=\S+", b"", code))
+    for leftover in [*config_maps(config)]:
+        leftover.unlink()
+
+
+def config_maps(config: MkDocsConfig) -> Iterator[Path]:
+    """Yield the source maps of the built site."""
+    yield from (Path(config.site_dir) / "assets").rglob("*.map")
