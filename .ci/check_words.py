@@ -76,7 +76,9 @@ RULES = (
     Rule(name("membership"), "building"),
     Rule(name("tents?", "paces?"), "hat features, distances"),
     Rule(
-        name("tracks", "Tracks"), "trajectories", ("analysis", "teamsight", "docs/delta", "examples", "README"),
+        # In teamsight/view and teamsight/live, tracks are what a page plays.
+        name("tracks", "Tracks"), "trajectories",
+        ("analysis", "teamsight/cli", "teamsight/core", "docs/delta", "examples", "README"),
         r"(?i)target[_ -]?tracks",
     ),
     Rule(name("roads?"), "path"),
