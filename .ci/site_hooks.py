@@ -1,4 +1,4 @@
-"""What MkDocs does beyond its plugins: pages of the files outside docs/ to which pages link, and nothing from other hosts.
+"""What MkDocs does beyond its plugins: pages of files outside docs/ to which pages link, and nothing of other hosts.
 
 The pages link to files of the repository as they lie in it, so that links also work where the repository is shown. On
 the site such a file is a page: CHANGELOG.md and CONTRIBUTING.md as they are, source code in a block.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +22,7 @@ TOP = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md", "RE
 LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 # Addresses that the scripts of the theme would load if a page had a diagram, a repository, or an old browser.
 FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
+NOT_FOUND_BY_SEARCH = "---\nsearch:\n  exclude: true\n---\n\n"
 
 
 def place_on_site(path: str) -> str:
@@ -38,14 +40,6 @@ def place_on_site(path: str) -> str:
     if (ROOT / path).is_dir():
         return f"source/{path}/index.md"
     return f"source/{path}.md"
-
-
-def repository_path(page: str) -> str:
-    """Return the file of the repository that a page of the site shows; the inverse of `place_on_site`."""
-    for path, shown in TOP.items():
-        if page == shown and path != "README.md":
-            return path
-    return f"docs/{page}"
 
 
 def linked(path: str, text: str) -> Iterator[tuple[re.Match[str], str]]:
@@ -78,17 +72,17 @@ def rewritten(path: str, page: str, text: str) -> str:
 def source_page(path: str) -> str:
     """Return a page that shows a file of source code, or lists the Python files of a folder."""
     if (ROOT / path).is_dir():
-        rows = [f"- [{file.name}]({file.name}.md)" for file in sorted((ROOT / path).glob("*.py"))]
-        return f"# {path}/\n\n" + "\n".join(rows) + "\n"
+        rows = [f"- [`{file.name}`]({file.name}.md)" for file in sorted((ROOT / path).glob("*.py"))]
+        return f"{NOT_FOUND_BY_SEARCH}# {path}/\n\n" + "\n".join(rows) + "\n"
     file = ROOT / path
     try:
         text = file.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         text = f"{file.stat().st_size:,} bytes that are not text"
     # Examples are found by the search; the package is found by its reference.
-    front = "" if path.startswith("examples/") else "---\nsearch:\n  exclude: true\n---\n\n"
+    front = "" if path.startswith("examples/") else NOT_FOUND_BY_SEARCH
     language = {".py": "python", ".toml": "toml"}.get(file.suffix, "text")
-    return f"{front}# {path}\n\n`````{language}\n{text}`````\n"
+    return f"{front}# `{path}`\n\n`````{language}\n{text}`````\n"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -101,7 +95,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
             files.append(File.generated(config, TOP[path], content=rewritten(path, TOP[path], text)))
     wanted = {target for path, text in pages.items() for _, target in linked(path, text) if (ROOT / target).exists()}
     wanted = {path for path in wanted if path not in TOP and path.split("/")[0] not in ("docs", "..")}
-    wanted |= {f"{path}/{file.name}" for path in wanted if (ROOT / path).is_dir() for file in (ROOT / path).glob("*.py")}
+    folders = [path for path in wanted if (ROOT / path).is_dir()]
+    wanted |= {f"{folder}/{file.name}" for folder in folders for file in (ROOT / folder).glob("*.py")}
     for path in sorted(wanted):
         files.append(File.generated(config, place_on_site(path), content=source_page(path)))
     return files
@@ -110,21 +105,24 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Make links to files outside docs/ links to their pages on the site."""
     place = page.file.src_uri
-    if place.startswith("source/") or place in TOP.values() and place != "index.md":
+    # Those that were made here have been rewritten, from where their files are.
+    if place.startswith("source/") or place in (TOP["CHANGELOG.md"], TOP["CONTRIBUTING.md"]):
         return markdown
     return rewritten(f"docs/{place}", place, markdown)
+
+
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Name the file in links to the first page, which lead to a folder: opened from a disk, it would be listed."""
+    return re.sub(r'href="(\.\.?(?:/\.\.)*)"', r'href="\1/index.html"', output)
 
 
 def on_post_build(config: MkDocsConfig) -> None:
     """Remove from the scripts of the theme the addresses of other hosts, and the maps of their source code."""
     scripts = Path(config.site_dir) / "assets" / "javascripts"
+    # Only the search of sites in other languages loads these.
+    shutil.rmtree(scripts / "lunr", ignore_errors=True)
     for script in scripts.rglob("*.js"):
         code = FOREIGN.sub(b"about:blank#", script.read_bytes())
         script.write_bytes(re.sub(rb"//# sourceMappingURL=\S+", b"", code))
-    for leftover in [*config_maps(config)]:
-        leftover.unlink()
-
-
-def config_maps(config: MkDocsConfig) -> Iterator[Path]:
-    """Yield the source maps of the built site."""
-    yield from (Path(config.site_dir) / "assets").rglob("*.map")
+    for source_map in [*(Path(config.site_dir) / "assets").rglob("*.map")]:
+        source_map.unlink()

@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import shlex
 import sys
 import types
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -85,8 +86,6 @@ class Session:
 
     def command(self, line: str) -> str:
         """Run a teamsight command in this process and return what it printed."""
-        import shlex
-
         from teamsight.cli import main
 
         program, *arguments = shlex.split(line, comments=True)
