@@ -1,1 +1,46 @@
-"""Environments for reinforcement learning: one world for PettingZoo, or many worlds in one compiled call."""
+"""Environments for reinforcement learning: one world for PettingZoo, or many worlds in one compiled call.
+
+`parallel_env` and `env` follow PettingZoo's interfaces, `vector_env` takes and returns arrays of all robots of many
+worlds, and `gymnasium_env` is Gymnasium's vector interface, with one sub-environment for each robot. They need the
+optional packages pettingzoo and gymnasium: ``pip install 'teamsight[env]'``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teamsight.core.lazy_names import lazy_names
+from teamsight.env.extras import require
+
+# Their environments would fail later, in the middle of a user's script.
+require("pettingzoo", "gymnasium")
+
+if TYPE_CHECKING:
+    from teamsight.env.facts import Facts
+    from teamsight.env.observations import Nearest
+    from teamsight.env.parallel import TeamParallelEnv, env, parallel_env
+    from teamsight.env.rewards import REWARDS
+    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
+    from teamsight.env.vector import TeamVectorEnv, vector_env
+    from teamsight.policies.actions import ActionGrid
+
+_HOMES = {
+    "ActionGrid": "teamsight.policies.actions",
+    "Facts": "teamsight.env.facts",
+    "Nearest": "teamsight.env.observations",
+    "REWARDS": "teamsight.env.rewards",
+    "SharedPolicyEnv": "teamsight.env.shared_policy",
+    "TeamParallelEnv": "teamsight.env.parallel",
+    "TeamVectorEnv": "teamsight.env.vector",
+    "env": "teamsight.env.parallel",
+    "gymnasium_env": "teamsight.env.shared_policy",
+    "parallel_env": "teamsight.env.parallel",
+    "vector_env": "teamsight.env.vector",
+}
+
+__all__ = [
+    "REWARDS", "ActionGrid", "Facts", "Nearest", "SharedPolicyEnv", "TeamParallelEnv", "TeamVectorEnv", "env",
+    "gymnasium_env", "parallel_env", "vector_env",
+]  # fmt: skip
+
+__getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -54,13 +54,13 @@ def from_raw(data: bytes, scene: Scene) -> Frame:
     reader = _Reader(data)
     bodies, *lists = reader.take("<u4", 1 + len(scene.links)).tolist()
     time, *series = reader.take("<f4", 1 + len(scene.series))
-    columns = [reader.take("<u2", bodies) for _ in _COLUMNS]
+    x, y, heading, flags = (reader.take("<u2", bodies) for _ in _COLUMNS)
     links = []
     for one, size in zip(scene.links, lists, strict=True):
         arrays = [reader.take("<u2", size) for _ in range(4 if one.measured else 2)]
         links.append(_links_of(arrays))
     reader.end()
-    return Frame(float(time), np.array(series, np.float32), *columns, links=tuple(links))
+    return Frame(float(time), np.array(series, np.float32), x, y, heading, flags, tuple(links))
 
 
 def pack(frames: Sequence[Frame], scene: Scene) -> bytes:
@@ -116,13 +116,12 @@ def unpack(data: bytes, scene: Scene) -> list[Frame]:
     lists = [_unpacked_links(reader, count, is_measured=one.measured) for one in scene.links]
     reader.end()
     numbers = np.array(series, np.float32).reshape(len(series), count)
-    return [
-        Frame(
-            float(times[k]), numbers[:, k].copy(), *(column[k, : sizes[k]].copy() for column in columns),
-            links=tuple(links[k] for links in lists),
-        )
-        for k in range(count)
-    ]  # fmt: skip
+    frames = []
+    for k in range(count):
+        x, y, heading, flags = (column[k, : sizes[k]].copy() for column in columns)
+        of_frame = tuple(links[k] for links in lists)
+        frames.append(Frame(float(times[k]), numbers[:, k].copy(), x, y, heading, flags, of_frame))
+    return frames
 
 
 def _is_there(sizes: npt.NDArray[np.int64]) -> Mask:

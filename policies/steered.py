@@ -1,0 +1,68 @@
+"""Robots that are steered from outside: they carry out actions that are written into their state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.policies.actions import act
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import PolicyState
+
+#: How an action is written: as rotation and share of the speed, or as the heading and distance of `Action`.
+FORMS = ("rotation", "heading")
+
+
+@inlined
+def _carry_out(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    given = arrays.state.floats
+    for i in range(percept.heading.shape[0]):
+        if arrays.parameters[0] == 0.0:
+            act(given[i, 0, 0], given[i, 0, 1], i, percept, action)
+        else:
+            action.heading[i, 0] = given[i, 0, 0]
+            action.heading[i, 1] = given[i, 0, 1]
+            action.distance[i] = given[i, 0, 2]
+
+
+@dataclass(frozen=True)
+class Steered(CompiledPolicy):
+    """Carry out the action that was written into the state of each robot, at each decision; at first, stay.
+
+    Environments for reinforcement learning give it to their robots. The state is of shape (n, 1, 3), float64: rotation
+    [rad] and distance [share of the speed], as the learners' actions; or heading x, y and distance [length], as in
+    `Action`, which are carried out to the last bit.
+
+    Parameters
+    ----------
+    form : {"rotation", "heading"}
+        How actions are written.
+
+    Raises
+    ------
+    ValueError
+        If the form is unknown.
+    """
+
+    form: str = "rotation"
+
+    kernel = _carry_out
+
+    def __post_init__(self) -> None:
+        checks.choice("form", self.form, FORMS)
+
+    @property
+    def reads_teammates(self) -> bool:
+        return False
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        return (float(FORMS.index(self.form)),)
+
+    def start(self, size: int) -> PolicyState:
+        """Return the state in which all robots stay where they are."""
+        return PolicyState(np.zeros((size, 1, 3)), np.zeros((size, 0, 0), np.int64))

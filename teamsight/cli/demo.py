@@ -1,0 +1,92 @@
+"""``teamsight demo``: two teams side by side, in the browser or as a recording."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teamsight.cli import values
+from teamsight.cli.options import Settings
+
+if TYPE_CHECKING:
+    from teamsight.view.replay import Replay
+
+_WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
+# Their worlds have the same seed, so both teams meet the same targets.
+_TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
+    ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+)
+# A minute at the pace at which a recording plays.
+_STEPS, _PER_SECOND = 1200, 20
+_FILE = Path("teamsight-demo.html")
+
+
+class DemoSettings(Settings):
+    """Settings of ``teamsight demo``."""
+
+    seed: int = values.seed(1, "Seed of both worlds.")
+    no_browser: bool = values.flag("Open no browser; write the recording instead.")
+    record: Path | None = values.file("Write the recording to this file, which ends in .html, .gif, .mp4 or .png.")
+    force: bool = values.force()
+
+
+def demo(settings: DemoSettings) -> None:
+    """Show two teams side by side for a minute: a random walk, and A-CMOMMT with awareness of teammates.
+
+    Without the extra 'live' the browser shows a recording; without a browser the recording is written.
+
+    \b
+    Examples:
+      teamsight demo
+      teamsight demo --no-browser
+      teamsight demo --record two-teams.gif
+    """
+    from teamsight.core import browsers
+
+    is_shown = not settings.no_browser and settings.record is None and browsers.has_browser()
+    if is_shown and find_spec("websockets") is not None:
+        _watch(settings.seed)
+        return
+    place = settings.record or _FILE
+    _prepare(place, settings.force)
+    _make_recording(settings.seed).save(place, force=settings.force)
+    _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
+
+
+def _watch(seed: int) -> None:
+    """Serve the live page until Ctrl-C."""
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.live import watch
+
+    (_, first), (_, second) = _TEAMS
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
+
+
+def _prepare(place: Path, force: bool) -> None:
+    """Refuse a file that must not be replaced, before the work."""
+    from teamsight.analysis.runs import files
+
+    files.check_replaceable(place, force=force)
+    files.prepare_folder(place.parent)
+
+
+def _make_recording(seed: int) -> Replay:
+    """Run both worlds and return their recording, side by side."""
+    from teamsight.agents.cmommt import CMOMMT
+
+    first, second = (
+        CMOMMT(**_WORLD, **team, rng=seed).record(steps=_STEPS, title=f"{name}, seed {seed}") for name, team in _TEAMS
+    )
+    return first.beside(second)
+
+
+def _say_where(place: Path, is_open: bool) -> None:
+    from teamsight.cli.show import say
+
+    say(f"the recording is in {place}")
+    if place.suffix.lower() == ".html":
+        say("it is open in the browser" if is_open else f"open it in a browser: {place.absolute().as_uri()}")
+    if find_spec("websockets") is None:
+        say("for a live page, in which you can change the teams: pip install 'teamsight[live]'")

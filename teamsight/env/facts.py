@@ -1,0 +1,96 @@
+"""The facts of a step, from which rewards are computed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core import checks
+
+Floats = npt.NDArray[np.float64]
+
+#: What is known of each robot, in the order of the columns that the kernel writes.
+OF_ROBOTS = (
+    "sensed", "gained", "lost", "alone", "alone_gained", "alone_lost", "team_sensed", "team_gained", "team_lost",
+    "share", "neighbours", "travelled", "active",
+)  # fmt: skip
+#: What is known of each world.
+OF_WORLDS = ("observed", "targets", "neighbours_in_all", "max_neighbours")
+
+
+class Facts:
+    """What has happened in a step, robot by robot, in one or more worlds.
+
+    All are float64 arrays that cannot be written to; those of robots have the shape (worlds, robots), those of worlds
+    (worlds, 1), so that both can be combined. They hold until the next step.
+
+    Attributes
+    ----------
+    sensed : ndarray, shape (worlds, robots)
+        The number of targets that each robot senses.
+    gained, lost : ndarray, shape (worlds, robots)
+        Of these, those that it did not sense before the step; and those that it senses no longer.
+    alone, alone_gained, alone_lost : ndarray, shape (worlds, robots)
+        The same for targets that the robot senses and no teammate does.
+    team_sensed, team_gained, team_lost : ndarray, shape (worlds, robots)
+        The same for targets that at least one robot of the team senses; equal for all robots.
+    share : ndarray, shape (worlds, robots)
+        Each robot's share of the targets that the team senses: a target sensed by k robots counts 1/k for each.
+    neighbours : ndarray, shape (worlds, robots)
+        The number of teammates within its awareness range.
+    travelled : ndarray, shape (worlds, robots)
+        The length of its way in this step, as a share of its speed, in [0, 1].
+    active : ndarray, shape (worlds, robots)
+        1, or 0 for a robot that is inactive: one that has failed or has no energy.
+    observed : ndarray, shape (worlds, 1)
+        The number of targets that are observed.
+    targets : ndarray, shape (worlds, 1)
+        The number of active targets.
+    neighbours_in_all, max_neighbours : ndarray, shape (worlds, 1)
+        The sum of the numbers of neighbours, and the largest of them.
+    observed_fraction : ndarray, shape (worlds, 1)
+        The share of targets that are observed; 0 without targets.
+    """
+
+    sensed: Floats
+    gained: Floats
+    lost: Floats
+    alone: Floats
+    alone_gained: Floats
+    alone_lost: Floats
+    team_sensed: Floats
+    team_gained: Floats
+    team_lost: Floats
+    share: Floats
+    neighbours: Floats
+    travelled: Floats
+    active: Floats
+    observed: Floats
+    targets: Floats
+    neighbours_in_all: Floats
+    max_neighbours: Floats
+
+    def __init__(self, robots: Floats, worlds: Floats) -> None:
+        """Show arrays of shape (worlds, robots, `OF_ROBOTS`) and (worlds, `OF_WORLDS`)."""
+        for names, array in ((OF_ROBOTS, robots), (OF_WORLDS, worlds[:, np.newaxis])):
+            shown = array.view()
+            shown.flags.writeable = False
+            for column, name in enumerate(names):
+                setattr(self, name, shown[..., column])
+
+    @property
+    def observed_fraction(self) -> Floats:
+        return np.asarray(self.observed / np.maximum(self.targets, 1.0))
+
+    def fact(self, name: str) -> Floats:
+        """Return a fact by its name, as `LazyMemory.fact` does, so that the rewards of learners read facts too.
+
+        Raises
+        ------
+        ValueError
+            If there is no such fact.
+        """
+        value: Any = getattr(self, checks.choice("name", name, (*OF_ROBOTS, *OF_WORLDS)))
+        return np.asarray(value)

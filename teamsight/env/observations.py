@@ -1,0 +1,190 @@
+"""Observations of environments: which numbers show a robot what it perceives, and their limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from teamsight.agents.awareness.binding import Sensing, perceive_entry, sensing_at, situate_entry
+from teamsight.agents.awareness.interface import check_width
+from teamsight.core import checks
+from teamsight.core.kernel import Entry, kernel
+
+if TYPE_CHECKING:
+    import gymnasium
+
+    from teamsight.agents.group import Group
+
+_LAYOUTS = ("sectors", "nearest")
+#: Numbers for each body that the layout "nearest" shows: whether there is one, and where, ahead and to the left.
+PER_BODY = 3
+_MOST_SHOWN = 10_000
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The layout that lists the nearest bodies: for each, 1, and its place ahead and to the left in ranges; else 0.
+
+    Parameters
+    ----------
+    targets : int, default 5
+        How many targets are listed, the nearest first.
+    teammates : int, default 5
+        How many teammates, as the degree of awareness shows them.
+    relayed : int, default 0
+        How many targets that teammates report, under the degree "shared".
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is not a whole number of at least 0, or all are 0.
+    """
+
+    targets: int = 5
+    teammates: int = 5
+    relayed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("targets", "teammates", "relayed"):
+            checks.count(name, getattr(self, name), least=0, most=_MOST_SHOWN)
+        if not self.width:
+            raise ValueError("targets=0, teammates=0, relayed=0: one must be at least 1")
+
+    @property
+    def width(self) -> int:
+        """The number of values of an observation."""
+        return PER_BODY * (self.targets + self.teammates + self.relayed)
+
+
+#: What users give as `layout`.
+LayoutLike: TypeAlias = str | Nearest
+
+
+def layout_of(value: LayoutLike) -> Nearest | None:
+    """Return the layout that a user gives; None for "sectors", the situation vectors of the degrees of awareness.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown.
+    """
+    if isinstance(value, Nearest):
+        return value
+    return Nearest() if checks.choice("layout", value, _LAYOUTS) == "nearest" else None
+
+
+@kernel
+def _list_nearest(row: Any, first: int, most: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float) -> None:
+    """Write the nearest bodies of a neighbour list to ``row[first:]``; those as near come in the list's order."""
+    for place in range(most):
+        for part in range(PER_BODY):
+            row[first + PER_BODY * place + part] = 0.0
+    last = -1.0
+    after = -1
+    for place in range(min(most, edges[1] - edges[0])):
+        # The next in the order of distance, then of the list.
+        best = -1
+        for k in range(edges[0], edges[1]):
+            distance = seen.distance[k]
+            if (distance > last or (distance == last and k > after)) and (best < 0 or distance < seen.distance[best]):
+                best = k
+        if best < 0:
+            return
+        last = seen.distance[best]
+        after = best
+        x = seen.offset[best, 0] / reach
+        y = seen.offset[best, 1] / reach
+        at = first + PER_BODY * place
+        row[at] = 1.0
+        row[at + 1] = x * heading[0] + y * heading[1]
+        row[at + 2] = y * heading[0] - x * heading[1]
+
+
+def _show_nearest(address: int) -> int:
+    """Write the layout "nearest"; the parameters are its three numbers, and whether all teammates are shown."""
+    seen = sensing_at(address)
+    scene, parameters, situation = seen.scene, seen.parameters, seen.situation
+    targets = int(parameters[0])
+    teammates = int(parameters[1])
+    relayed = int(parameters[2])
+    for i in range(situation.shape[0]):
+        row = situation[i]
+        heading = scene.heading[i]
+        edges = (scene.targets.start[i], scene.targets.start[i + 1])
+        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i])
+        at = PER_BODY * targets
+        reach = scene.awareness_range[i]
+        if parameters[3] > 0.0:
+            edges = (scene.teammates.start[i], scene.teammates.start[i + 1])
+            _list_nearest(row, at, teammates, heading, scene.teammates, edges, reach)
+        else:
+            edges = (seen.teammates.start[i], seen.teammates.start[i + 1])
+            _list_nearest(row, at, teammates, heading, seen.teammates, edges, reach)
+        edges = (seen.relayed.start[i], seen.relayed.start[i + 1])
+        at += PER_BODY * teammates
+        _list_nearest(row, at, relayed, heading, seen.relayed, edges, reach)
+    return 0
+
+
+@cache
+def _nearest_entry() -> Entry:
+    return Entry(_show_nearest)
+
+
+class Observation:
+    """How the robots of a group are shown what they perceive.
+
+    Parameters
+    ----------
+    group : Group
+        The robots.
+    team_size : int
+        The number of robots of their team.
+    layout : Nearest or None
+        The layout; None for situation vectors.
+
+    Attributes
+    ----------
+    width : int
+        The number of values of an observation.
+    perceive : Entry or None
+        The kernel that must run before `show`, on the group's own record; None if there is none.
+    show : Entry
+        The kernel that writes the observations, on the record of `seen`.
+    """
+
+    def __init__(self, group: Group, team_size: int, layout: Nearest | None) -> None:
+        self._layout, self._degree = layout, group.awareness
+        self.width = check_width(group.awareness, max(team_size, 1)) if layout is None else layout.width
+        needs_lists = layout is not None and (layout.teammates or layout.relayed)
+        self.perceive = perceive_entry(group.awareness) if needs_lists else None
+        self.show = situate_entry(group.awareness) if layout is None else _nearest_entry()
+        self._is_exact = all(channel.sensor is None for channel in group.channels.values()) and type(
+            group.awareness
+        ).__module__.startswith("teamsight.agents.awareness.")
+
+    def seen(self, sensing: Sensing, situation: Any) -> Sensing:
+        """Return the record of a group with which `show` writes into `situation`, shape (robots, width), float32."""
+        if self._layout is None:
+            return sensing._replace(situation=situation)
+        numbers = (self._layout.targets, self._layout.teammates, self._layout.relayed, self._degree.shows_teammates)
+        return sensing._replace(situation=situation, parameters=np.array(numbers, float))
+
+    def space(self) -> gymnasium.spaces.Box:
+        """Return a new space of the observations of one robot."""
+        from gymnasium import spaces
+
+        if not self._is_exact:
+            # Noise can show a body beyond the range, and a degree of the user's any number.
+            return spaces.Box(-np.inf, np.inf, (self.width,), np.float32)
+        if self._layout is None:
+            return spaces.Box(0.0, 1.0, (self.width,), np.float32)
+        # Relayed targets are seen from the teammate that senses them.
+        most = np.ones((self._layout.width // PER_BODY, PER_BODY), np.float32)
+        most[len(most) - self._layout.relayed :, 1:] = np.inf
+        least = -most
+        least[:, 0] = 0.0
+        return spaces.Box(least.ravel(), most.ravel(), dtype=np.float32)

@@ -1,0 +1,310 @@
+"""The environment for PettingZoo: one world, in which each robot is an agent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal, TypeAlias
+
+import gymnasium
+import numpy as np
+import numpy.typing as npt
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import wrappers
+from pettingzoo.utils.conversions import parallel_to_aec
+
+from teamsight.agents.given import AwarenessLike
+from teamsight.agents.model import World
+from teamsight.core import checks
+from teamsight.env.actions import ActionLike
+from teamsight.env.batch import Batch
+from teamsight.env.facts import OF_ROBOTS
+from teamsight.env.observations import LayoutLike
+from teamsight.env.rewards import RewardLike
+from teamsight.env.settings import Settings, settings_of
+from teamsight.env.states import StateView
+from teamsight.env.views import RENDER_MODES, Views
+
+Array: TypeAlias = npt.NDArray[Any]
+_SENSED, _NEIGHBOURS, _ACTIVE = map(OF_ROBOTS.index, ("sensed", "neighbours", "active"))
+Infos: TypeAlias = dict[str, dict[str, float]]
+
+
+class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
+    """A world whose robots are PettingZoo's agents; `parallel_env` makes it.
+
+    Parameters
+    ----------
+    settings : Settings
+        What the world is.
+    render_mode : {"rgb_array", "human"}, optional
+        What `render` does.
+
+    Attributes
+    ----------
+    possible_agents : list of str
+        "robot_0", "robot_1" and so on.
+    agents : list of str
+        All of them during an episode; none before and after it.
+    max_cycles : int
+        The number of steps of an episode, after which all agents are truncated.
+    """
+
+    metadata = {  # noqa: RUF012 (PettingZoo reads it so)
+        "name": "teamsight_cmommt_v0", "render_modes": list(RENDER_MODES), "render_fps": 30, "is_parallelizable": True,
+    }  # fmt: skip
+
+    def __init__(self, settings: Settings, render_mode: str | None = None) -> None:
+        if render_mode is not None:
+            checks.choice("render_mode", render_mode, RENDER_MODES)
+        self.render_mode, self.max_cycles = render_mode, settings.max_cycles
+        self._batch = batch = Batch(settings, 1)
+        self.possible_agents = [f"robot_{number}" for number in range(batch.robots)]
+        self.agents: list[str] = []
+        self._known = frozenset(self.possible_agents)
+        self.observation_spaces = {agent: batch.observation.space() for agent in self.possible_agents}
+        self.action_spaces = {agent: settings.form.space() for agent in self.possible_agents}
+        self._none = settings.form.none
+        self._states, self._views = StateView(batch), Views(render_mode)
+
+    def observation_space(self, agent: str) -> gymnasium.spaces.Space[Any]:
+        """Return the space of the observations of an agent, always the same object."""
+        return self.observation_spaces[self._checked(agent)]
+
+    def action_space(self, agent: str) -> gymnasium.spaces.Space[Any]:
+        """Return the space of the actions of an agent, always the same object."""
+        return self.action_spaces[self._checked(agent)]
+
+    def _checked(self, agent: str) -> str:
+        return checks.choice("agent", agent, self.possible_agents)
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Array], Infos]:
+        """Begin an episode.
+
+        Parameters
+        ----------
+        seed : int, optional
+            The seed of the world: ``CMOMMT(seed=seed)`` begins in the same way. Without one, the episode is the next
+            after those since the last seed, which it determines; at first, a seed is drawn.
+        options : dict, optional
+            Not used.
+
+        Returns
+        -------
+        observations : dict of str to ndarray, shape (width,), float32
+            What each robot perceives.
+        infos : dict of str to dict
+            See `step`.
+        """
+        self._batch.reset([0], [seed])
+        self.agents = self.possible_agents[:]
+        self._views.begin()
+        return self._observations(), self._infos()
+
+    def step(
+        self, actions: dict[str, Any]
+    ) -> tuple[dict[str, Array], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
+        """Make a step.
+
+        Parameters
+        ----------
+        actions : dict of str to array_like
+            The action of each agent.
+
+        Returns
+        -------
+        observations : dict of str to ndarray, shape (width,), float32
+            What each robot perceives after the step.
+        rewards : dict of str to float
+            Their rewards.
+        terminations : dict of str to bool
+            Whether something has stopped the world; robots that fail stay agents, see `infos`.
+        truncations : dict of str to bool
+            Whether the episode has lasted for `max_cycles` steps.
+        infos : dict of str to dict of str to float
+            The share of targets that are ``observed``, the ``mean_neighbours`` and ``max_neighbours`` of the team; and
+            of the robot the targets ``sensed``, the ``neighbours``, and 1 if it is ``active``.
+
+        Raises
+        ------
+        RuntimeError
+            Before `reset`, and after the end of an episode.
+        TypeError, ValueError
+            If actions are missing, unknown, not numbers, of another shape, NaN or outside their space. Nothing is
+            changed then.
+        """
+        self._check_agents(actions)
+        batch = self._batch
+        given = self._stacked(actions)
+        batch.step(given, None, self._name)
+        observations, infos, names = self._observations(), self._infos(), self.possible_agents
+        rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
+        terminations = dict.fromkeys(names, batch.is_stopped(0))
+        truncations = dict.fromkeys(names, bool(batch.cycles[0] >= self.max_cycles))
+        if terminations[names[0]] or truncations[names[0]]:
+            self.agents = []
+        if self.render_mode == "human":
+            self.render()
+        return observations, rewards, terminations, truncations, infos
+
+    def _check_agents(self, actions: dict[str, Any]) -> None:
+        if not self.agents:
+            when = "the episode has ended" if self._batch.cycles[0] else "no episode has begun"
+            raise RuntimeError(f"step(): {when}; call reset() first")
+        if not isinstance(actions, dict):
+            raise TypeError(f"actions={checks.shown(actions)}: must be a dict with an action for each agent")
+        if actions.keys() != self._known:
+            missing = [agent for agent in self.agents if agent not in actions]
+            strange = [agent for agent in actions if agent not in self._known]
+            wrong = f"has no action for {missing[0]!r}" if missing else f"has an action for {strange[0]!r}"
+            raise ValueError(f"actions: {wrong}; give one to each of the {len(self.agents)} agents, and to no other")
+
+    def _stacked(self, actions: dict[str, Any]) -> Array:
+        """Return the actions as one array, shape (1, robots, …)."""
+        listed, shape = [actions[agent] for agent in self.possible_agents], self._none.shape
+        if shape and all(type(one) is np.ndarray and one.shape == shape for one in listed):
+            # The usual case, in a fifth of the time.
+            stacked = np.concatenate(listed)
+            if stacked.dtype.kind in "iuf":
+                return stacked.reshape(1, -1, *shape)
+        for agent, one in zip(self.possible_agents, listed, strict=True):
+            self._check_action(agent, one)
+        return np.asarray(listed)[np.newaxis]
+
+    def _check_action(self, agent: str, action: Any) -> None:
+        what, shape = f"actions[{agent!r}]", self._none.shape
+        try:
+            array = np.asarray(action)
+        except ValueError:
+            array = np.asarray(None)
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {self._none.tolist()}")
+        if array.shape != shape:
+            raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {self._none.tolist()}")
+
+    def _name(self, world: int, robot: int) -> str:
+        return "actions" if robot < 0 else f"actions[{self.possible_agents[robot]!r}]"
+
+    def _observations(self) -> dict[str, Array]:
+        # A copy: the next step overwrites the array.
+        return dict(zip(self.possible_agents, self._batch.observations[0].copy(), strict=True))
+
+    def _infos(self) -> Infos:
+        observed, targets, in_all, largest = self._batch.of_worlds[0].tolist()
+        facts = self._batch.of_robots[0].tolist()
+        share, mean = observed / (targets or 1.0), in_all / len(facts)
+        return {
+            agent: {
+                "observed": share, "mean_neighbours": mean, "max_neighbours": largest,
+                "sensed": own[_SENSED], "neighbours": own[_NEIGHBOURS], "active": own[_ACTIVE],
+            }
+            for agent, own in zip(self.possible_agents, facts, strict=True)
+        }  # fmt: skip
+
+    @property
+    def state_space(self) -> gymnasium.spaces.Box:
+        """The space of `state`."""
+        return self._states.space
+
+    def state(self) -> npt.NDArray[np.float32]:
+        """Return the state of the whole world, which no robot perceives; see `StateView`."""
+        return self._states.read(0).ravel()
+
+    @property
+    def world(self) -> World:
+        """The world of this episode, up to date: to record it, to attach an event, or to look at it.
+
+        Since it may then be changed, further steps of the episode are made one by one in Python, with the same result.
+        """
+        if not self.agents and not self._batch.cycles[0]:
+            raise RuntimeError("world: no episode has begun; call reset() first")
+        return self._batch.world(0)
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """Return a picture of the world, shape (height, width, 3); or show it, and return None.
+
+        Raises
+        ------
+        RuntimeError
+            Before `reset`, without a `render_mode`, or if there is no display for "human".
+        """
+        return self._views.draw(self._batch, 0)
+
+    def close(self) -> None:
+        """Release the world and the window. Idempotent."""
+        self.agents = []
+        self._views.close()
+        self._batch.close()
+
+
+def parallel_env(
+    *,
+    robots: int = 10,
+    targets: int = 15,
+    radius: float = 5.0,
+    observation: AwarenessLike | None = "ring",
+    delta: int = 16,
+    layout: LayoutLike = "sectors",
+    action: ActionLike = "continuous",
+    reward: RewardLike = "observed",
+    max_cycles: int = 600,
+    render_mode: Literal["rgb_array", "human"] | None = None,
+    model: Callable[..., World] | None = None,
+    group: str = "robots",
+    **parameters: Any,
+) -> TeamParallelEnv:
+    """Return a PettingZoo environment in which each robot of a team is an agent.
+
+    Parameters
+    ----------
+    robots, targets : int
+        Their numbers.
+    radius : float
+        The radius of the arena [length].
+    observation : str or Awareness, optional
+        What robots perceive of teammates, a degree of awareness: "none", "ring", "pairwise", "shared", or an object.
+        None for that of the `model`.
+    delta : int
+        The number of sectors of "ring".
+    layout : {"sectors", "nearest"} or Nearest
+        How observations show it: the situation vectors of the degree, which begin with 16 sectors of targets; or lists
+        of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
+    action : {"continuous", "grid", "heading"} or ActionGrid
+        The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
+        action of a grid; or heading x, y and distance [length], carried out to the last bit.
+    reward : str, mapping of str to float, or callable
+        A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
+        robots); see `Facts`.
+    max_cycles : int
+        The number of steps of an episode.
+    render_mode : {"rgb_array", "human"}, optional
+        What `render` does.
+    model : callable, optional
+        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`. Its robots must be as many for
+        every seed; their policy is replaced.
+    group : str
+        The name of the group of the world whose robots are agents.
+    **parameters
+        Further parameters of `CMOMMT`, such as `target_policy`, `sensor`, `cycle` or `events`, or those of `model`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or a name is unknown.
+    """
+    settings = settings_of(
+        {"robots": robots, "targets": targets, "radius": radius}, parameters,
+        observation=observation, delta=delta, layout=layout, action=action, reward=reward, max_cycles=max_cycles,
+        model=model, group=group,
+    )  # fmt: skip
+    return TeamParallelEnv(settings, render_mode)
+
+
+def env(**settings: Any) -> AECEnv[str, Array, Any]:
+    """Return `parallel_env` as an environment in which agents act one after the other, by PettingZoo's conversion.
+
+    Parameters
+    ----------
+    **settings
+        Those of `parallel_env`.
+    """
+    return wrappers.OrderEnforcingWrapper(parallel_to_aec(parallel_env(**settings)))

@@ -1,0 +1,165 @@
+"""The settings of an environment, checked, and the worlds that they describe."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.awareness.registry import awareness_named
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.given import AwarenessLike
+from teamsight.agents.group import Group
+from teamsight.agents.model import World
+from teamsight.agents.resolve import awareness_of
+from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.core import checks
+from teamsight.env.actions import ActionForm, ActionLike
+from teamsight.env.observations import LayoutLike, Nearest, layout_of
+from teamsight.env.rewards import Reward, RewardLike, reward_of
+from teamsight.policies.steered import Steered
+
+#: What `CMOMMT` takes by default, if no model is given.
+SIZES: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 5.0}
+_DELTA = 16
+#: Parameters of `CMOMMT` that environments set themselves, and what to give instead.
+_OWN = {
+    "policy": "actions come from outside; action chooses their form",
+    "policy_options": "actions come from outside; action chooses their form",
+    "awareness": "give the degree of awareness as observation",
+    "rng": "give the seed to reset(seed=…)",
+    "seed": "give the seed to reset(seed=…)",
+    "steps": "give the length of an episode as max_cycles",
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The settings of an environment; see `parallel_env`.
+
+    Attributes
+    ----------
+    model : callable
+        Called as ``model(**parameters, rng=seed)``; it returns a world.
+    parameters : mapping of str to object
+        Its parameters.
+    group : str
+        The name of the group that is steered.
+    degree : Awareness or None
+        Its degree of awareness; None for that of the model.
+    layout : Nearest or None
+        The layout of observations.
+    form : ActionForm
+        The form of actions.
+    reward : callable
+        The reward.
+    max_cycles : int
+        The number of steps of an episode.
+    """
+
+    model: Callable[..., World]
+    parameters: Mapping[str, Any]
+    group: str
+    degree: Awareness | None
+    layout: Nearest | None
+    form: ActionForm
+    reward: Reward
+    max_cycles: int
+
+    def begin(self, worlds: ReusedWorlds, seed: int) -> tuple[World, Group]:
+        """Return a world before its first step, and the group that is steered.
+
+        Parameters
+        ----------
+        worlds : ReusedWorlds
+            Where the last world of this place is kept.
+        seed : int
+            The seed of the run.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the model refuses its parameters, returns no world, or has no such group.
+        """
+        world: Any = worlds.begin(self.model, self.parameters, seed)
+        if not isinstance(world, World):
+            name = getattr(self.model, "__name__", "model")
+            raise TypeError(f"model={name}: returned {type(world).__name__}; it must return a World")
+        if world.tick:
+            raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
+        group = self._group_of(world)
+        if not isinstance(group.policy, Steered):
+            world.adjust(group, policy=self.form.policy, awareness=self.degree)
+        return world, group
+
+    def _group_of(self, world: World) -> Group:
+        for group in world.groups:
+            if group.name == self.group:
+                return group
+        names = ", ".join(repr(group.name) for group in world.groups) or "none"
+        raise ValueError(f"group={checks.shown(self.group)}: the world has no such group; it has {names}")
+
+
+def settings_of(
+    sizes: Mapping[str, Any],
+    parameters: Mapping[str, Any],
+    *,
+    observation: AwarenessLike | None,
+    delta: int,
+    layout: LayoutLike,
+    action: ActionLike,
+    reward: RewardLike,
+    max_cycles: int,
+    model: Callable[..., World] | None,
+    group: str,
+) -> Settings:
+    """Return the settings that a user gives; see `parallel_env`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is of the wrong type or outside its limits, or a name is unknown.
+    """
+    if model is not None and not callable(model):
+        raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World")
+    form, degree = ActionForm(action), _degree(observation, delta)
+    given: dict[str, Any] = dict(parameters)
+    if model is None:
+        _check_parameters(given)
+        given = {**sizes, **given, "policy": form.policy, "awareness": degree or awareness_named("ring", {})}
+    else:
+        for name, value in sizes.items():
+            if value != SIZES[name]:
+                raise ValueError(f"{name}={checks.shown(value)}: is for CMOMMT; let your model set it")
+    cycles = checks.count("max_cycles", max_cycles)
+    return Settings(
+        model or CMOMMT, given, group, degree, layout_of(layout), form, reward_of(reward), cycles,
+    )  # fmt: skip
+
+
+def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
+    # Checked for every degree, so that a wrong one is never ignored.
+    ring = RingAwareness(delta)
+    if observation is None:
+        return None
+    if isinstance(observation, str):
+        if observation != "ring" and delta != _DELTA:
+            raise ValueError(f"delta={delta}: applies to observation='ring'; leave it out")
+        return awareness_named(checks.choice("observation", observation, _degrees()), {"delta": ring.delta})
+    return awareness_of(observation)
+
+
+def _degrees() -> Any:
+    from teamsight.agents.awareness import AWARENESS
+
+    return AWARENESS
+
+
+def _check_parameters(given: Mapping[str, Any]) -> None:
+    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN, *SIZES)]
+    for name in given:
+        if name in _OWN:
+            raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")
+        checks.choice("parameter", name, known)
