@@ -22,7 +22,9 @@ TOP = {"CHANGELOG.md": "changelog.md", "CONTRIBUTING.md": "contributing.md", "RE
 LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 # Addresses that the scripts of the theme would load if a page had a diagram, a repository, or an old browser.
 FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
-NOT_FOUND_BY_SEARCH = "---\nsearch:\n  exclude: true\n---\n\n"
+NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
+# Code is wide, and needs no table of contents.
+WIDE = "---\nhide:\n  - navigation\n  - toc\n{}---\n\n"
 
 
 def place_on_site(path: str) -> str:
@@ -73,7 +75,7 @@ def source_page(path: str) -> str:
     """Return a page that shows a file of source code, or lists the Python files of a folder."""
     if (ROOT / path).is_dir():
         rows = [f"- [`{file.name}`]({file.name}.md)" for file in sorted((ROOT / path).glob("*.py"))]
-        return f"{NOT_FOUND_BY_SEARCH}# {path}/\n\n" + "\n".join(rows) + "\n"
+        return f"{WIDE.format(NOT_FOUND_BY_SEARCH)}# `{path}/`\n\n" + "\n".join(rows) + "\n"
     file = ROOT / path
     try:
         text = file.read_text(encoding="utf-8")
@@ -82,7 +84,7 @@ def source_page(path: str) -> str:
     # Examples are found by the search; the package is found by its reference.
     front = "" if path.startswith("examples/") else NOT_FOUND_BY_SEARCH
     language = {".py": "python", ".toml": "toml"}.get(file.suffix, "text")
-    return f"{front}# `{path}`\n\n`````{language}\n{text}`````\n"
+    return f"{WIDE.format(front)}# `{path}`\n\n`````{language}\n{text}`````\n"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
