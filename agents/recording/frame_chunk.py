@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.recording.frame_kernel import MIDDLE, UNIT
+from teamsight.agents.recording.frame_kernel import MIDDLE, SLACK, UNIT
 from teamsight.agents.recording.frame_layout import Layout, LinkLayout
-from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, TURN, Frame, Links
+from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Links
 from teamsight.view.scene import LinkList
 from teamsight.world.period import shortest
 
@@ -52,7 +53,7 @@ class Chunk:
         width = 4 * len(layout.slots)
         frames = max(room // (2 * max(2 * width, 1)), _FEWEST_FRAMES)
         # One array, which is large enough for large pages; no memory is used before something is written there.
-        base = np.empty(2 * width * frames + max(room // 2, 2 * most), np.uint8)
+        base = np.empty(2 * width * frames + max(room // 2, 2 * most) + SLACK, np.uint8)
         self.fixed = base[: 2 * width * frames].view(np.int16).reshape(frames, width)
         self.stream = base[2 * width * frames :]
         self.ticks, self.begins = np.empty(frames, np.int64), np.empty(frames + 1, np.int64)
@@ -96,22 +97,24 @@ class _Reading:
         self._stream, self._ticks = chunk.stream, chunk.ticks[first:last]
         bodies = len(self._layout.slots)
         fixed = chunk.fixed[first:last].reshape(-1, 2, bodies, 2)
-        # Adding half of the range of 16 bits is changing the highest one.
+        # To add half of the range of 16 bits is to change the highest one.
         self._position, self._heading = fixed[:, 0].view(np.uint16) ^ np.uint16(MIDDLE), fixed[:, 1]
         self._at = chunk.begins[first:last]
-        self._flags = self._table(bodies, is_wide=False).astype(np.uint16)
+        self._flags = self._flags_of(bodies)
         self._counts: list[Integers] = []
         self._in_range: list[Integers] = []
         self._links_at: list[Integers] = []
         for one in self._layout.links:
-            self._counts.append(self._table(len(one.observers), is_wide=one.is_wide))
-            own = self._table(len(one.observers), is_wide=one.is_wide) if one.has_range else self._counts[-1]
-            self._in_range.append(own)
+            ends = self._numbers(len(one.observers), is_wide=one.is_wide)
+            self._counts.append(_counts_of(ends, is_wide=one.is_wide))
+            if one.has_range:
+                ends = self._numbers(len(one.observers), is_wide=one.is_wide)
+            self._in_range.append(_counts_of(ends, is_wide=one.is_wide))
             self._links_at.append(self._at)
             bytes_a_link = 1 + one.is_wide + 4 * one.measured
             self._at = self._at + self._counts[-1].sum(axis=1) * bytes_a_link
 
-    def _table(self, size: int, *, is_wide: bool) -> Integers:
+    def _numbers(self, size: int, *, is_wide: bool = False) -> Integers:
         """Return the next numbers of each frame, shape (frames, size)."""
         found = self._stream[self._at[:, None] + np.arange(size)].astype(np.int64)
         self._at = self._at + size
@@ -120,10 +123,20 @@ class _Reading:
             self._at = self._at + size
         return found
 
+    def _flags_of(self, bodies: int) -> Words:
+        """Return the flags of all bodies, shape (frames, bodies)."""
+        bits = self._numbers(-(-bodies // 8)).astype(np.uint8)
+        observed = np.unpackbits(bits, axis=1, bitorder="little")[:, :bodies].astype(np.uint16)
+        active = np.ones_like(observed)
+        if self._layout.is_conditional:
+            active = self._numbers(bodies).astype(np.uint16)
+        return np.asarray(PRESENT + ACTIVE * active + OBSERVED * observed, np.uint16)
+
     def frames(self, lists: Sequence[LinkList], space: Space) -> list[Frame]:
         """Return the frames."""
-        heading = np.arctan2(self._heading[..., 1], self._heading[..., 0], dtype=np.float64)
-        turn = np.rint(heading * (TURN / (2 * np.pi))).astype(np.int64).astype(np.uint16)
+        heading = self._heading + (MIDDLE - UNIT)
+        angle = np.arctan2(heading[..., 1], heading[..., 0])
+        turn = np.rint(angle * (TURN / (2 * np.pi))).astype(np.int64).astype(np.uint16)
         parts = (self._position[..., 0], self._position[..., 1], turn, self._flags)
         x, y, turns, flags = (self._by_slot(part) for part in parts)
         links = [self._links(one, space) for one in lists]
@@ -156,7 +169,8 @@ class _Reading:
 
     def _links(self, wanted: LinkList, space: Space) -> list[Links]:
         """Return the links of one list in each frame."""
-        parts = [self._part(r, wanted, space) for r, one in enumerate(self._layout.links) if one.channel == wanted.channel]
+        numbers = [r for r, one in enumerate(self._layout.links) if one.channel == wanted.channel]
+        parts = [self._part(r, wanted, space) for r in numbers]
         if not parts:
             nothing = np.zeros(0, np.uint16)
             offset = nothing.view(np.int16) if wanted.measured else None
@@ -168,7 +182,7 @@ class _Reading:
         ends = np.searchsorted(frame, np.arange(len(self._ticks) + 1)).tolist()
         return [
             Links(source[first:last], *(column[first:last] for column in others))
-            for first, last in zip(ends, ends[1:], strict=False)
+            for first, last in pairwise(ends)
         ]
 
     def _part(self, number: int, wanted: LinkList, space: Space) -> list[npt.NDArray[np.generic]]:
@@ -211,6 +225,11 @@ def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
         )
         for name in names
     )  # fmt: skip
+
+
+def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:
+    """Return the sizes of lists that end there, of which only the lowest one or two bytes are known."""
+    return np.diff(ends, axis=1, prepend=0) & (0xFFFF if is_wide else 0xFF)
 
 
 def _divided(numbers: Integers, sizes: Integers) -> Floats:

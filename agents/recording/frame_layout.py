@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.engine.relation import Relation
-from teamsight.agents.group import Group
+from teamsight.agents.engine.relation import Members, Relation
 from teamsight.agents.recording.frame_kernel import UNIT, LinkArrays
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.world.arena import Arena
@@ -66,18 +66,22 @@ class Layout(NamedTuple):
         The slot of each body.
     size : int
         The number of slots in frames of this layout.
+    is_conditional : bool
+        Whether any body can be inactive.
     links : tuple of LinkLayout
         The relations.
     """
 
     slots: Integers
     size: int
+    is_conditional: bool
     links: tuple[LinkLayout, ...]
 
     def is_like(self, other: Layout) -> bool:
         """Whether frames of another layout can follow frames of this one."""
         return (
             np.array_equal(self.slots, other.slots)
+            and self.is_conditional == other.is_conditional
             and len(self.links) == len(other.links)
             and all(mine.is_like(theirs) for mine, theirs in zip(self.links, other.links, strict=True))
         )
@@ -115,7 +119,7 @@ def link_arrays(relation: Relation, layout: LinkLayout) -> LinkArrays:
 def most_bytes(arrays: LinkArrays) -> int:
     """Return how many bytes the links of a relation need at most."""
     observers = len(arrays.start) - 1 + max(len(arrays.in_range) - 1, 0)
-    links = len(arrays.index)
+    links = len(arrays.indices)
     return (observers + links) * (1 + arrays.is_wide) + 4 * links * (len(arrays.offset) > 0)
 
 
@@ -127,9 +131,9 @@ def _link_layout(relation: Relation, first_body: dict[int, int], arena: Arena, m
     )  # fmt: skip
 
 
-def _bodies(groups: list[Group] | list[Relation] | list[object], first_body: dict[int, int]) -> Integers:
+def _bodies(groups: Sequence[Members], first_body: dict[int, int]) -> Integers:
     """Return the indices of the agents of groups among all bodies."""
-    rows = [np.arange(len(group)) + first_body[group.number] for group in groups]  # type: ignore[arg-type, union-attr]
+    rows = [np.arange(len(group)) + first_body[group.number] for group in groups]
     return np.concatenate([np.zeros(0, np.int64), *rows])
 
 

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.group import Group
 from teamsight.agents.recording.frame_chunk import SERIES, Chunk, Space, link_lists
-from teamsight.agents.recording.frame_kernel import BODIES, FRAMES, LINKS, RECORD_FRAME, BodyArrays, FrameArrays
+from teamsight.agents.recording.frame_kernel import (
+    BODIES,
+    FRAMES,
+    LINKS,
+    RECORD_FRAME,
+    SLACK,
+    UNIT,
+    BodyArrays,
+    FrameArrays,
+)
 from teamsight.agents.recording.frame_layout import Layout, LinkLayout, link_arrays, link_layouts, most_bytes
 from teamsight.agents.recording.scene_of import Backdrop, scene_of, slots_of
 from teamsight.agents.world_data import WorldData
 from teamsight.view.frame import MOST_PART, Frame
-from teamsight.view.scene import MOST_SLOTS, LinkList, Scene, Slot
+from teamsight.view.scene import LinkList, Scene, Slot
 
 # The size of the first chunk, and of the largest; each is twice as large as the one before [bytes].
 _FIRST, _LARGEST = 2**20, 2**25
@@ -137,21 +143,19 @@ class FrameRecorder(Watcher):
         layouts = link_layouts(bound.relations, bound.first_body, self._data.arena)
         arrays = [link_arrays(relation, one) for relation, one in zip(bound.relations, layouts, strict=True)]
         bodies = sum(map(len, bound.groups))
-        chunk = self._chunk(self._layout(layouts), bodies + sum(map(most_bytes, arrays)))
+        chunk = self._chunk(self._layout(layouts), 2 * bodies + sum(map(most_bytes, arrays)))
         records = zip(bound.relations, bound.relation_records, strict=True)
         met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
+        groups = [
+            BODIES.pack(BodyArrays(one.position.reshape(-1), one.heading.reshape(-1), one.active))
+            for one in (group.bodies for group in bound.groups)
+        ]
         self.record = FRAMES.pack(FrameArrays(
-            bound.moment, self.every, [BODIES.pack(self._bodies(group)) for group in bound.groups],
-            [LINKS.pack(one) for one in arrays], met,
-            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most,
+            bound.moment, self.every, groups, [LINKS.pack(one) for one in arrays], met,
+            self._space.low, MOST_PART / self._space.size,
+            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most + SLACK,
+            chunk.layout.is_conditional,
         ))  # fmt: skip
-
-    def _bodies(self, group: Group) -> BodyArrays:
-        """Return what the kernel copies of a group."""
-        bodies, size = group.bodies, len(group)
-        low, factor = (np.tile(corner, size) for corner in (self._space.low, MOST_PART / self._space.size))
-        active = bodies.active if group.has_conditions else bodies.active[:0]
-        return BodyArrays(bodies.position.reshape(-1), bodies.heading.reshape(-1), low, factor, active)
 
     def _layout(self, links: tuple[LinkLayout, ...]) -> Layout:
         """Return the present layout; bodies that are new get the next slots."""
@@ -162,7 +166,8 @@ class FrameRecorder(Watcher):
                     self._slot_of[slot.id] = len(self._slots)
                     self._slots.append(slot)
                 slots.append(self._slot_of[slot.id])
-        return Layout(np.array(slots, np.int64), len(self._slots), links)
+        is_conditional = any(group.has_conditions for group in self._data.groups)
+        return Layout(np.array(slots, np.int64), len(self._slots), is_conditional, links)
 
     def _chunk(self, layout: Layout, most: int) -> Chunk:
         """Return the chunk for the next frame: the last one, if it has the layout and room."""

@@ -98,7 +98,8 @@ class ActionForm:
             array = np.asarray(None)
         if array.dtype.kind not in ("iu" if self.name == "grid" else "iuf"):
             what = "whole numbers" if self.name == "grid" else "numbers"
-            raise TypeError(f"{names(-1, -1)}: must be {what}, in an array of shape {shape}, and is {_kind(given, array)}")
+            found = _kind(given, array)
+            raise TypeError(f"{names(-1, -1)}: must be {what}, in an array of shape {shape}, and is {found}")
         if array.shape != shape:
             raise ValueError(f"{names(-1, -1)}: has the shape {array.shape}; it must be {shape}, {self._meaning}")
         actions[:] = array[..., np.newaxis] if self.name == "grid" else array

@@ -15,7 +15,6 @@ from teamsight.core.interrupts import deferred
 from teamsight.env.actions import Names
 from teamsight.env.facts import OF_ROBOTS, OF_WORLDS, Facts
 from teamsight.env.loop import STEP_ALL
-from teamsight.env.observations import Observation
 from teamsight.env.records import BATCH, DONE, NEEDS_PYTHON, WAITS, BatchArrays
 from teamsight.env.rewards import rewards_of
 from teamsight.env.seeding import EpisodeSeeds
@@ -106,8 +105,8 @@ class Batch:
         found = one.observation()
         if robots != self.robots or found.width != self.observation.width:
             raise ValueError(
-                f"model: returned a world with {robots} robots and observations of {found.width} numbers, and the first "
-                f"had {self.robots} and {self.observation.width}; return the same for all seeds"
+                f"model: returned a world with {robots} robots and observations of {found.width} numbers, and the "
+                f"first had {self.robots} and {self.observation.width}; return the same for all seeds"
             )
         self.observation = found
 

@@ -17,7 +17,7 @@ OF_ROBOTS = (
     "share", "neighbours", "travelled", "active",
 )  # fmt: skip
 #: What is known of each world.
-OF_WORLDS = ("observed", "targets", "neighbours_in_all", "max_neighbours")
+OF_WORLDS = ("observed", "targets", "neighbours_in_all", "max_neighbours", "robots")
 
 
 class Facts:
@@ -49,7 +49,11 @@ class Facts:
     targets : ndarray, shape (worlds, 1)
         The number of active targets.
     neighbours_in_all, max_neighbours : ndarray, shape (worlds, 1)
-        The sum of the numbers of neighbours, and the largest of them.
+        The sum of the numbers of neighbours of all teams, and the largest of them.
+    robots : ndarray, shape (worlds, 1)
+        The number of active robots of all teams.
+    mean_neighbours : ndarray, shape (worlds, 1)
+        The mean number of neighbours of active robots; 0 without robots.
     observed_fraction : ndarray, shape (worlds, 1)
         The share of targets that are observed; 0 without targets.
     """
@@ -71,6 +75,7 @@ class Facts:
     targets: Floats
     neighbours_in_all: Floats
     max_neighbours: Floats
+    robots: Floats
 
     def __init__(self, robots: Floats, worlds: Floats) -> None:
         """Show arrays of shape (worlds, robots, `OF_ROBOTS`) and (worlds, `OF_WORLDS`)."""
@@ -83,6 +88,10 @@ class Facts:
     @property
     def observed_fraction(self) -> Floats:
         return np.asarray(self.observed / np.maximum(self.targets, 1.0))
+
+    @property
+    def mean_neighbours(self) -> Floats:
+        return np.asarray(self.neighbours_in_all / np.maximum(self.robots, 1.0))
 
     def fact(self, name: str) -> Floats:
         """Return a fact by its name, as `LazyMemory.fact` does, so that the rewards of learners read facts too.

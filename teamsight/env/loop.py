@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from teamsight.agents.engine.conditions import count_active
+from teamsight.agents.engine.conditions import count_active, count_observers
 from teamsight.agents.engine.records import HISTORY_COLUMNS, group_at, relation_at, world_at
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.env.actions import GRID, HEADING
@@ -113,6 +113,7 @@ def _write_world(sight: Any) -> None:
         elif sight.roles[r] == _TEAMMATES:
             facts[2] += numbers[0]
             facts[3] = max(facts[3], numbers[1])
+            facts[4] += count_observers(world.relations[r])
 
 
 @kernel
@@ -161,7 +162,7 @@ def _steer_one(batch: Any, given: Any, steering: Any) -> bool:
         for part in range(3):
             steering[part] = given[part]
         # A distance that is infinite is limited by the speed, but is a mistake.
-        return is_action(given[0], given[1], given[2]) and abs(given[2]) < math.inf
+        return bool(is_action(given[0], given[1], given[2]) and abs(given[2]) < math.inf)
     if batch.form == GRID:
         if not 0.0 <= given[0] < batch.table.shape[0]:
             return False
@@ -171,7 +172,7 @@ def _steer_one(batch: Any, given: Any, steering: Any) -> bool:
     steering[0] = given[0] * math.pi
     # Halved first: a half is exact, whatever the number.
     steering[1] = 0.5 * given[1] + 0.5
-    return abs(given[0]) <= 1.0 and abs(given[1]) <= 1.0
+    return bool(abs(given[0]) <= 1.0 and abs(given[1]) <= 1.0)
 
 
 @kernel
@@ -182,7 +183,7 @@ def _find_bad_action(batch: Any) -> int:
         if batch.status[w] != WAITS:
             for i in range(robots):
                 if not _steer_one(batch, batch.given[w, i], batch.steering[w, i]):
-                    return w * robots + i + 1
+                    return int(w * robots + i + 1)
     return 0
 
 

@@ -77,7 +77,9 @@ def layout_of(value: LayoutLike) -> Nearest | None:
 
 
 @kernel
-def _list_nearest(row: Any, first: int, most: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float) -> None:
+def _list_nearest(
+    row: Any, first: int, most: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float
+) -> None:
     """Write the nearest bodies of a neighbour list to ``row[first:]``; those as near come in the list's order."""
     for place in range(most):
         for part in range(PER_BODY):

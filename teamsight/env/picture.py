@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ _INACTIVE: Colour = (0.62, 0.62, 0.62)
 _OBSERVED: Colour = (0.17, 0.63, 0.17)
 _UNOBSERVED: Colour = (0.84, 0.15, 0.16)
 _RANGE_OPACITY, _RING_OPACITY = 0.07, 0.35
-_BODY, _WALL_WIDTH, _HEADING = 5.0, 2.0, 9.0
+_BODY, _WALL_WIDTH, _TIP = 5.0, 2.0, 13.0
 
 
 class Bodies(NamedTuple):
@@ -68,7 +69,7 @@ class Picture:
             self._fill(self._ground, self._pixels(line), _OBSTACLE)
         for line in [*walls(arena), *obstacles(arena)]:
             points = self._pixels(line)
-            for start, end in zip(points[:-1], points[1:], strict=True):
+            for start, end in pairwise(points):
                 _line(self._ground, start, end, _WALL_WIDTH, _WALL)
 
     def draw(self, groups: Iterable[Bodies]) -> npt.NDArray[np.uint8]:
@@ -84,14 +85,15 @@ class Picture:
         return np.asarray(np.rint(pixels * 255.0), np.uint8)
 
     def _draw_bodies(self, pixels: Floats, bodies: Bodies) -> None:
-        places = self._pixels(bodies.position)
-        for row, place in enumerate(places):
-            colour = _UNOBSERVED if not bodies.observed[row] else _OBSERVED
-            if not math.isnan(bodies.reach[row]):
-                colour = _ROBOT
-                tip = place + _HEADING * bodies.heading[row] * (1.0, -1.0)
-                _line(pixels, place, tip, 2.0, colour if bodies.active[row] else _INACTIVE)
-            _disc(pixels, place, _BODY, colour if bodies.active[row] else _INACTIVE, 1.0)
+        for row, place in enumerate(self._pixels(bodies.position)):
+            is_robot, is_active = not math.isnan(bodies.reach[row]), bodies.active[row]
+            colour = _ROBOT if is_robot else _OBSERVED if bodies.observed[row] else _UNOBSERVED
+            colour = colour if is_active else _INACTIVE
+            if is_robot:
+                _line(pixels, place, place + _TIP * bodies.heading[row] * (1.0, -1.0), 2.0, colour)
+            # Those that nobody observes are hollow, so that it takes no colours to see them.
+            is_full = is_robot or bodies.observed[row] or not is_active
+            _disc(pixels, place, _BODY, colour, 1.0, ring=0.0 if is_full else 2.0)
 
     def _pixels(self, points: Floats) -> Floats:
         """Return points in pixels: to the right and down."""
@@ -101,7 +103,7 @@ class Picture:
         """Fill a polygon: a pixel whose centre is inside."""
         x, y = np.arange(pixels.shape[1]) + 0.5, (np.arange(pixels.shape[0]) + 0.5)[:, np.newaxis]
         inside = np.zeros(pixels.shape[:2], bool)
-        for (x0, y0), (x1, y1) in zip(corners[:-1], corners[1:], strict=True):
+        for (x0, y0), (x1, y1) in pairwise(corners):
             if y0 != y1:
                 inside ^= ((y0 > y) != (y1 > y)) & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
         pixels[inside] = colour

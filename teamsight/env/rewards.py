@@ -27,7 +27,7 @@ def _gain(facts: Facts, scope: str) -> Floats:
 
 
 def _others(facts: Facts) -> int:
-    return max(facts.sensed.shape[1] - 1, 1)
+    return max(int(facts.sensed.shape[1]) - 1, 1)
 
 
 #: The rewards by name. All but those of gains are shares.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import secrets
 
 from teamsight.core import checks
 
@@ -27,7 +26,7 @@ class EpisodeSeeds:
             The seed with which to begin anew. Without one, the episodes continue; at first, one is drawn.
         """
         if seed is not None or self._first is None:
-            self._first = secrets.randbits(63) if seed is None else checks.seed(seed, None)
+            self._first = checks.seed(None, seed)
             self._episode = 0
         else:
             self._episode += 1

@@ -164,7 +164,7 @@ class SteppedWorld:
                 "episodes; let them fail instead, as by Failures(500, 50), or reset()"
             )
         if len(group.policies) > 1 or not isinstance(group.policy, Steered):
-            raise RuntimeError(f"{group.name}: have another policy, and an environment steers them; reset() steers again")
+            raise RuntimeError(f"{group.name}: have another policy, so nothing steers them; reset() does so again")
 
     def _bind(self) -> None:
         """Bind the record to the present arrays, if they have changed."""

@@ -140,8 +140,8 @@ class TeamVectorEnv:
         if isinstance(seed, Sequence | np.ndarray):
             if len(seed) != len(places):
                 raise ValueError(f"seed: has {len(seed)} numbers; give one to each of the {len(places)} worlds")
-            return [checks.seed(one, None) for one in seed]
-        first = checks.seed(seed, None)
+            return [checks.seed(None, one) for one in seed]
+        first = checks.seed(None, seed)
         return [first + place for place in places]
 
     def step(self, actions: npt.ArrayLike) -> Step:
@@ -198,7 +198,7 @@ class TeamVectorEnv:
         facts = self._batch.facts
         return {
             "observed": facts.observed_fraction[:, 0],
-            "mean_neighbours": facts.neighbours_in_all[:, 0] / self.robots,
+            "mean_neighbours": facts.mean_neighbours[:, 0],
             "max_neighbours": facts.max_neighbours[:, 0].copy(),
             "sensed": facts.sensed.copy(),
             "neighbours": facts.neighbours.copy(),

@@ -19,8 +19,8 @@ RENDER_MODES = ("human", "rgb_array")
 # For a moment, so that the window reacts; the simulation does not wait for it.
 _PAUSE = 1e-3
 _NO_WINDOW = (
-    "render_mode='human': matplotlib can open no window, as there is no display; use render_mode='rgb_array', or record "
-    "the world of the environment: env.world"
+    "render_mode='human': matplotlib can open no window, as there is no display; use "
+    "render_mode='rgb_array', or record the world, which is env.world"
 )
 
 

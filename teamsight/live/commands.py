@@ -18,7 +18,11 @@ class Commands:
         self._news = threading.Condition()
         self._waiting: dict[Hashable, Message] = {}
         self._is_woken = False
-        self._count = 0
+        self._count = self._taken = 0
+
+    def __len__(self) -> int:
+        """The number of messages that wait or are being obeyed."""
+        return len(self._waiting) + self._taken
 
     def put(self, message: Message) -> None:
         """Let a message wait. It replaces one that sets the same thing: a slider sends more values than can be used.
@@ -49,7 +53,12 @@ class Commands:
                 self._news.wait(patience)
             messages, self._waiting = list(self._waiting.values()), {}
             self._is_woken = False
+            self._taken += len(messages)
         return messages
+
+    def done(self) -> None:
+        """Note that one of the messages taken was obeyed."""
+        self._taken -= 1
 
     def wake(self) -> None:
         """Let `take` return now."""

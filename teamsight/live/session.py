@@ -95,6 +95,15 @@ class Session:
         """
         self._commands.put(message)
 
+    @property
+    def is_running(self) -> bool:
+        """Whether the worlds make steps."""
+        return self._is_running
+
+    def busy(self) -> bool:
+        """Return whether messages wait or are being obeyed."""
+        return self._is_busy or bool(self._commands)
+
     def recording(self) -> Saved:
         """Return what is kept as a page that plays anywhere; for other threads, while the worlds go on."""
         tracks = [_Recorded(*track.recorded()) for track in self.worlds.tracks]
@@ -106,6 +115,7 @@ class Session:
         while not self._is_closing:
             for message in self._commands.take(self._patience()):
                 self._obey(message)
+                self._commands.done()
             if self._is_running and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
                 self._advance()
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import webbrowser
 from pathlib import Path
 
 import pytest
 
+from teamsight import CMOMMT, live
 from teamsight.cli import demo, main
 from teamsight.core import browsers
 
@@ -155,3 +157,39 @@ def test_a_recording_that_was_asked_for_is_not_opened(
     status, out, _ = call(capsys, "demo", *given)
     assert (status, opened) == (0, [])
     assert "open it in a browser: file://" in out
+
+
+def test_the_live_page_shows_both_teams_with_one_seed(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
+) -> None:
+    asked: list[tuple[object, dict[str, object], dict[str, object]]] = []
+    monkeypatch.setattr(live, "watch", lambda model, given, **how: asked.append((model, given, how)))
+    assert call(capsys, "demo", "--seed", "3")[0] == 0
+    ((model, given, how),) = asked
+    assert model is CMOMMT
+    assert (given["seed"], given["policy"], given["awareness"]) == (3, "random-walk", "none")
+    assert how["beside"] == {"policy": "a-cmommt", "awareness": "pairwise"}
+    assert how["port"] == 0, "a port that is in use must not stop the demo"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wherever_the_recording_goes_it_is_one_line_and_no_file_of_the_user_changes(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "here").mkdir()
+    (tmp_path / "notes.html").write_text("my own notes")
+    (tmp_path / "link.html").symlink_to("notes.html")
+    os.mkfifo(tmp_path / "pipe.html")
+    odd = ("notes.html", "link.html", "pipe.html", "here", "here/", "", " ", ".", "notes.html/x.html", "x", ".html", "x.HTML", "x.htm", "x.txt",
+           "\0.html", "n" * 300 + ".html", "http://example.com/x.html", "~nobody-of-this-name/x.html", "\x1b[31mr.html", "a\nb.html")  # fmt: skip
+    statuses = {}
+    for name in odd:
+        status, out, err = call(capsys, "demo", "--record", name)
+        statuses[name] = status
+        assert (status, err.count("\n")) in ((0, 0), (2, 1)), (name, status, err)
+        assert (out == "") == (status == 2), name
+        assert "Traceback" not in err
+        assert (tmp_path / "notes.html").read_text() == "my own notes"
+        assert (tmp_path / "link.html").is_symlink()
+        assert (tmp_path / "pipe.html").is_fifo()
+    assert [name for name, status in statuses.items() if status == 0] == ["x.HTML", "\x1b[31mr.html", "a\nb.html"]

@@ -112,10 +112,12 @@ class Link {
 const SLOWEST = 0, FASTEST = 300;
 const paceOf = (value) => Number((10 ** (value / 100)).toPrecision(2));
 const PAUSE_BETWEEN = 60;
+// What somebody has just changed is not set back by messages that were on their way [milliseconds].
+const KEPT_FOR = 500;
 
 class Controls {
   constructor(page, element) {
-    Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), state: null });
+    Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), touched: new Map(), state: null });
     element.setAttribute("aria-label", "Controls");
     element.append(this.buildAlert(), this.buildRun(), this.buildPace(), this.buildCompare());
     this.fields = make("div", { class: "tl-fields" });
@@ -154,7 +156,7 @@ class Controls {
 
   buildPace() {
     const { page } = this;
-    const send = (value) => page.link.send("pace", { value });
+    const send = (value) => { this.touch("pace of steps"); page.link.send("pace", { value }); };
     this.pace = make("input", { type: "range", min: SLOWEST, max: FASTEST, step: 1, id: "tl-pace", "aria-label": "Steps per second" });
     this.paceText = make("output", { class: "tl-value", for: "tl-pace" });
     this.full = make("input", { type: "checkbox", id: "tl-full" });
@@ -175,7 +177,7 @@ class Controls {
   buildCompare() {
     const { page } = this;
     this.compare = make("input", { type: "checkbox", id: "tl-compare" });
-    this.compare.addEventListener("change", () => page.link.send("compare", { on: this.compare.checked }));
+    this.compare.addEventListener("change", () => { this.touch("two"); page.link.send("compare", { on: this.compare.checked }); });
     const choice = (value, text) => {
       const input = make("input", { type: "radio", name: "tl-side", value: String(value), checked: value === null });
       input.addEventListener("change", () => { this.side = value; this.showValues(); });
@@ -201,7 +203,17 @@ class Controls {
     }, PAUSE_BETWEEN);
   }
 
-  set(control, value) { this.page.link.send("set", { name: control.name, value, track: this.side }); }
+  // Notes that somebody has changed a field, and shows what holds a little later.
+  touch(name) {
+    this.touched.set(name, performance.now());
+    setTimeout(() => {
+      if (!this.isTouched(name)) { this.showValues(); if (this.state) this.showState(this.state); }
+    }, KEPT_FOR + 20);
+  }
+
+  isTouched(name) { return performance.now() - (this.touched.get(name) ?? -Infinity) < KEPT_FOR; }
+
+  set(control, value) { this.touch(control.name); this.page.link.send("set", { name: control.name, value, track: this.side }); }
 
   // What the server lets a page set.
   describe({ controls, values }) {
@@ -217,7 +229,7 @@ class Controls {
       }
       this.fields.replaceChildren(...[...sections].map(([title, fields]) => make("fieldset", {}, make("legend", {}, title), ...fields)));
     }
-    this.showValues(true);
+    this.showValues();
   }
 
   field(control) {
@@ -245,8 +257,14 @@ class Controls {
   number(control, id) {
     const limits = { min: control.least, max: control.most, step: control.step ?? (control.kind === "integer" ? 1 : "any") };
     const number = make("input", { type: "number", id, ...limits, step: control.kind === "integer" ? 1 : "any" });
-    const send = () => { if (number.value !== "" && number.checkValidity()) this.set(control, Number(number.value)); else this.showValues(true); };
+    const send = () => {
+      number.dataset.sent = "yes";
+      if (number.value !== "" && number.checkValidity()) return this.set(control, Number(number.value));
+      this.alert(`${control.label} ${number.value}: must be ${control.kind === "integer" ? "a whole number" : "a number"} from ${control.least} to ${control.most}`);
+      return this.showValues();
+    };
     number.addEventListener("change", send);
+    number.addEventListener("input", () => { delete number.dataset.sent; });
     if (control.step === null) return { box: [number], show: (value) => { number.value = value; } };
     const slider = make("input", { type: "range", ...limits, "aria-label": control.label });
     slider.addEventListener("input", () => {
@@ -257,15 +275,16 @@ class Controls {
     return { box: [slider, number], show: (value) => { slider.value = value; number.value = value; } };
   }
 
-  // Shows the values that hold; a field that somebody is using is left alone, unless it must be shown.
-  showValues(isForced = false) {
+  // Shows the values that hold, but in a field that somebody is using.
+  showValues() {
     const values = this.values[this.side ?? 0] || {};
     for (const [name, { control, field, show, inputs }] of this.inputs) {
       const differs = this.side === null && this.values.length > 1 && this.values[0][name] !== this.values[1][name];
       field.classList.toggle("tl-differs", differs);
       field.title = differs ? `left ${this.values[0][name]}, right ${this.values[1][name]}` : "";
-      const isUsed = inputs.includes(document.activeElement) && this.waiting.has(name);
-      if (isForced ? !isUsed : document.activeElement !== inputs[0]) show(values[name]);
+      // Somebody may be typing a number.
+      const isTyping = inputs.some((one) => one === document.activeElement && one.type === "number" && !one.dataset.sent);
+      if (!this.isTouched(name) && !isTyping) show(values[name]);
       const [other, wanted] = control.only ? control.only.split("=") : [];
       for (const input of inputs) input.disabled = Boolean(other) && String(values[other]) !== wanted;
     }
@@ -277,13 +296,13 @@ class Controls {
     setText(this.note, state.busy ? "Building …" : state.note);
     const [one] = state.tracks, rate = state.running ? `, ${state.rate < 10 ? state.rate.toFixed(1) : Math.round(state.rate).toLocaleString("en")} steps/s` : "";
     setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${rate}`);
-    if (document.activeElement !== this.pace) {
+    if (!this.isTouched("pace of steps")) {
       this.full.checked = state.pace === null;
       if (state.pace !== null) this.pace.value = Math.round(100 * Math.log10(state.pace));
       this.showPace();
     }
     if (document.activeElement !== this.every) this.every.value = state.every;
-    this.compare.checked = state.tracks.length > 1;
+    if (!this.isTouched("two")) this.compare.checked = state.tracks.length > 1;
     this.sides.hidden = state.tracks.length < 2;
     if (state.tracks.length < 2 && this.side !== null) {
       this.side = null;
@@ -572,6 +591,9 @@ class Page {
 
   on_error({ message }) {
     this.controls.saved();
+    // What was refused gives way to what holds.
+    this.controls.touched.clear();
+    this.controls.showValues();
     this.fail(message);
   }
 

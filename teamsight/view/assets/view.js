@@ -824,8 +824,8 @@ class Arena {
     }
     to.beginPath();
     this.addTrail(frames, 0, LONG_TRAIL, s, at);
-    to.strokeStyle = faded(this.colours[layout.group[s]], 0.6);
-    to.lineWidth = 1.6 * ratio;
+    to.strokeStyle = faded(this.colours[layout.group[s]], 0.5);
+    to.lineWidth = 1.3 * ratio;
     to.stroke();
   }
 
@@ -952,8 +952,7 @@ function oneWay(source, target, n) {
 // Part: charts.
 
 const NAMES = {
-  observed: "Observed fraction", mean_neighbours: "Mean number of neighbours",
-  max_neighbours: "Largest number of neighbours",
+  observed: "Observed fraction", mean_neighbours: "Neighbours, mean", max_neighbours: "Neighbours, largest",
 };
 const isShare = (name) => name === "observed";
 const nameOf = (name) => NAMES[name] || capital(name.replaceAll("_", " "));
@@ -981,9 +980,9 @@ class Chart {
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
-    const title = difference ? `${nameOf(name)}: difference` : nameOf(name);
+    const title = difference ? "Difference in observed" : nameOf(name);
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
-    this.element = make("figure", { class: "ts-chart" }, make("figcaption", {}, make("span", {}, title), this.values), this.plot);
+    this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` }, make("figcaption", {}, make("span", {}, title), this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${title} against time`);
     parent.append(this.element);
@@ -1726,7 +1725,8 @@ class View {
   get bodyCount() { return Math.max(...this.tracks.map(({ scene }) => scene.slots.length), 0); }
   get chartNames() {
     const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.series))];
-    return this.tracks.length > 1 && names.includes("observed") ? [...names, "observed"] : names;
+    // The second of a name is the difference of two tracks.
+    return this.tracks.length > 1 && names.includes("observed") ? names.flatMap((name) => (isShare(name) ? [name, name] : [name])) : names;
   }
 
   buildCharts() {
@@ -1740,16 +1740,19 @@ class View {
   buildChips() {
     const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.links.map(({ name }) => name)))];
     const wanted = [
-      ["ranges", "Sensing ranges", "r", this.bodyCount <= 2 * MANY], ["awareness", "Awareness ranges", "a", false],
-      ...names.map((name) => [`links ${name}`, `Links: ${name}`, name === "teammates" ? "l" : "k", this.bodyCount <= MANY]),
-      ["trails", "Trails", "t", this.bodyCount <= MANY / 2],
+      ["ranges", ["", "Sensing", " ranges"], "r", this.bodyCount <= 2 * MANY], ["awareness", ["", "Awareness", " ranges"], "a", false],
+      ...names.map((name) => [`links ${name}`, ["Links to ", name, ""], name === "teammates" ? "l" : "k", this.bodyCount <= MANY]),
+      ["trails", ["", "Trails", ""], "t", this.bodyCount <= MANY / 2],
     ];
     if (wanted.map(([name]) => name).join() === Object.keys(this.toggles).join()) return;
     this.chips.replaceChildren();
     const before = this.toggles;
     this.toggles = {};
-    for (const [name, text, key, isOn] of wanted) {
-      const button = make("button", { type: "button", class: "ts-chip", title: `${text} (${key})`, onclick: () => this.setToggle(name, !this.toggles[name].on) }, text);
+    // A narrow page leaves the words before and after out.
+    const word = (text) => (text ? make("span", { class: "ts-word" }, text) : null);
+    for (const [name, [prefix, text, suffix], key, isOn] of wanted) {
+      const label = prefix + text + suffix, onclick = () => this.setToggle(name, !this.toggles[name].on);
+      const button = make("button", { type: "button", class: "ts-chip", title: `${label} (${key})`, "aria-label": label, onclick }, word(prefix), text, word(suffix));
       this.toggles[name] = { on: name in before ? before[name].on : isOn, button, key };
       button.setAttribute("aria-pressed", String(this.toggles[name].on));
       this.chips.append(button);

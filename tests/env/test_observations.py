@@ -1,0 +1,103 @@
+"""The layouts of observations and their spaces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from naive import environments as naive
+
+from teamsight import Sensor
+from teamsight.agents.awareness import RingAwareness
+from teamsight.env import Nearest, parallel_env
+
+CROWD: dict[str, Any] = {"robots": 12, "targets": 30, "radius": 2.5}
+
+
+@pytest.mark.parametrize(("degree", "width"), [("none", 16), ("ring", 32), ("pairwise", 38), ("shared", 192)])
+def test_situation_vectors_of_each_degree(degree: str, width: int) -> None:
+    env = parallel_env(**CROWD, observation=degree)
+    observations, _ = env.reset(seed=1)
+    for agent, shown in observations.items():
+        assert shown.shape == (width,)
+        assert shown.dtype == np.float32
+        assert env.observation_space(agent).contains(shown)
+
+
+def test_a_degree_as_an_object() -> None:
+    env = parallel_env(observation=RingAwareness(3))
+    assert env.observation_space("robot_0").shape == (19,)
+
+
+@pytest.mark.parametrize("degree", ["none", "ring", "pairwise", "shared"])
+def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
+    layout = Nearest(4, 3, 5)
+    env, rng = parallel_env(**CROWD, observation=degree, layout=layout), np.random.default_rng(1)
+    observations, _ = env.reset(seed=1)
+    filled = 0
+    for _ in range(10):
+        world = env.world
+        group = world.robots
+        world._engine.perceive(group)
+        percept = group.percept
+        for i, (agent, shown) in enumerate(observations.items()):
+            lists = (percept.targets, percept.teammates, percept.relayed)
+            expected: list[float] = []
+            for seen, most in zip(lists, (4, 3, 5), strict=True):
+                offsets = seen.offset[seen.start[i] : seen.start[i + 1]]
+                expected += naive.nearest(offsets, percept.heading[i], 1.0, most)
+            assert shown == pytest.approx(np.array(expected), abs=1e-6)
+            assert env.observation_space(agent).contains(shown)
+            filled += shown[[0, 12, 21]] == 1
+        observations, *_ = env.step(dict(zip(env.agents, rng.uniform(-1, 1, (12, 2)), strict=True)))
+    assert (filled > 0).tolist() == [True, degree != "none", degree == "shared"]
+
+
+def test_noise_can_exceed_the_range() -> None:
+    exact, noisy = parallel_env(), parallel_env(sensor=Sensor(range_noise=0.5))
+    assert exact.observation_space("robot_0").high.max() == 1
+    assert noisy.observation_space("robot_0").high.max() == np.inf
+
+
+def test_the_state_has_all_bodies() -> None:
+    env = parallel_env(**CROWD)
+    env.reset(seed=1)
+    rows = env.state().reshape(42, 5)
+    assert env.state_space.contains(env.state())
+    assert rows[:12, :2] == pytest.approx(env.world.robots.position / 2.5, abs=1e-6)
+    assert rows[12:, 2:4] == pytest.approx(env.world.targets.heading, abs=1e-6)
+    assert (rows[:, 4] == 1).all()
+    env.world.robots[3].active = False
+    assert env.state().reshape(42, 5)[3, 4] == 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"observation": "rings"}, ValueError, "observation='rings'.*'ring'"),
+        ({"observation": "none", "delta": 8}, ValueError, "delta=8: applies to observation='ring'; leave it out"),
+        ({"delta": 0}, ValueError, "delta=0: must be at least 1"),
+        ({"layout": "near"}, ValueError, "layout='near'.*nearest"),
+        ({"robots": 0}, ValueError, "robots=0: must be at least 1"),
+        ({"max_cycles": 0}, ValueError, "max_cycles=0: must be at least 1"),
+        ({"render_mode": "ansi"}, ValueError, "render_mode='ansi'.*rgb_array"),
+        ({"policy": "a-cmommt"}, TypeError, "policy: is not a parameter of environments; .*action"),
+        ({"awareness": "ring"}, TypeError, "awareness: is not a parameter.*observation"),
+        ({"seed": 3}, TypeError, r"seed: is not a parameter.*reset\(seed=…\)"),
+        ({"target_polcy": "evasive"}, ValueError, "target_policy"),
+        ({"model": 3}, TypeError, "model=3: must be a function or a class that returns a World"),
+        ({"model": lambda rng: None}, TypeError, "returned NoneType; it must return a World"),
+        ({"action": "discrete"}, ValueError, "action='discrete'.*grid"),
+    ],
+)
+def test_settings_are_checked(settings: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        parallel_env(**settings)
+
+
+def test_nearest_is_checked() -> None:
+    with pytest.raises(ValueError, match="targets=-1: must be at least 0"):
+        Nearest(-1)
+    with pytest.raises(ValueError, match="one must be at least 1"):
+        Nearest(0, 0, 0)

@@ -1,0 +1,138 @@
+"""Episodes of many worlds: their ends, their seeds, and Gymnasium's interface."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.wrappers.vector import ClipAction, RecordEpisodeStatistics
+
+from teamsight import CMOMMT
+from teamsight.env import gymnasium_env, vector_env
+from teamsight.env.seeding import episode_seed
+
+ZERO = np.zeros((2, 3, 2))
+
+
+def test_same_step_returns_the_first_observations_of_the_next_episode() -> None:
+    env = vector_env(2, robots=3, max_cycles=4)
+    first, _ = env.reset(seed=1)
+    for _ in range(3):
+        made = env.step(ZERO)
+        assert "final_observations" not in made.info
+    last = env.step(ZERO)
+    assert last.truncated.all()
+    assert not last.terminated.any()
+    assert not np.array_equal(last.info["final_observations"], last.observations)
+    assert [env.world(place).seed_used for place in range(2)] == [episode_seed(1, 1), episode_seed(2, 1)]
+    assert not np.array_equal(first, last.observations)
+
+
+def test_next_step_begins_an_episode_with_rewards_of_0() -> None:
+    one, other = (vector_env(2, robots=3, max_cycles=4, autoreset=mode) for mode in ("same-step", "next-step"))
+    for env in (one, other):
+        env.reset(seed=1)
+    ahead = [one.step(ZERO) for _ in range(8)]
+    behind = [other.step(ZERO) for _ in range(10)]
+    assert [made.truncated.all() for made in behind] == [False] * 3 + [True] + [False] * 4 + [True, False]
+    assert np.array_equal(behind[3].observations, ahead[3].info["final_observations"])
+    assert np.array_equal(behind[4].observations, ahead[3].observations)
+    assert not behind[4].rewards.any()
+    assert np.array_equal(behind[5].observations, ahead[4].observations)
+
+
+def test_disabled_needs_a_reset_of_the_worlds_that_ended() -> None:
+    env = vector_env(2, robots=3, max_cycles=4, autoreset="disabled")
+    env.reset(seed=1)
+    env.step(ZERO)
+    env.reset(worlds=[1])
+    for _ in range(3):
+        made = env.step(ZERO)
+    assert made.truncated.tolist() == [True, False]
+    with pytest.raises(RuntimeError, match=r"the episode of world 0 has ended.*reset\(worlds=terminated \| truncated\)"):
+        env.step(ZERO)
+    env.reset(worlds=made.terminated | made.truncated)
+    assert env.step(ZERO).truncated.tolist() == [False, True]
+
+
+def test_seeds_are_those_of_worlds() -> None:
+    env = vector_env(3, robots=4)
+    env.reset(seed=5)
+    for place in range(3):
+        expected = CMOMMT(robots=4, policy="random-walk", seed=5 + place)
+        assert np.array_equal(env.world(place).robots.position, expected.robots.position)
+    env.reset(seed=[9, 9, 11])
+    assert [env.world(place).seed_used for place in range(3)] == [9, 9, 11]
+    env.reset(seed=3, worlds=[2])
+    assert [env.world(place).seed_used for place in range(3)] == [9, 9, 5]
+    other = vector_env(3, robots=4)
+    other.reset(seed=[9, 9, 5])
+    for one in (env, other):
+        one.reset()
+    assert np.array_equal(env.state(), other.state())
+
+
+def test_a_new_seed_is_drawn_without_one() -> None:
+    env = vector_env(2, robots=3)
+    env.reset()
+    assert env.world(0).seed_used != env.world(1).seed_used
+
+
+@pytest.mark.parametrize("copy", [True, False])
+def test_observations_are_copied_unless_asked_otherwise(copy: bool) -> None:
+    env = vector_env(2, robots=3, copy=copy)
+    env.reset(seed=1)
+    first = env.step(ZERO).observations
+    kept = first.copy()
+    for _ in range(20):
+        env.step(ZERO + 0.5)
+    assert np.array_equal(first, kept) == copy
+
+
+def test_long_episodes_make_room_for_their_history() -> None:
+    env = vector_env(1, robots=2, targets=2, max_cycles=3000)
+    env.reset(seed=1)
+    for _ in range(2999):
+        made = env.step(np.zeros((1, 2, 2)))
+    assert not made.truncated.any()
+    assert env.world(0).tick == 2999
+    assert len(env.world(0).recording.history) == 2999
+
+
+def test_many_worlds_of_pictures() -> None:
+    env = vector_env(2, robots=3)
+    env.reset(seed=1)
+    assert env.render(1).shape == (600, 600, 3)
+    assert not np.array_equal(env.render(0), env.render(1))
+    assert repr(env) == "<TeamVectorEnv: 2 worlds of 3 robots>"
+    env.close()
+
+
+def test_gymnasium_wraps_robots_as_sub_environments() -> None:
+    env = gymnasium_env(4, robots=3, max_cycles=10, autoreset="next-step")
+    assert env.num_envs == 12
+    assert isinstance(env, gymnasium.vector.VectorEnv)
+    wrapped = ClipAction(RecordEpisodeStatistics(env))
+    observations, _ = wrapped.reset(seed=1)
+    assert wrapped.observation_space.contains(observations)
+    rng, total = np.random.default_rng(1), np.zeros(12)
+    for step in range(10):
+        observations, rewards, terminations, truncations, infos = wrapped.step(rng.normal(0, 2, (12, 2)))
+        total += rewards
+        assert truncations.all() == (step == 9)
+        assert terminations.shape == rewards.shape == (12,)
+    assert infos["episode"]["r"] == pytest.approx(total, abs=1e-5)
+    assert infos["episode"]["l"].tolist() == [10] * 12
+    wrapped.close()
+
+
+def test_gymnasium_gets_final_observations() -> None:
+    env = gymnasium_env(2, robots=3, max_cycles=2)
+    assert env.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.SAME_STEP
+    env.reset(seed=1)
+    env.step(np.zeros((6, 2)))
+    observations, *_, infos = env.step(np.zeros((6, 2)))
+    assert infos["_final_obs"].all()
+    assert infos["final_obs"][5].shape == observations[5].shape
+    assert not np.array_equal(infos["final_obs"][5], observations[5])
+    env.reset(options={"reset_mask": np.repeat([True, False], 3)})
