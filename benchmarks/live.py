@@ -1,7 +1,7 @@
 """The live page in headless Chromium: frames a second and processor time, with 30, 500 and 5,000 bodies.
 
-Run it with ``python benchmarks/live.py``; it takes a minute. It needs the extra ``live``, playwright and a Chromium. The
-browser draws without a graphics card, which costs more time than with one.
+Run it with ``python benchmarks/live.py``; it takes a minute. It needs the extra ``live``, playwright and a Chromium,
+which draws without a graphics card here, and so takes more time than with one.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ def measure(page: Any, bodies: int, radius: float, rate: float, seconds: float =
     with watch(parameters=parameters, rate=rate, port=0, browser=False, wait=False) as served:
         page.goto(served.url)
         page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 30", timeout=60_000)
-        drawn, server, browser, began = page.evaluate("() => teamsight.view.drawings"), _own(), _others(), time.monotonic()
+        drawn = page.evaluate("() => teamsight.view.drawings")
+        server, browser, began = _own(), _others(), time.monotonic()
         page.wait_for_timeout(1000 * seconds)
         drawn = page.evaluate("() => teamsight.view.drawings") - drawn
         taken = time.monotonic() - began
