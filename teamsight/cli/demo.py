@@ -68,7 +68,7 @@ def _watch(seed: int) -> None:
     from teamsight.live import watch
 
     (_, first), (_, second) = _TEAMS
-    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, rate=_PER_SECOND, port=0, wait=True)
 
 
 def _prepare(place: Path, force: bool) -> None:
