@@ -125,7 +125,7 @@ class ActionForm:
         if self.name == "grid":
             return f"must be one of the {len(self.table)} actions of the grid, 0 to {len(self.table) - 1}"
         if self.name == "heading":
-            return "must be finite, and a unit vector (or 0, 0 to keep the heading) before the distance"
+            return "must be finite: a direction x, y (0, 0 keeps the heading) and a distance"
         return "must be finite and between -1 and 1; clip it, as in np.clip(action, -1, 1)"
 
 

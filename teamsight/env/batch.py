@@ -89,6 +89,7 @@ class Batch:
         TypeError, ValueError
             If a seed is not a whole number of at least 0, or the model refuses its parameters.
         """
+        self._record = None
         for place, given in zip(places, seeds, strict=True):
             self._set_begun(place, False)
             one = self._worlds[place]
@@ -99,7 +100,6 @@ class Batch:
             self.cycles[place] = 0
             self._set_begun(place, True)
             self._note(place)
-        self._record = None
 
     def _check_like_first(self, one: SteppedWorld, robots: int) -> None:
         found = one.observation()

@@ -268,7 +268,8 @@ def parallel_env(
         of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
     action : {"continuous", "grid", "heading"} or ActionGrid
         The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
-        action of a grid; or heading x, y and distance [length], carried out to the last bit.
+        action of a grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
+        keeps the heading, are carried out to the last bit, and others are normalised.
     reward : str, mapping of str to float, or callable
         A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
         robots); see `Facts`.
