@@ -1,7 +1,7 @@
 """Train a policy that all robots share, by an evolution strategy on many worlds at once; then try it on other seeds.
 
-It needs teamsight[env,evolve]: python examples/train_team.py [GENERATIONS]; it draws train_team.png. The policy gives 16
-directions scores from what is sensed around each, with the same weights for all, and goes where the scores pull.
+It needs teamsight[env,evolve]: python examples/train_team.py [GENERATIONS]. It draws train_team.png. The policy gives
+16 directions scores from what is sensed around each, with the same weights for all, and goes where the scores pull.
 """
 
 import sys
