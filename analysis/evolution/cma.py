@@ -21,6 +21,7 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.core.extras import extra
 from teamsight.policies.evolved.layout import beginning, spreads
 
 Floats = npt.NDArray[np.float64]
@@ -176,11 +177,7 @@ def check_installed() -> Any:
     ModuleNotFoundError
         If it is not installed.
     """
-    try:
-        import cma
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError("evolution needs the package cma: pip install 'teamsight[evolve]'") from None
-    return cma
+    return extra("cma", "evolution", "evolve")
 
 
 def _strategy(evolution: Evolution) -> Any:

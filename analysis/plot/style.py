@@ -23,7 +23,7 @@ INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
 # The usual compression takes half as long again, and makes files smaller by 6 %.
 _SAVING: dict[str, dict[str, Any]] = {"png": {"pil_kwargs": {"compress_level": 3}}}
-_SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Formats of pictures, with their metadata: the mark of this program, the description, and no time.
 FORMATS: dict[str, dict[str, str | None]] = {
     "png": {"Software": "teamsight", "Description": "{}"},
@@ -86,7 +86,7 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
 
 
 def superscript(digits: str) -> str:
-    """Return digits as superscripts."""
+    """Return digits, and minus signs, as superscripts."""
     return digits.translate(_SUPERSCRIPTS)
 
 

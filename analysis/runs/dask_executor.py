@@ -8,13 +8,14 @@ import math
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
-from types import ModuleType, TracebackType
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.analysis.runs.dask_jobs import DaskJobs
 from teamsight.analysis.runs.executor import MOST_DEATHS, ExecutorError, Outcome, shortened
 from teamsight.analysis.runs.worker_process import interrupts_held
 from teamsight.core import checks
+from teamsight.core.extras import extra
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
@@ -169,25 +170,9 @@ class DaskExecutor:
                     self._cluster.close(timeout=2)
 
 
-def check_installed() -> ModuleType:
-    """Return the package distributed.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If it is not installed.
-    """
-    try:
-        import distributed
-    except ModuleNotFoundError:
-        raise ModuleNotFoundError("Dask needs the package distributed: pip install 'teamsight[dask]'") from None
-    module: ModuleType = distributed
-    return module
-
-
 def _security(scheduler: str | None, files: dict[str, str | Path | None]) -> Any:
     """Return the TLS settings of a connection; None without files."""
-    distributed = check_installed()
+    distributed = extra("distributed", "Dask", "dask")
     given = {name: Path(path) for name, path in files.items() if path is not None}
     if scheduler is not None and not scheduler.startswith(("tcp://", "tls://")):
         raise ValueError(

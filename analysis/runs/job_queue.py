@@ -12,15 +12,7 @@ from teamsight.analysis.runs.worker_process import packed
 
 
 class JobQueue(TakenJobs):
-    """The jobs of one call, each from where it is taken until its outcome.
-
-    Parameters
-    ----------
-    function : callable
-        What each job is an argument of.
-    jobs : iterable
-        The jobs, from which one is taken only when it will soon be needed.
-    """
+    """Jobs for worker processes, of which those wait that are sent next; the parameters are those of `TakenJobs`."""
 
     def __init__(self, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
         super().__init__(function, jobs, packed)

@@ -28,7 +28,8 @@ def conditions(results: StudyTables) -> str:
     fixed = ", ".join(f"{name} = {value}" for name, value in study.fixed.items())
     shown = fixed if len(fixed) <= _LONGEST else f"{fixed[: _LONGEST - 1]}…"
     model = "" if study.model == "cmommt" else f"{study.model}, "
-    return f"{results.name}: {model}{shown}{', ' * bool(shown)}{study.steps:,} steps, seed {study.seed}"
+    steps = f"{study.steps:,} {'step' if study.steps == 1 else 'steps'}"
+    return f"{results.name}: {model}{shown}{', ' * bool(shown)}{steps}, seed {study.seed}"
 
 
 def described(results: StudyTables, *, is_running: bool) -> str:

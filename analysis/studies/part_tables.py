@@ -195,7 +195,8 @@ def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
         if field.name in columns:
             raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the event's detail another name")
         is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
-        if is_detail and pa.types.is_null(field.type):
+        if is_detail and column.null_count == size:
+            # In a run without a value it has the type of numbers, whatever it holds in other runs.
             continue
         columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
     return pa.table(columns)

@@ -156,7 +156,7 @@ class Rounds:
             self._write(sized.shard, died(sized.shard, _death(outcome.value)))
         elif outcome.status == "done":
             result: ShardResult = outcome.value
-            sharding.measured(sized, result.seconds)
+            sharding.measured(sized, result.seconds, result.done)
             if not self._agrees(result, sharding):
                 sharding.repeat(sized)
                 return

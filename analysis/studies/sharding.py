@@ -27,8 +27,10 @@ _RATES = {"cmommt": 800_000.0}
 _MOST_RUNS = 5_000
 # Into how many pieces a shard is divided in which workers died.
 _PIECES = 8
-# Share of the last shard in the rate.
+# Share of the last shard in a rate that rises.
 _WEIGHT = 0.5
+# The most runs per second where all have failed.
+_MOST_FAILING = 100.0
 # Settings whose cost is looked at, to estimate how long a study takes.
 _MOST_EXAMINED = 100
 
@@ -98,10 +100,17 @@ class Sharding:
         """Whether each shard was taken."""
         return not self._again and not self._left
 
-    def measured(self, sized: Sized, seconds: float) -> None:
-        """Take note of how long a shard took [s]."""
+    def measured(self, sized: Sized, seconds: float, done: int) -> None:
+        """Take note of how long a shard took [s], and of how many of its runs did not fail."""
+        runs = len(sized.shard.runs)
         rate = sized.cost / max(seconds, 1e-6)
-        self.rate = rate if self.rate is None else self.rate + _WEIGHT * (rate - self.rate)
+        # Runs that fail at once do not show how long others take.
+        rate = rate * done / runs if done else min(rate, sized.cost / runs * _MOST_FAILING)
+        # Shards that take too long cost more than short ones: what they have made is lost in an interruption.
+        if self.rate is None or rate < self.rate:
+            self.rate = rate
+        else:
+            self.rate += _WEIGHT * (rate - self.rate)
 
     def know(self, common: Common) -> None:
         """Give further shards what all runs share."""

@@ -236,9 +236,9 @@ class Study:
         executor : Executor, optional
             What makes the runs, in place of `workers` processes.
         on_error : "continue" or "stop"
-            Whether to go on after a run that fails.
+            Whether to go on after a run that fails. It is not made again unless `retry_failed` is set.
         shard : (int, int), optional
-            Make shard i of n only, from 1.
+            Make shard i of n only, from 1: for a job array.
         wait : bool
             Wait until another sweep of the folder has ended, in place of refusing.
         mixed_code : bool

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class StudyTables:
-    """What a study has found so far, as tables.
+    """What a study has found so far, as tables; `StudyResults` explains the attributes.
 
     Parameters
     ----------
@@ -34,23 +34,6 @@ class StudyTables:
         What was asked.
     runs, failed : pyarrow.Table
         Rows of the runs that are done, and of those that have failed.
-
-    Attributes
-    ----------
-    study : Study
-        What was asked.
-    plan : Plan
-        All its runs.
-    folder : Path
-        Where it was read.
-    axes : tuple of str
-        Names of the parameters that vary.
-    measures : tuple of str
-        Names of what was measured; none before the first run is done.
-    planned, done, failed, missing : int
-        Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
-    wide : int
-        The number of settings of an adaptive study that have reached its limit with a wider interval than wanted.
     """
 
     def __init__(self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table) -> None:

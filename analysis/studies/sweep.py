@@ -88,20 +88,10 @@ def sweep(
         The study.
     out : path
         Its folder; created if it does not exist.
-    executor : Executor, optional
-        What makes the runs; by default a pool of `workers` processes.
     workers : int, optional
-        Number of processes; with 1 runs are made in this one. With None, all cores are used if the study takes long.
-    on_error : {"continue", "stop"}
-        Whether to go on after a run that fails. A failed run is not made again unless `retry_failed` is set.
-    shard : (int, int), optional
-        Make shard i of n only, from 1: for a job array.
-    wait : bool
-        Wait until another sweep of the folder has ended, in place of refusing.
-    mixed_code : bool
-        Go on although runs in the folder were made by other code.
-    retry_failed : bool
-        Make failed runs again.
+        As in `Study.run`; with None, all cores are used if the study takes long.
+    executor, on_error, shard, wait, mixed_code, retry_failed
+        As in `Study.run`.
     only : RunSet, optional
         Make only those of the missing runs that are among these.
     progress, emit : callable
@@ -114,11 +104,12 @@ def sweep(
     JobError
         If no runs can be made, for example because a worker has other code.
     """
+    from teamsight.analysis.studies.folder.lock import check_shard
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
     began = time.perf_counter()
     checks.choice("on_error", on_error, ("continue", "stop"))
-    _check_shard(shard)
+    check_shard(shard)
     if workers is not None:
         check_workers(workers)
     study.check()
@@ -193,12 +184,6 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()), path)
     return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
-
-
-def _check_shard(shard: tuple[int, int] | None) -> None:
-    if shard is not None:
-        part, parts = shard
-        checks.count("shard", part, most=checks.count("shard", parts), cure="shards i/n are numbered from 1")
 
 
 def _name(engine: Executor) -> str:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from teamsight.analysis.studies import rows
 from teamsight.analysis.studies.describe import what_is_missing
+from teamsight.core.extras import extra
 from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
@@ -32,12 +33,7 @@ def to_xarray(results: StudyTables) -> xarray.Dataset:
     ModuleNotFoundError
         If xarray is not installed.
     """
-    try:
-        import xarray
-    except ModuleNotFoundError as error:
-        if error.name != "xarray":
-            raise
-        raise ModuleNotFoundError("to_xarray: needs xarray; install teamsight[xarray]") from None
+    module = extra("xarray", "to_xarray", "xarray")
     dimensions, coordinates = _dimensions(results)
     shape = tuple(dimensions.values())
     variables: dict[str, Any] = {}
@@ -51,7 +47,8 @@ def to_xarray(results: StudyTables) -> xarray.Dataset:
     failed = results.frame["error"].notna().to_numpy()
     counts = np.bincount(made[failed], minlength=results.plan.settings).reshape(shape)
     variables["failed"] = (tuple(dimensions), counts, {"long_name": "number of failed runs"})
-    return xarray.Dataset(variables, coordinates, _attributes(results))
+    found: xarray.Dataset = module.Dataset(variables, coordinates, _attributes(results))
+    return found
 
 
 def _dimensions(results: StudyTables) -> tuple[dict[str, int], dict[str, Any]]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import warnings
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.failure import failure_of
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import check_same_code
 from teamsight.analysis.studies.shard import Common, Shard
@@ -49,8 +51,17 @@ def warm_up(shard: Shard) -> None:
     check_same_code(common)
     with contextlib.closing(ReusedWorlds()) as worlds, announcing(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with contextlib.suppress(Exception):
+        with _left_to_the_runs():
             resolved = Resolved(common.model, common.record.measure, common.path)
             for run in shard.runs:
-                with contextlib.suppress(Exception):
+                with _left_to_the_runs():
                     worlds.begin(resolved.model, resolved.parameters(run.parameters), run.seed).run(1)
+
+
+@contextlib.contextmanager
+def _left_to_the_runs() -> Iterator[None]:
+    """Pass over what the runs themselves keep as their failure, such as the `SystemExit` of a model."""
+    try:
+        yield
+    except BaseException as error:
+        failure_of(error)  # raises an interrupt of this process again

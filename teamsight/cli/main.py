@@ -11,6 +11,7 @@ from teamsight import __version__
 from teamsight.cli import (
     calibrate,
     delta,
+    demo,
     evolve,
     learn_diagnose,
     learn_evaluate,
@@ -27,13 +28,23 @@ from teamsight.cli import (
     sweep,
     unreliable,
     verify,
+    watch,
 )
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Group, add_command
 
+# What stands there for somebody who types the name of the program and nothing else.
+_FIRST = """\
+teamsight demo                            watch two teams side by side
+teamsight watch                           watch a team, and change it
+teamsight run --robots 10 --radius 5      how much does a team observe?
+teamsight delta --robots 30 --radius 5    how many neighbours at most?
+teamsight --help                          all commands"""
+
 
 @click.group(
     cls=Group,
+    alone=_FIRST,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     epilog="Results depend on the settings and the seed only, not on the number of workers.",
 )
@@ -45,6 +56,7 @@ def commands() -> None:
     Cooperative Mobile Robot Learning" (2000).
 
     \b
+      teamsight demo                                 two teams side by side, in the browser
       teamsight run --robots 10 --radius 5           one world: how much does the team observe?
       teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
       teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute
@@ -80,6 +92,7 @@ commands.add_command(evolution)
 commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
+add_command(commands, demo.demo, demo.DemoSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
@@ -91,6 +104,7 @@ add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)
+add_command(commands, watch.watch, watch.WatchSettings)
 add_command(evolution, evolve.train, evolve.TrainSettings)
 add_command(evolution, evolve.test, evolve.TestSettings)
 add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)

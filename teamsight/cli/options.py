@@ -136,12 +136,24 @@ class Settings:
 
 
 class Group(click.Group):
-    """A group of commands that suggests the nearest command for an unknown name."""
+    """A group of commands that suggests the nearest command for an unknown name.
+
+    Parameters
+    ----------
+    *given, **further
+        The parameters of `click.Group`.
+    alone : str, optional
+        What the group prints where no command is given; by default its help.
+    """
+
+    def __init__(self, *given: Any, alone: str = "", **further: Any) -> None:
+        super().__init__(*given, **further)
+        self._alone = alone
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if not args:
-            # A group without a command shows its help, and that is no error.
-            click.echo(ctx.get_help())
+            # That is no error.
+            click.echo(self._alone or ctx.get_help())
             ctx.exit()
         return super().parse_args(ctx, args)
 

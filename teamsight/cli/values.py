@@ -18,6 +18,7 @@ from teamsight.world import limits as world_limits
 
 # Python takes long to read longer numbers, or refuses them.
 _LONGEST_NUMBER = 500
+_TRUTH = {"true": True, "false": False}
 _file = partial(paths.path, wanted="a file")
 _folder = partial(paths.path, wanted="a folder")
 
@@ -180,6 +181,28 @@ def word(metavar: str) -> Any:
 def text(help: str, shown: str, *, metavar: str = "TEXT") -> Any:
     """Declare a text without a default."""
     return Option(lambda name, given: given, None, help, metavar, shown)
+
+
+def word_option(default: str, help: str, *, metavar: str = "TEXT") -> Any:
+    """Declare a text with a default."""
+    return Option(lambda name, given: given, default, help, metavar)
+
+
+def assignments(help: str) -> Any:
+    """Declare parameters of a model by name, each as NAME=VALUE; values are numbers, true, false or texts."""
+
+    def check(name: str, given: Iterable[str]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for text in given:
+            parameter, equals, value = text.partition("=")
+            if not equals or not parameter.isidentifier():
+                raise ValueError(f"{name}={checks.shown(text)}: must be NAME=VALUE, as in policy=centroid")
+            if parameter in found:
+                raise ValueError(f"{name}={checks.shown(text)}: is given twice; leave one out")
+            found[parameter] = _TRUTH.get(value, number_in(value))
+        return found
+
+    return Option(check, {}, help, "NAME=VALUE", "none", many=True)
 
 
 def shard(help: str, shown: str) -> Any:

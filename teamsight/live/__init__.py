@@ -1,1 +1,14 @@
 """The live page: a server that shows a running world in a browser and takes controls."""
+
+from typing import TYPE_CHECKING
+
+from teamsight.core.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from teamsight.live.live_page import LivePage, watch
+
+_HOMES = {"LivePage": "teamsight.live.live_page", "watch": "teamsight.live.live_page"}
+
+__all__ = ["LivePage", "watch"]
+
+__getattr__ = lazy_names(__name__, _HOMES, globals())

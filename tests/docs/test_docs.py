@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SET_UP = "python3 -m venv .venv && .venv/bin/pip install -e"
 COMMANDS = [f"{SET_UP} . && .venv/bin/teamsight reproduce", f"{SET_UP} '.[test]' && .venv/bin/pytest"]
 
@@ -47,19 +47,13 @@ def test_the_readme_composes_a_robot_in_ten_lines(tmp_path: Path, capsys: pytest
     assert re.match(r"\d+% of the targets observed", capsys.readouterr().out)
 
 
-WITH_CODE = [
-    "agents", "arenas", "awareness", "contacts", "environments", "events", "extending", "learning", "model", "notebooks",
-    "policies", "sensors", "time",
-]  # fmt: skip
+def test_the_readme_records_a_run_and_steps_an_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run(blocks(ROOT / "README.md")[2], tmp_path)
+    assert (tmp_path / "run.html").stat().st_size < 3_000_000
 
 
-@pytest.mark.short
-@pytest.mark.parametrize("name", WITH_CODE)
-def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
-    run("\n".join(blocks(ROOT / "docs" / f"{name}.md")), tmp_path)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
         if link.startswith("http"):
@@ -67,6 +61,8 @@ def test_links_lead_somewhere(page: Path) -> None:
         name, _, anchor = link.partition("#")
         place = (page.parent / name).resolve() if name else page
         assert place.exists(), link
+        if place.parent.name == "reference" and anchor.startswith("teamsight."):
+            continue  # An anchor of a class or function, which the site makes and .ci/check_site.py checks.
         headings = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE) if anchor else []
         assert not anchor or anchor in [heading.lower().replace(" ", "-") for heading in headings], link
 
@@ -80,23 +76,30 @@ def test_the_index_lists_every_page() -> None:
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.name == "index.md" or f"]({page.name})" in index, page.name
+    for folder in (ROOT / "docs").glob("*/index.md"):
+        assert f"]({folder.parent.name}/index.md)" in index, folder
+        listed = folder.read_text(encoding="utf-8")
+        for page in folder.parent.glob("*.md"):
+            assert page == folder or f"]({page.name})" in listed, page
+
+
+# The moving picture of the README.
+MOVING = "two-teams.gif"
 
 
 def test_pictures_are_small() -> None:
     pictures = list((ROOT / "docs" / "images").iterdir())
     assert pictures
     for picture in pictures:
-        assert picture.stat().st_size < 200_000
+        assert picture.stat().st_size < (2_000_000 if picture.name == MOVING else 200_000)
 
 
 def test_every_dependency_is_explained_with_its_range() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = project["project"]["optional-dependencies"].values()
     required = [
         *project["project"]["dependencies"],
-        *project["project"]["optional-dependencies"]["test"],
-        *project["project"]["optional-dependencies"]["benchmark"],
-        *project["project"]["optional-dependencies"]["evolve"],
-        *(requirement.partition(";")[0] for requirement in project["project"]["optional-dependencies"]["viz"]),
+        *(requirement.partition(";")[0] for extra in extras for requirement in extra),
         *project["build-system"]["requires"],
     ]
     page = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
@@ -106,9 +109,3 @@ def test_every_dependency_is_explained_with_its_range() -> None:
     assert listed == wanted
 
 
-def test_versions_agree() -> None:
-    import teamsight
-
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    cited = re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
-    assert [project["version"]] == cited == [teamsight.__version__]

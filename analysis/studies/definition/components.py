@@ -81,6 +81,8 @@ class Components:
 
     def __init__(self) -> None:
         self._shared: dict[str, object] = {}
+        # How many objects were made that are not shared.
+        self._unshared = 0
 
     def resolved(self, parameters: Mapping[str, object]) -> dict[str, object]:
         """Return parameters with their components made.
@@ -109,13 +111,17 @@ class Components:
         key = f"{reference!r}{canonical(options)}"
         if key in self._shared:
             return self._shared[key]
-        found = _found(name, reference)
+        found, before = _found(name, reference), self._unshared
         if inspect.isclass(found):
             made: object = found(**{key: self.made(f"{name}.{key}", one) for key, one in options.items()})
         elif options:
             raise TypeError(f"{name}={checks.shown(reference)}: is no class and takes no options; give it alone")
         else:
             made = found
-        if made is found or type(made).__module__.startswith("teamsight."):
+        # One of ours may hold one of theirs.
+        is_ours = type(made).__module__.startswith("teamsight.") and self._unshared == before
+        if made is found or is_ours:
             self._shared[key] = made
+        else:
+            self._unshared += 1
         return made

@@ -37,13 +37,7 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    if references.is_reference(model):
-        found = references.load(model, "model")
-    else:
-        found = plug_in("model", "teamsight.models", model, (CMOMMT_NAME,))
-    if not callable(found):
-        raise TypeError(f"model={checks.shown(model)}: cannot be called; give a class, or a function with rng")
-    return found
+    return _callable("model", model, CMOMMT_NAME, "a class, or a function with rng")
 
 
 def measure_of(measure: str) -> Callable[[World, int], Any]:
@@ -63,12 +57,17 @@ def measure_of(measure: str) -> Callable[[World, int], Any]:
         from teamsight.analysis.runs.run_many import summary
 
         return summary
-    if references.is_reference(measure):
-        found = references.load(measure, "record.measure")
+    return _callable("record.measure", measure, SUMMARY_NAME, "a function (world, steps)")
+
+
+def _callable(key: str, value: str, own: str, cure: str) -> Callable[..., Any]:
+    """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
+    if references.is_reference(value):
+        found = references.load(value, key)
     else:
-        found = plug_in("record.measure", "teamsight.measures", measure, (SUMMARY_NAME,))
+        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, (own,))
     if not callable(found):
-        raise TypeError(f"record.measure={checks.shown(measure)}: cannot be called; give a function (world, steps)")
+        raise TypeError(f"{key}={checks.shown(value)}: cannot be called; give {cure}")
     return found
 
 

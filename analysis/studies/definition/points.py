@@ -30,7 +30,10 @@ def read_points(name: str, folder: Path) -> dict[str, list[Any]]:
     given = f"points={checks.shown(name, 200)}"
     path = _place(given, name, folder)
     table = _table(given, path)
-    names = list(table.column_names)
+    try:
+        names = list(table.column_names)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{given}: the name of a column is not UTF-8; save it as UTF-8") from error
     for column in names:
         if names.count(column) > 1:
             raise ValueError(f"{given}: has the column {checks.shown(column)} twice; keep one")

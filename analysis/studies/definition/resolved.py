@@ -36,6 +36,11 @@ _PLACES = {
 }
 
 
+def _replicates(given: Any) -> int:
+    # Too few are not cured by fewer.
+    return checks.count("replicates", checks.count("replicates", given), most=MOST_RUNS, cure="give fewer")
+
+
 def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a study by name; raise TypeError or ValueError for wrong ones."""
     fixed, axes = (_table(where, given[where]) for where in ("fixed", "axes"))
@@ -46,7 +51,7 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
         "zip": _groups(given["zip"]),
         "points": None if given["points"] is None else columns_of("points", given["points"]),
         "sample": sample_of(given["sample"]),
-        "replicates": checks.count("replicates", given["replicates"], most=MOST_RUNS, cure="give fewer, of more steps"),
+        "replicates": _replicates(given["replicates"]),
         "steps": limits.steps(given["steps"]),
         "seed": checks.count("seed", given["seed"], least=0, most=checks.MOST_SEED, cure="give another seed"),
         "pairing": checks.choice("pairing", given["pairing"], PAIRINGS),

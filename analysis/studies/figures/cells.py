@@ -104,12 +104,16 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
 
     Raises
     ------
+    TypeError
+        If several values are given for one axis.
     ValueError
         If there is no such axis, or no setting with the value.
     """
     found = np.ones(len(settings), bool)
     for name, value in where.items():
         checks.choice("where", name, list(settings.columns))
+        if isinstance(value, list | tuple | set | np.ndarray | pd.Series):
+            raise TypeError(f"where={name}={checks.shown(value)}: must be one value; draw one picture for each")
         column = settings[name]
         has_value = np.array([is_same(one, value) for one in column.unique()], bool)
         if not has_value.any():

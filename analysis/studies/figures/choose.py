@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from itertools import product
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.figures.cells import Cells
-from teamsight.analysis.studies.figures.dimension import Dimension
+from teamsight.analysis.studies.figures.dimension import Dimension, text_of
 from teamsight.core import checks
 
 #: Kinds of pictures.
@@ -56,7 +57,8 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
         kind = _suitable(cells, given)
     if kind == "runs":
         if cells.dimensions:
-            raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} vary; {_where(cells.dimensions)}")
+            verb = "varies" if len(cells.dimensions) == 1 else "vary"
+            raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} {verb}; {_where(cells.dimensions)}")
         return Choice("runs")
     if kind == "scatter":
         return Choice("scatter", given[0], given[1])
@@ -97,7 +99,7 @@ def _on_a_grid(cells: Cells, kind: str, given: list[Dimension | None]) -> Choice
     if kind == "surface":
         for side in (x, y):
             if side is not None and side.numbers is None:
-                raise ValueError(f"kind=surface: needs numbers, but {side.names[0]} has texts; give --kind heat-map")
+                raise ValueError(f"kind=surface: needs numbers, but {side.names[0]} has none; give --kind heat-map")
     rest = tuple(one for one in cells.dimensions if one is not x and one is not y)
     _check_panels(rest)
     _check_filled(cells, kind, x, y, rest)
@@ -143,4 +145,6 @@ def _names(cells: Cells) -> str:
 
 def _where(dimensions: tuple[Dimension, ...]) -> str:
     widest = max(dimensions, key=len)
-    return f"choose a value, as in --where {widest.names[0]}={widest.texts[0]}"
+    # The value alone: texts are shortened, and those of axes that advance together are joined.
+    given = f"{widest.names[0]}={text_of(widest.values[0][0])}"
+    return f"choose a value, as in --where {shlex.quote(given)}"

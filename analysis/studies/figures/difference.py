@@ -118,13 +118,13 @@ def pair(table: pd.DataFrame, base: pd.DataFrame, axes: Sequence[str], measure: 
     """
     keys = [*axes, *_NOISE]
     left, right = (_keyed(one, keys, measure) for one in (table, base))
-    right = right[right["value"].notna()]
-    if right.duplicated(keys).any():
+    valued = right[right["value"].notna()]
+    if valued.duplicated(keys).any():
         raise ValueError(
             f"{', '.join(axes) or 'axes'}: several runs to subtract have the same values, replicate and seed; give "
             "where= a value of the other study's further axes (--where NAME=VALUE)"
         )
-    both = left.assign(row=np.arange(len(left))).merge(right, on=keys, suffixes=("", "_base"))
+    both = left.assign(row=np.arange(len(left))).merge(valued, on=keys, suffixes=("", "_base"))
     both = both[both["value"].notna()]
     if not len(both):
         raise ValueError(f"minus: {_unpaired(left, right, list(axes))}")
@@ -147,6 +147,9 @@ def _key(value: object) -> str:
 def _unpaired(left: pd.DataFrame, right: pd.DataFrame, axes: list[str]) -> str:
     """Return why no runs are paired, and what to do."""
     counts = f"none of the {len(left):,} runs is paired with one of the {len(right):,} of the other study"
+    for which, one in (("the study", left), ("that which is subtracted", right)):
+        if len(one) and one["value"].isna().all():
+            return f"{counts}: the measure has no value in any run of {which}; give another measure (--measure)"
     if axes and not len(left.merge(right[axes].drop_duplicates(), on=axes)):
         return f"{counts}: they have no values of {', '.join(axes)} in common; run both studies over the same values"
     return f'{counts}: their seeds differ; give both studies the same seed and pairing = "scenario"'

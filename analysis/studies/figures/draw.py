@@ -9,7 +9,7 @@ import numpy as np
 
 from teamsight.analysis.studies.describe import conditions, what_is_missing
 from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
-from teamsight.analysis.studies.figures.choose import choose
+from teamsight.analysis.studies.figures.choose import Choice, choose
 from teamsight.analysis.studies.figures.difference import check_comparable, pair
 from teamsight.analysis.studies.figures.page import Picture
 from teamsight.analysis.studies.figures.quantity import Quantity
@@ -37,31 +37,31 @@ def draw(
     ----------
     results : StudyTables
         The study.
-    kind : {"auto", "heat-map", "lines", "surface", "scatter", "runs"}
-        The kind of picture; "auto" chooses one that suits the axes.
-    x, y : str, optional
-        The axes along the picture's two directions; lines have a line for each value of `y`. Further axes become
-        panels.
-    measure : str, optional
-        What is drawn; the first measure by default.
     minus : StudyTables, optional
         A study that is subtracted, run by run, where both have the same values of their common axes, the same
         replicate and the same seed; see `check_comparable`.
-    across : collection of str
-        Parameters, or "model", in which the two studies may differ although one of them varies it.
-    where : mapping, optional
-        Values of axes; only settings with these values are drawn.
+    kind, x, y, measure, across, where
+        As in `StudyResults.plot`.
 
     Raises
     ------
     ValueError
         If there is nothing to draw, or the axes do not suit the kind of picture.
     """
+    from matplotlib.text import Text
+
     name = results.measured(measure)
     if minus is not None:
         check_comparable(results, minus, across, where or {})
     picture = _picture(results, Quantity(name, minus is not None), minus, where or {})
-    choice = choose(picture.cells, kind, x, y)
+    figure = _drawn(picture, choose(picture.cells, kind, x, y))
+    for text in figure.findobj(Text):
+        # Names and values are no formulas, even between two $.
+        text.set_parse_math(False)
+    return figure
+
+
+def _drawn(picture: Picture, choice: Choice) -> Canvas:
     if choice.kind == "heat-map":
         from teamsight.analysis.studies.figures.heat_map import draw_heat_map
 
@@ -87,7 +87,9 @@ def _picture(
     results: StudyTables, quantity: Quantity, minus: StudyTables | None, where: Mapping[str, object]
 ) -> Picture:
     frame, setting = results.frame, results.setting_numbers
-    values = frame[quantity.name].to_numpy(float) * quantity.factor
+    values = frame[quantity.name].to_numpy(float)
+    quantity = quantity.of_size(values)
+    values = values * quantity.factor
     source, warning = conditions(results), what_is_missing(results)
     # An axis of the study that is subtracted may be chosen, too.
     others = set(minus.axes if minus is not None else ()) - set(results.axes)
@@ -104,7 +106,7 @@ def _picture(
         missing = what_is_missing(minus)
         warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
     # The difference of two flags is a number, and a flag named as a fraction is drawn in percent.
-    are_flags = minus is None and quantity.factor == 1.0 and results.is_flag(quantity.name)
+    are_flags = minus is None and not quantity.is_percent and results.is_flag(quantity.name)
     cells = cells_of(results.settings, results.groups, values, setting, are_flags=are_flags)
     if where:
         cells = cells.among(chosen, [f"{axis} = {value}" for axis, value in where.items()])

@@ -173,7 +173,7 @@ def _notes(picture: Picture, texts: _Texts) -> list[str]:
         brackets = " (in brackets)" if texts.sizes else ""
         notes.append(f"{is_open.sum():,} of {cells['n'].gt(0).sum():,} intervals include 0{brackets}")
     if (cells["n"] == 0).any():
-        notes.append("grey: no runs")
+        notes.append("grey: no values" if np.isnan(picture.cells.values).any() else "grey: no runs")
     return notes
 
 

@@ -25,12 +25,15 @@ from teamsight.analysis.studies.figures.panels import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure as Canvas
 
 # A panel [inches].
 _WIDTH, _HEIGHT = 5.2, 3.9
 # Numbers written at their ticks; more get round ticks.
 _MOST_TICKS = 12
+# What a panel's vertical axis takes of its width [inches].
+_BESIDE_PANEL = 0.5
 # From dark to light; without the lightest shades, which are faint on white.
 _SHADES = 0.0, 0.86
 # Share of the distance of two texts over which the lines' points are spread.
@@ -96,11 +99,23 @@ def _draw_panel(
         # A row for each level, so that a line has a gap where there are no runs.
         rows = cells[of].set_index(x.levels[of]).reindex(range(len(x)))
         label = "" if y is None else y.texts[level]
+        # Matplotlib hides empty labels, and those that begin with _.
+        label = f" {label}" if y is not None and label[:1] in ("", "_") else label
         if x.numbers is not None:
             draw_band(axes, x.numbers, rows, colour, label, marker="o", markersize=4 if len(x) <= 40 else 0)
+            # Between gaps there is no band.
+            alone = _alone(rows) & np.isfinite(rows["high"].to_numpy())
+            if alone.any():
+                axes.vlines(x.numbers[alone], rows["low"][alone], rows["high"][alone], color=colour, linewidth=1.3)
         else:
             aside = 0.0 if number == 1 else _BESIDE * (level / (number - 1) - 0.5)
             draw_points(axes, x.places + aside, rows, colour, label)
+
+
+def _alone(rows: pd.DataFrame) -> NDArray[np.bool_]:
+    """Return which cells have runs, while those beside them have none."""
+    known = np.concatenate(([False], rows["n"].to_numpy() > 0, [False]))
+    return known[1:-1] & ~known[:-2] & ~known[2:]
 
 
 def draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour: Any, label: str = "") -> None:
@@ -116,7 +131,7 @@ def draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour:
 
 def scale(axes: Axes, x: Dimension, width: float) -> None:
     """Scale the horizontal axis of some width [inches], and write its values."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
+    from matplotlib.ticker import MaxNLocator, NullLocator
 
     if x.numbers is None:
         label_ticks(axes.xaxis, x, width / len(x))
@@ -124,7 +139,8 @@ def scale(axes: Axes, x: Dimension, width: float) -> None:
         return
     if x.is_logarithmic:
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        write_plainly(axes.xaxis)
+    width -= _BESIDE_PANEL
     places = np.log(x.numbers) if x.is_logarithmic else x.numbers
     room = width * np.diff(places).min() / np.ptp(places) if len(x) > 1 else width
     if len(x) <= _MOST_TICKS and room > 0.1 + 0.08 * max(map(len, x.texts)):
@@ -132,6 +148,14 @@ def scale(axes: Axes, x: Dimension, width: float) -> None:
         axes.xaxis.set_minor_locator(NullLocator())
     elif not x.is_logarithmic:
         axes.xaxis.set_major_locator(MaxNLocator(8, integer=bool((x.numbers % 1 == 0).all())))
+
+
+def write_plainly(axis: Axis) -> None:
+    """Write the numbers of a logarithmic axis without formulas."""
+    from matplotlib.ticker import FuncFormatter, LogFormatter
+
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
 
 
 def _interval_note(picture: Picture, x: Dimension) -> str:

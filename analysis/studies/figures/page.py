@@ -79,7 +79,7 @@ def runs_of(cells: Cells, what: str) -> str:
     """Return how many runs each cell has, as in "10 runs a cell"."""
     n = cells.statistics["n"].to_numpy()
     if not len(n) or not n.max():
-        return "no runs yet"
+        return "no run has a value" if len(cells.values) else "no runs yet"
     least, most = int(n.min()), int(n.max())
     number = f"{most:,}" if least == most else f"{least:,} to {most:,}"
     return f"{number} {'run' if least == most == 1 else 'runs'} {what}"

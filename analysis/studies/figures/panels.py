@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 _MOST_COLUMNS = 4
 # Ticks with a text along one side.
 _MOST_TICKS = 32
+# Numbers of which some get no text have at least so many ticks.
+_LEAST_TICKS = 8
 # Width of a character of a tick [inches].
 _CHARACTER = 0.08
 # Height of a line of ticks [inches].
@@ -93,8 +95,11 @@ def label_ticks(axis: Axis, dimension: Dimension, width: float = math.inf) -> No
 
 def _every(dimension: Dimension, width: float) -> int:
     """Return which levels get a text, so that even rotated ones stay apart."""
-    every = math.ceil(len(dimension) / _MOST_TICKS)
-    return max(every, math.ceil(_LINE / width))
+    every = max(math.ceil(len(dimension) / _MOST_TICKS), math.ceil(_LINE / width))
+    level = math.ceil(width_of(dimension) / width)
+    # Of many numbers, some that stand level are read more easily than all.
+    is_ruler = dimension.numbers is not None and len(dimension) >= _LEAST_TICKS * level
+    return max(every, level) if is_ruler else every
 
 
 def _rotation(dimension: Dimension, width: float) -> int:
@@ -137,7 +142,7 @@ def _view_of(picture: Picture) -> tuple[float, float] | None:
     shown = np.minimum(np.where(np.isfinite(wide), wide, 0.0), most)
     low, high = float((mean - shown[:, 0]).min()), float((mean + shown[:, 1]).max())
     quantity = picture.quantity
-    if quantity.factor != 1.0 and not quantity.is_difference:
+    if quantity.is_percent and not quantity.is_difference:
         low, high = max(low, 0.0), min(high, quantity.factor)
     if quantity.is_difference:
         low, high = min(low, 0.0), max(high, 0.0)

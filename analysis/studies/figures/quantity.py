@@ -7,9 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from teamsight.analysis.plot.style import superscript
+
 # Digits of a quantity whose intervals are unknown.
 _DIGITS = 3
 _MOST_DECIMALS = 6
+# Largest values that are written without a power of ten.
+_SMALLEST, _LARGEST = 1e-4, 1e7
 # Relative to the mean.
 _ROUNDING = 1e-12
 
@@ -26,16 +30,24 @@ class Quantity:
         Whether it is a difference, in which 0 is special.
     decimals : int
         Decimals of its numbers.
+    power : int
+        The power of ten by which its numbers are divided.
     """
 
     name: str
     is_difference: bool = False
     decimals: int = 1
+    power: int = 0
+
+    @property
+    def is_percent(self) -> bool:
+        """Whether it is written in percent."""
+        return self.name.endswith("fraction")
 
     @property
     def factor(self) -> float:
         """What values are multiplied by before they are written."""
-        return 100.0 if self.name.endswith("fraction") else 1.0
+        return 100.0 if self.is_percent else 10.0**-self.power
 
     @property
     def title(self) -> str:
@@ -47,8 +59,27 @@ class Quantity:
     def label(self) -> str:
         """The name in words with its unit; of a difference, which is long, without the name of the measure."""
         if self.is_difference:
-            return "difference" + "  [percentage points]" * (self.factor != 1.0)
-        return self.title + "  [%]" * (self.factor != 1.0)
+            return "difference" + ("  [percentage points]" if self.is_percent else self._unit)
+        return self.title + ("  [%]" if self.is_percent else self._unit)
+
+    @property
+    def _unit(self) -> str:
+        return f"  [10{superscript(str(self.power))}]" if self.power else ""
+
+    def of_size(self, values: NDArray[np.float64]) -> Quantity:
+        """Return the quantity with a power of ten by which very large and very small values are divided.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (n,)
+            Values of the measure.
+        """
+        sizes = np.abs(values[np.isfinite(values)])
+        largest = float(sizes.max()) if len(sizes) else 0.0
+        if self.is_percent or largest == 0.0 or _SMALLEST <= largest < _LARGEST:
+            return self
+        # Powers of a thousand, but no further than a float goes.
+        return replace(self, power=int(np.clip(3 * np.floor(np.log10(largest) / 3), -300, 300)))
 
     def write(self, value: float) -> str:
         """Return a value in the unit of the quantity; a difference has a sign."""
@@ -78,7 +109,7 @@ class Quantity:
         mean, half_width : ndarray of float64, shape (n,)
             Means and half widths in the unit of the quantity.
         """
-        known = half_width[np.isfinite(half_width) & (half_width > 0)]
+        known = half_width[np.isfinite(half_width) & (half_width > _ROUNDING * np.abs(mean))]
         means = np.abs(mean[np.isfinite(mean)])
         if len(known):
             decimals = -np.floor(np.log10(np.median(known) / 2))

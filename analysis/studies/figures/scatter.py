@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from teamsight.analysis.plot.style import COLOURS, DIVERGING, FAINT, SEQUENTIAL, plain
 from teamsight.analysis.studies.figures.choose import MOST_PANELS, Choice
 from teamsight.analysis.studies.figures.dimension import Dimension
-from teamsight.analysis.studies.figures.lines import draw_points, scale
+from teamsight.analysis.studies.figures.lines import draw_points, scale, write_plainly
 from teamsight.analysis.studies.figures.page import Picture, page, runs_of
 from teamsight.analysis.studies.figures.panels import (
     colour_bar,
@@ -42,7 +44,8 @@ def draw_scatter(picture: Picture, choice: Choice) -> Canvas:
     wide = (4.6 if len(dimensions) > 1 else 6.8) * layout.columns
     notes = [_settings(picture)]
     if len(picture.cells.statistics) <= _MOST_BARS:
-        notes += ["bars are 95 % intervals", note_on_view(picture)]
+        has_bars = np.isfinite(picture.cells.statistics["high"]).any()
+        notes += ["bars are 95 % intervals" if has_bars else "intervals need two runs", note_on_view(picture)]
     figure = page(picture, title, notes, wide, 3.7 * layout.rows)
     axes = layout.axes_of(figure, sharey=True)
     for number, (place, dimension) in enumerate(zip(axes.flat, dimensions, strict=False)):
@@ -93,6 +96,7 @@ def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
         label_ticks(axes.yaxis, y)
     elif y.is_logarithmic:
         axes.set_yscale("log")
+        write_plainly(axes.yaxis)
     colour_bar(figure, points, axes, picture.quantity.label)
     return figure
 

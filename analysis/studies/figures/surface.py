@@ -36,6 +36,14 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     title = picture.quantity.title
     title = f"{title[0].upper()}{title[1:]} by {x.label} and {y.label}"
     notes = [f"means of {runs_of(picture.cells, 'a vertex')}", "a heat map shows the intervals"]
+    grids = [_grid(picture, x, y, settings) for _, settings in panels]
+    if not any(_faces(grid).any() for grid in grids):
+        raise ValueError(
+            "kind=surface: needs runs of four settings that are neighbours along both axes; give --kind "
+            f"{'heat-map' if picture.cells.is_grid else 'scatter'}"
+        )
+    if not all(_faces(grid).all() for grid in grids):
+        notes.append("no surface beside settings without runs")
     figure = page(picture, title, notes, layout.columns * size + 0.6, layout.rows * 0.88 * size)
     norm = colour_range(picture)
     colours = matplotlib.colormaps[DIVERGING if picture.quantity.is_difference else SEQUENTIAL]
@@ -45,11 +53,7 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     heights = (min(0.0, np.nanmin(means)), max(0.0, np.nanmax(means))) if picture.quantity.is_difference else None
     look = Look(picture.quantity.label, picture.quantity.write, low, high, heights=heights)
     axes = layout.axes_of(figure, subplot_kw={"projection": "3d"})
-    for place, (name, settings) in zip(axes.flat, panels, strict=False):
-        cells = picture.cells.statistics["mean"].to_numpy()
-        chosen = np.ones(len(cells), bool) if settings is None else settings
-        grid = np.full((len(y), len(x)), np.nan)
-        grid[y.levels[chosen], x.levels[chosen]] = cells[chosen]
+    for place, (name, _), grid in zip(axes.flat, panels, grids, strict=False):
         table = pd.DataFrame(grid, index=_places(y), columns=_places(x))
         draw_surface(place, table, look, norm, colours, (y.label, x.label))
         place.view_init(elev=27, azim=_azimuth(grid))
@@ -60,6 +64,22 @@ def draw_surfaces(picture: Picture, choice: Choice) -> Canvas:
     # The vertical axis has the label.
     colour_bar(figure, matplotlib.cm.ScalarMappable(norm, colours), axes, "", pad=0.5)
     return figure
+
+
+def _grid(picture: Picture, x: Dimension, y: Dimension, settings: NDArray[np.bool_] | None) -> NDArray[np.float64]:
+    """Return the means of a panel, rows along y; NaN without runs."""
+    cells = picture.cells.statistics["mean"].to_numpy()
+    chosen = np.ones(len(cells), bool) if settings is None else settings
+    grid = np.full((len(y), len(x)), np.nan)
+    grid[y.levels[chosen], x.levels[chosen]] = cells[chosen]
+    return grid
+
+
+def _faces(grid: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return where all four corners of the surface are known."""
+    known = np.isfinite(grid)
+    found: NDArray[np.bool_] = known[:-1, :-1] & known[1:, :-1] & known[:-1, 1:] & known[1:, 1:]
+    return found
 
 
 def _azimuth(grid: NDArray[np.float64]) -> float:

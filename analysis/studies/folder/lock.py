@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from teamsight.analysis.studies.folder import file_lock
 from teamsight.analysis.studies.folder.layout import ARRAY, LOCK, SHARD_LOCK, shard_file
-from teamsight.core import files
+from teamsight.core import checks, files
 
 # A reader of the status holds the lock for an instant, which must not refuse a sweep.
 _TRIES, _PAUSE = 6, 0.05
@@ -51,6 +51,19 @@ class Holder(NamedTuple):
     def __str__(self) -> str:
         what = f"shard {self.shard}" if self.shard else "a sweep"
         return f"{what}, process {self.pid} on {self.host} since {self.since}" if self.pid else f"{what}, now starting"
+
+
+def check_shard(shard: tuple[int, int] | None) -> None:
+    """Refuse a shard that is not i of n, from 1.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not an integer, or out of range.
+    """
+    if shard is not None:
+        part, parts = shard
+        checks.count("shard", part, most=checks.count("shard", parts), cure="shards i/n are numbered from 1")
 
 
 @contextlib.contextmanager

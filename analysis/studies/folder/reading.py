@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,12 +94,26 @@ def _without_empty(table: pa.Table) -> pa.Table:
 
 
 def _counting(folder: Path, kind: str) -> list[Part]:
-    """Return the parts that count: those of shards that are done."""
+    """Return the parts that count: of kinds other than `DONE`, those that were written beside one of runs."""
     found = parts.listed(folder, kind)
     if kind in DONE:
         return found
-    done = {part.shard for each in DONE for part in parts.listed(folder, each)}
-    return [part for part in found if part.shard in done]
+    runs: dict[str, Part] = {}
+    for part in parts.listed(folder, "runs"):
+        runs.setdefault(part.shard, part)
+    several = {shard for shard, count in Counter(part.shard for part in found).items() if count > 1}
+    # Rarely are there several: a sweep was killed before it wrote the runs, and another version made them again.
+    beside = {shard: _beside(runs[shard], kind) for shard in several.intersection(runs)}
+    return [
+        part for part in found if part.shard in runs and beside.get(part.shard, part.path.name) == part.path.name
+    ]  # fmt: skip
+
+
+def _beside(runs: Part, kind: str) -> str | None:
+    """Return the name of the part of a kind that was written beside one of runs; None if none was."""
+    with contextlib.suppress(FileNotFoundError, DamagedError):
+        return parts.beside(runs, parts.load(runs)).get(kind)
+    return None
 
 
 def _runs(part: Part, table: pa.Table) -> RunSet:

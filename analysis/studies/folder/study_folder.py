@@ -14,7 +14,7 @@ from teamsight.analysis.studies.folder.aside import remove_drafts, set_aside
 from teamsight.analysis.studies.folder.file_lock import opened
 from teamsight.analysis.studies.folder.index import Index
 from teamsight.analysis.studies.folder.layout import ARRAY, DONE, KINDS, MANIFEST, PROGRESS
-from teamsight.analysis.studies.folder.lock import locked
+from teamsight.analysis.studies.folder.lock import check_shard, locked
 from teamsight.analysis.studies.folder.manifest import Manifest, read_manifest
 from teamsight.analysis.studies.folder.parts import Damaged
 from teamsight.analysis.studies.folder.preparation import make_own_folder, prepared, settled
@@ -161,8 +161,7 @@ class StudyFolder:
         UnwritableError
             If the folder cannot be written, or holds something else.
         """
-        if shard is not None:
-            checks.count("shard", shard[0], most=checks.count("shard", shard[1]), cure="give i/n with i from 1 to n")
+        check_shard(shard)
         make_own_folder(self.path)
         with locked(self.path, shard, wait, waiting):
             yield

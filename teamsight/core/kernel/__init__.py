@@ -18,14 +18,17 @@ from teamsight.core.kernel.intrinsics import (
     below_64,
     bits_of,
     call,
+    equal_eight,
     float_of,
     near_eight,
     ones,
+    put_eight_bytes,
+    put_eight_parts,
     scratch,
 )
 from teamsight.core.kernel.record import Packed, Record
 
 __all__ = [
-    "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "bits_of", "call", "float_of", "inlined", "kernel",
-    "near_eight", "ones", "plain", "scratch", "specialise",
+    "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "bits_of", "call", "equal_eight", "float_of",
+    "inlined", "kernel", "near_eight", "ones", "plain", "put_eight_bytes", "put_eight_parts", "scratch", "specialise",
 ]  # fmt: skip

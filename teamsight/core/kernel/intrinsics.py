@@ -156,6 +156,69 @@ def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any
     return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
 
 
+def _eight_of(context: Any, builder: Any, kind: Any, value: Any, first: Any, element: Any) -> Any:
+    """Write code that returns a pointer to the 8 elements of an array that begin at the index `first`."""
+    place = builder.gep(make_array(kind)(context, builder, value).data, [first])
+    return builder.bitcast(place, ir.VectorType(element, 8).as_pointer())
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_eight_parts(typing_context: Any, values: Any, first: Any, low: Any, factor: Any, out: Any, at: Any) -> Any:
+    """Write the nearest whole numbers to ``(values - low) * factor``, minus 32,768, for 8 elements from `first` on.
+
+    `values` is an array of float64, `out` one of int16; what is written must be in its range. `low` and `factor` are
+    tuples of two float64: for every other element, from the first on, and for those after them.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes, words = ir.VectorType(ir.DoubleType(), 8), ir.VectorType(ir.IntType(32), 8)
+
+        def by_turns(pair: Any) -> Any:
+            one, other = (_in_all(builder, lanes, number) for number in cgutils.unpack_tuple(builder, pair))
+            order = ir.Constant(ir.VectorType(ir.IntType(32), 8), [lane + 8 * (lane % 2) for lane in range(8)])
+            return builder.shuffle_vector(one, other, order)
+
+        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.DoubleType())
+        part = builder.fmul(builder.fsub(builder.load(place, align=8), by_turns(arguments[2])), by_turns(arguments[3]))
+        whole = builder.fptosi(builder.fadd(part, ir.Constant(lanes, [0.5] * 8)), words)
+        shorts = builder.trunc(builder.sub(whole, ir.Constant(words, [32_768] * 8)), ir.VectorType(ir.IntType(16), 8))
+        place = _eight_of(context, builder, signature.args[4], arguments[4], arguments[5], ir.IntType(16))
+        builder.store(shorts, place, align=2)
+        return context.get_dummy_value()
+
+    i8, two = numba.types.int64, numba.types.UniTuple(numba.types.float64, 2)
+    return numba.types.void(values, i8, two, two, out, i8), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def put_eight_bytes(typing_context: Any, values: Any, first: Any, out: Any, at: Any) -> Any:
+    """Write the lowest bytes of 8 int64, from `first` on, into an array of uint8."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.IntType(64))
+        low = builder.trunc(builder.load(place, align=8), ir.VectorType(ir.IntType(8), 8))
+        place = _eight_of(context, builder, signature.args[2], arguments[2], arguments[3], ir.IntType(8))
+        builder.store(low, place, align=1)
+        return context.get_dummy_value()
+
+    return numba.types.void(values, numba.types.int64, out, numba.types.int64), generate
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def equal_eight(typing_context: Any, values: Any, first: Any, one: Any, other: Any) -> Any:
+    """Return a word in which bit i is set if ``values[first + i]`` is one of two numbers, for 8 int64."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = ir.VectorType(ir.IntType(64), 8)
+        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.IntType(64))
+        eight = builder.load(place, align=8)
+        found = [builder.icmp_signed("==", eight, _in_all(builder, lanes, wanted)) for wanted in arguments[2:]]
+        return builder.zext(builder.bitcast(builder.or_(*found), ir.IntType(8)), ir.IntType(64))
+
+    i8 = numba.types.int64
+    return numba.types.uint64(values, i8, i8, i8), generate
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""

@@ -123,6 +123,13 @@ def logging_types(world: World, steps: int) -> dict[str, Any]:
     return {"ticks": world.tick}
 
 
+def logging_at_times(world: World, steps: int) -> dict[str, Any]:
+    """Log an event with a detail that some runs do not have."""
+    world.run(steps)
+    world.log("ended", word="odd" if world.seed_used % 2 else None)
+    return {"ticks": world.tick}
+
+
 def compiling(robots: int = 2, *, rng: int) -> World:
     """Announce a compilation, as the first use of a kernel on a machine does."""
     from teamsight.core.kernel import entry

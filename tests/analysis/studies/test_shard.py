@@ -191,6 +191,15 @@ def test_a_detail_of_an_event_of_another_type_fails_its_run_alone() -> None:
     assert len(result.failed) == 12 - result.done
 
 
+def test_a_detail_of_events_that_only_some_runs_have() -> None:
+    study = odd("cmommt", "logging_at_times", replicates=12, record=Record("odd_models:logging_at_times", events=True))
+    result = make_shard(shard_of(study))
+    assert (result.done, result.failed, result.kinds["events/word"]) == (12, (), "text")
+    words = table(result, "events")["word"]
+    assert set(words.dropna()) == {"odd"}
+    assert words.isna().any()
+
+
 def test_details_of_events_have_one_type_in_all_parts() -> None:
     study = odd("cmommt", "logging", replicates=2, record=Record("odd_models:logging", events=True))
     events = pq.read_table(io.BytesIO(make_shard(shard_of(study)).parts["events"]))

@@ -259,7 +259,7 @@ def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_tak
     shards = iter(sharder := sharding.Sharding(plan, common, Selection(plan, np.array([1000])), 1))
     first = next(shards)
     assert len(first.shard.runs) == 1
-    sharder.measured(first, 0.02)
+    sharder.measured(first, 0.02, 1)
     assert len(next(shards).shard.runs) in (50, 51)
     # With several workers, the last ones are smaller.
     few = sharding.Sharding(plan, common, Selection(plan, np.array([100])), 2, rate=first.cost / 0.02)
@@ -267,6 +267,22 @@ def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_tak
     assert sizes[0] in (12, 13)
     assert sizes[-1] <= 5
     assert sum(sizes) == 100
+
+
+def test_runs_that_fail_at_once_do_not_make_shards_that_take_long() -> None:
+    plan = odd("Own", axes={"robots": [2]}, replicates=5000).plan()
+    common: Any = type("Common", (), {"model": "odd_models:Own"})
+    shards = iter(sharder := sharding.Sharding(plan, common, Selection(plan, np.array([5000])), 1))
+    sharder.measured(next(shards), 1e-4, 0)
+    second = next(shards)
+    assert len(second.shard.runs) in (100, 101)
+    # One of them has made all of the work.
+    sharder.measured(second, 0.1, 1)
+    third = next(shards)
+    assert len(third.shard.runs) in (10, 11)
+    # Slower ones count at once.
+    sharder.measured(third, 5.0, 10)
+    assert len(next(shards).shard.runs) in (2, 3)
 
 
 @pytest.mark.short

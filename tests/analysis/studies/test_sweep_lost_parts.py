@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from teamsight.analysis.studies import sharding
+from teamsight.analysis.studies.folder import parts as part_files
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.folder.verify import verify
 from teamsight.analysis.studies.study import Record
 from teamsight.analysis.studies.sweep import sweep
@@ -25,3 +30,20 @@ def test_a_lost_part_of_any_kind_is_made_again(kind: str, tmp_path: Path, monkey
     assert sweep(study, tmp_path).made == 2
     assert before.items() <= parts(tmp_path).items()
     assert not verify(tmp_path).damaged
+
+
+def test_what_a_killed_sweep_of_another_version_has_left_is_not_read(tmp_path: Path) -> None:
+    """It had written the steps of a shard, but not its runs."""
+    sweep(odd("cmommt", record=Record(steps=True)), tmp_path)
+    (part,) = part_files.listed(tmp_path, "steps")
+    whole = StudyFolder(tmp_path).read("steps")
+    for other in range(20):
+        # Some of them have names before that of the part that counts.
+        target = io.BytesIO()
+        table = pq.read_table(part.path)
+        pq.write_table(table.set_column(2, table.schema.names[2], pa.array([other] * table.num_rows)), target)
+        part_files.write(tmp_path, "steps", part.shard, target.getvalue())
+    assert part_files.listed(tmp_path, "steps")[0].path != part.path
+    assert StudyFolder(tmp_path).read("steps").equals(whole)
+    next((tmp_path / "runs").iterdir()).unlink()
+    assert not StudyFolder(tmp_path).read("steps").num_rows

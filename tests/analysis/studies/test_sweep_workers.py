@@ -43,6 +43,15 @@ def test_a_killed_worker_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyP
     same_rows(tmp_path / "out", tmp_path / "whole")
 
 
+def test_a_run_that_leaves_the_program_fails_on_workers_as_in_this_process(tmp_path: Path) -> None:
+    study = odd("leaving", axes={"robots": [3, 2]})
+    summary = sweep(study, tmp_path / "workers", workers=2)
+    assert (summary.done, summary.failed) == (1, 1)
+    sweep(study, tmp_path / "alone")
+    for kind in ("runs", "failed"):
+        same_rows(tmp_path / "workers", tmp_path / "alone", kind)
+
+
 def test_one_run_of_fifty_always_ends_its_process(tmp_path: Path) -> None:
     study = odd("crashing", points={"robots": [9, *([2, 3, 4, 5, 6, 7, 8] * 7)], "radius": [4.0 + k / 100 for k in range(50)]})
     summary = sweep(study, tmp_path / "out", workers=2)

@@ -89,7 +89,7 @@ def test_components_are_coordinates_of_text() -> None:
 
 def test_without_xarray_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(ModuleNotFoundError, match=r"install teamsight\[xarray\]"):
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'teamsight\[xarray\]'"):
         results(GRID).to_xarray()
 
 

@@ -66,6 +66,12 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "class Frozen:\n"
         "    size: int\n"
         "    inner: object = None\n"
+        "from teamsight.agents.components.durations import Duration\n"
+        "class Growing(Duration):\n"
+        "    count = 0\n"
+        "    def draw(self, uniform):\n"
+        "        self.count += 1\n"
+        "        return self.count\n"
         "value = {'a': 1}\n"
         "def rule(*a): return 1\n"
     )
@@ -98,9 +104,11 @@ def test_texts_and_tables_of_a_file(module: Path) -> None:
 def test_what_can_change_is_made_for_each_run_and_what_cannot_is_shared(module: Path) -> None:
     components = Components()
     ours, theirs = {"use": "teamsight:Cycle", "period": 5}, {"use": "my_components:Counting"}
-    first, second = (components.resolved({"cycle": ours, "policy": theirs}) for _ in range(2))
+    both = {"use": "teamsight:Failures", "time_to_failure": {"use": "my_components:Growing"}}
+    first, second = (components.resolved({"cycle": ours, "policy": theirs, "both": both}) for _ in range(2))
     assert first["cycle"] is second["cycle"]
     assert first["policy"] is not second["policy"]
+    assert first["both"] is not second["both"]
 
 
 @dataclass

@@ -244,6 +244,7 @@ CSV = {
     "dates": ("robots\n2020-01-01\n", ["column 'robots' has the type date32"]),
     "rows twice": ("robots,radius\n1,2\n3,4\n1,2\n", ["occurs twice", "value 1 and 3"]),
     "infinity": ("radius\ninf\n", ["radius[0]=inf", "finite"]),
+    "names of another encoding": (b"gr\xf6\xdfe\n1\n", ["points='p.csv'", "name of a column is not UTF-8; save it as UTF-8"]),
     "another encoding": (b"policy\n\xff\xfe\n", ["points='p.csv'", "UTF-8"]),
 }
 
@@ -257,6 +258,11 @@ def test_wrong_points(tmp_path: Path, case: str) -> None:
     assert "\n" not in str(error.value)
     for word in words:
         assert word in str(error.value)
+
+
+def test_too_few_replicates_are_not_to_be_fewer() -> None:
+    with pytest.raises(ValueError, match="replicates=0: must be at least 1$"):
+        Study(replicates=0)
 
 
 def test_points_are_in_the_folder_of_the_study(tmp_path: Path) -> None:

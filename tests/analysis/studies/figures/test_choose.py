@@ -80,7 +80,7 @@ def test_points_that_fill_a_grid_are_a_grid() -> None:
     [
         ({"axes": {"robots": NUMBERS}}, {"kind": "heat-map"}, "kind=heat-map: needs two axes, but only robots varies.*lines"),
         ({}, {"kind": "lines"}, "kind=lines: needs an axis.*--kind runs"),
-        ({"axes": {"robots": NUMBERS}}, {"kind": "runs"}, "kind=runs: .*robots vary.*--where robots=2"),
+        ({"axes": {"robots": NUMBERS}}, {"kind": "runs"}, "kind=runs: .*robots varies.*--where robots=2"),
         ({"axes": {"robots": NUMBERS}}, {"kind": "pie"}, "kind='pie': .*heat-map"),
         ({"axes": {"robots": NUMBERS}}, {"x": "robot"}, "x='robot': .*robots"),
         ({"axes": {"robots": NUMBERS, "radius": MORE}}, {"x": "robots", "y": "robots"}, "y=robots: .*another axis"),

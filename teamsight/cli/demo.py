@@ -1,0 +1,104 @@
+"""``teamsight demo``: two teams side by side, in the browser or as a recording."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teamsight.cli import values
+from teamsight.cli.options import Settings
+
+if TYPE_CHECKING:
+    from teamsight.view.replay import Replay
+
+_WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
+# Their worlds have the same seed, so both teams meet the same targets.
+_TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
+    ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+)
+_TITLE = "Two teams, the same targets"
+# A minute at the frames a second at which a recording plays.
+_STEPS, _PER_SECOND = 1200, 20
+# Films are large: they show every second step, and so many seconds.
+_FILM_EVERY, _FILM_SECONDS = 2, 10
+_FILE = Path("teamsight-demo.html")
+
+
+class DemoSettings(Settings):
+    """Settings of ``teamsight demo``."""
+
+    seed: int = values.seed(1, "Seed of both worlds.")
+    no_browser: bool = values.flag("Open no browser; write the recording instead.")
+    record: Path | None = values.file("Write the recording to this file, which ends in .html, .gif, .mp4 or .png.")
+    force: bool = values.force()
+
+
+def demo(settings: DemoSettings) -> None:
+    """Show two teams side by side for a minute: a random walk, and A-CMOMMT with awareness of teammates.
+
+    Without the extra 'live' the browser shows a recording; without a browser the recording is written. Both worlds have
+    the same seed, and so the same targets.
+
+    \b
+    Examples:
+      teamsight demo
+      teamsight demo --no-browser
+      teamsight demo --record two-teams.gif
+    """
+    from teamsight.core import browsers
+
+    is_shown = not settings.no_browser and settings.record is None and browsers.has_browser()
+    if is_shown and find_spec("websockets") is not None:
+        _watch(settings.seed)
+        return
+    place = settings.record or _FILE
+    _prepare(place, settings.force)
+    is_film = place.suffix.lower() in (".gif", ".mp4")
+    _make_recording(settings.seed, is_film=is_film).save(place, force=settings.force)
+    _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
+
+
+def _watch(seed: int) -> None:
+    """Serve the live page until Ctrl-C."""
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.live import watch
+
+    (_, first), (_, second) = _TEAMS
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
+
+
+def _prepare(place: Path, force: bool) -> None:
+    """Refuse a file that cannot be written or must not be replaced, before the work."""
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.view.files import check_replaceable
+    from teamsight.view.replay import check_ending
+
+    check_ending(place)
+    prepare_folder(place.parent)
+    check_replaceable(place, force=force)
+
+
+def _make_recording(seed: int, *, is_film: bool = False) -> Replay:
+    """Run both worlds and return their recording, side by side."""
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.view.replay import Replay
+
+    steps, every = _STEPS, 1
+    if is_film:
+        steps, every = min(steps, _FILM_SECONDS * _FILM_EVERY * _PER_SECOND), _FILM_EVERY
+    first, second = (
+        CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
+    )
+    return Replay([*first.tracks, *second.tracks], title=_TITLE)
+
+
+def _say_where(place: Path, is_open: bool) -> None:
+    from teamsight.cli.show import say
+
+    say(f"the recording is in {place}")
+    if place.suffix.lower() == ".html":
+        say("it is open in the browser" if is_open else f"open it in a browser: {place.absolute().as_uri()}")
+    if find_spec("websockets") is None:
+        say("for a live page, in which you can change the teams: pip install 'teamsight[live]'")

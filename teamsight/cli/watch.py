@@ -1,0 +1,110 @@
+"""``teamsight watch``: serve a live page of a model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, cast
+
+from teamsight.cli import limits, values
+from teamsight.cli.options import Settings
+from teamsight.core import checks
+
+# Options that are parameters of the model.
+_MODEL = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "preset")
+
+
+class WatchSettings(Settings):
+    """Settings of ``teamsight watch``."""
+
+    robots: int = values.agents(10, "Number of robots.")
+    targets: int = values.agents(15, "Number of targets.")
+    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
+    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
+    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
+    delta: int = values.sectors(16)
+    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
+    preset: str | None = values.preset()
+    seed: int = values.seed(0, "Seed of the world.")
+    model: str | None = values.text(
+        "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
+        "CMOMMT", metavar="MODULE:NAME",
+    )  # fmt: skip
+    set: dict[str, Any] = values.assignments("Another parameter of the model. May be given several times.")
+    beside: dict[str, Any] = values.assignments(
+        "A parameter in which a second world differs, which runs beside the first with the same seed. May be given "
+        "several times."
+    )
+    rate: float = values.number(30.0, "Steps a second; the page can change it.", least=0.1, most=10_000)
+    every: int = values.count(1, "Steps from one drawn frame to the next, at least.", most=10_000)
+    paused: bool = values.flag("Wait for Run.")
+    port: int = values.count(8713, "Port; 0 for any that is free.", least=0, most=65_535)
+    host: str = values.word_option("127.0.0.1", "Address at which to listen. Others than loopback need --token.")
+    token: str | None = values.text(
+        "A word that the address of the page must carry; an empty one ('') for a new one.", "none"
+    )
+    no_browser: bool = values.flag("Do not open the page in a browser; print its address only.")
+
+    def check(self) -> None:
+        """Refuse settings that do not go together, and worlds that are too large."""
+        if not self.beside:
+            limits.check_sectors(self)
+        limits.check_worlds(
+            self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
+        )
+        for name in () if self.model else set(self.set) & {*_MODEL, "seed"}:
+            raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
+
+
+def watch(settings: WatchSettings) -> None:
+    """Show a running world in the browser, with controls.
+
+    \b
+    Examples:
+      teamsight watch
+      teamsight watch --robots 30 --awareness ring --delta 8
+      teamsight watch --policy a-cmommt --beside policy=centroid
+      teamsight watch --model my_package.my_module:MyWorld --set hives=3
+      teamsight watch --port 0 --no-browser
+    """
+    from teamsight.live import watch as serve
+
+    parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
+    page = serve(
+        _model(settings.model), {**parameters, **settings.set, **_seed(settings)}, beside=settings.beside or None,
+        rate=settings.rate, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,
+        token=settings.token, browser=False, wait=False,
+    )  # fmt: skip
+    _show(page, settings)
+
+
+def _model(reference: str | None) -> Any:
+    """Return what builds the world."""
+    if reference is None:
+        from teamsight.agents.cmommt import CMOMMT
+
+        return CMOMMT
+    from teamsight.core import references
+
+    references.search_in([os.getcwd()])
+    found = references.load(reference, "model")
+    if not callable(found):
+        raise TypeError(f"model={checks.shown(reference)}: is {checks.shown(found)}; give a class or a function")
+    return cast(Callable[..., Any], found)
+
+
+def _seed(settings: WatchSettings) -> dict[str, int]:
+    """Return the seed under its name; a model without one has no such parameter."""
+    return {"seed": settings.seed} if settings.model is None or "seed" in settings.given else {}
+
+
+def _show(page: Any, settings: WatchSettings) -> None:
+    """Print the address, open the browser, and wait for Ctrl-C."""
+    from teamsight.cli.show import say
+    from teamsight.live import browser
+
+    with page:
+        say(f"{page.url}")
+        is_open = not settings.no_browser and browser.show(page.url)
+        say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")
+        page.wait()

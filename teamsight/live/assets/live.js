@@ -1,0 +1,609 @@
+// The live page: a socket to the server, and panels beside the view of view.js. Plain JavaScript without a build step.
+//
+//   link        the socket: frames, messages, acknowledgements, reconnecting
+//   controls    run, step, reset, rate, and what the server lets a page set
+//   log         the newest rows of the event log
+//   graph       the neighbour graph of the frame that is shown
+"use strict";
+
+(() => {
+
+const { View, decodeFrame } = window.teamsight;
+const FRAME = 1, HEAD = 8;
+const FIRST_WAIT = 250, LONGEST_WAIT = 5000;
+
+function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (typeof value === "boolean") element[name] = value;
+    else if (value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  element.append(...children);
+  return element;
+}
+
+function setText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+const percent = (value) => (value === null || !Number.isFinite(value) ? "–" : `${(100 * value).toFixed(1)} %`);
+
+// Part: link.
+
+class Link {
+  constructor(page) {
+    Object.assign(this, { page, socket: null, wait: FIRST_WAIT, timer: 0, drawn: -1, acknowledged: -1, received: 0 });
+    this.connect();
+    for (const name of ["online", "focus"]) addEventListener(name, () => this.hurry());
+    document.addEventListener("visibilitychange", () => this.hurry());
+  }
+
+  connect() {
+    clearTimeout(this.timer);
+    const address = new URL("socket", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    address.search = location.search;
+    this.socket = new WebSocket(address);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onopen = () => {
+      Object.assign(this, { wait: FIRST_WAIT, drawn: -1, acknowledged: -1 });
+      this.page.connected(true);
+    };
+    this.socket.onmessage = ({ data }) => this.receive(data);
+    this.socket.onclose = () => this.lost();
+  }
+
+  get isOpen() { return this.socket !== null && this.socket.readyState === WebSocket.OPEN; }
+
+  lost() {
+    this.page.connected(false);
+    // A little at random, so that many pages do not come back at once.
+    this.timer = setTimeout(() => this.connect(), this.wait * (0.8 + 0.4 * Math.random()));
+    this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+  }
+
+  // Somebody looks at the page again: do not wait any longer.
+  hurry() {
+    if (this.socket.readyState !== WebSocket.CLOSED || document.hidden) return;
+    this.wait = FIRST_WAIT;
+    this.connect();
+  }
+
+  receive(data) {
+    try {
+      if (typeof data !== "string") this.receiveFrame(data);
+      else {
+        const message = JSON.parse(data), act = `on_${message.type}`;
+        if (act in this.page) this.page[act](message);
+      }
+    } catch (error) {
+      this.page.fail(`The page cannot read what the server sends: ${error.message}`);
+      throw error;
+    }
+  }
+
+  receiveFrame(data) {
+    const head = new DataView(data, 0, HEAD);
+    if (head.getUint8(0) !== FRAME) return;
+    this.received += 1;
+    this.drawn = head.getUint32(4, true);
+    // A hidden page draws nothing, acknowledges nothing, and so gets nothing more until somebody looks at it.
+    requestAnimationFrame(() => this.acknowledge());
+    this.page.onFrame(head.getUint8(1), new Uint8Array(data, HEAD));
+  }
+
+  acknowledge() {
+    if (this.drawn === this.acknowledged || !this.isOpen) return;
+    this.acknowledged = this.drawn;
+    this.send("ack", { frame: this.drawn });
+  }
+
+  send(type, fields = {}) {
+    if (!this.isOpen) return false;
+    this.socket.send(JSON.stringify({ type, ...fields }));
+    return true;
+  }
+}
+
+// Part: controls.
+
+// The slider of the rate is logarithmic: its value is 100 times the decimal logarithm of steps a second.
+const SLOWEST = 0, FASTEST = 300;
+const rateOf = (value) => Number((10 ** (value / 100)).toPrecision(2));
+const PAUSE_BETWEEN = 60;
+// What somebody has just changed is not set back by messages that were on their way [milliseconds].
+const KEPT_FOR = 500;
+
+class Controls {
+  constructor(page, element) {
+    Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), touched: new Map(), state: null });
+    element.setAttribute("aria-label", "Controls");
+    element.append(this.buildAlert(), this.buildRun(), this.buildRate(), this.buildCompare());
+    this.fields = make("div", { class: "tl-fields" });
+    this.saveButton = this.button("Save recording", "Save what was seen as a page that plays anywhere", () => this.save());
+    element.append(this.fields, make("div", { class: "tl-row" }, this.saveButton));
+  }
+
+  button(text, title, act) {
+    return make("button", { type: "button", class: "ts-button tl-button", title, onclick: act }, text);
+  }
+
+  buildAlert() {
+    this.alertText = make("span");
+    const close = make("button", { type: "button", class: "ts-button", "aria-label": "Dismiss", onclick: () => this.alert("") }, "×");
+    this.alertBox = make("div", { class: "tl-alert", role: "alert", hidden: true }, this.alertText, close);
+    return this.alertBox;
+  }
+
+  alert(text) {
+    this.alertBox.hidden = !text;
+    setText(this.alertText, text);
+  }
+
+  buildRun() {
+    const { page } = this;
+    this.runButton = this.button("Run", "Run (space)", () => page.view.toggle());
+    this.runButton.classList.add("tl-run");
+    this.note = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
+    this.ticks = make("p", { class: "tl-ticks" });
+    return make("div", {},
+      make("div", { class: "tl-row" }, this.runButton,
+        this.button("Step", "One step (→ at the newest frame)", () => page.step()),
+        this.button("Reset", "Start again with the same seed", () => page.link.send("reset"))),
+      this.ticks, this.note);
+  }
+
+  buildRate() {
+    const { page } = this;
+    const send = (value) => { this.touch("rate of steps"); page.link.send("rate", { value }); };
+    this.rate = make("input", { type: "range", min: SLOWEST, max: FASTEST, step: 1, id: "tl-rate", "aria-label": "Steps per second" });
+    this.rateText = make("output", { class: "tl-value", for: "tl-rate" });
+    this.full = make("input", { type: "checkbox", id: "tl-full" });
+    this.every = make("input", { type: "number", min: 1, max: 10000, step: 1, id: "tl-every" });
+    this.rate.addEventListener("input", () => { this.full.checked = false; this.showRate(); this.soon("rate", () => send(rateOf(this.rate.value))); });
+    this.full.addEventListener("change", () => { send(this.full.checked ? null : rateOf(this.rate.value)); this.showRate(); });
+    this.every.addEventListener("change", () => {
+      if (this.every.checkValidity() && this.every.value) page.link.send("every", { value: Number(this.every.value) });
+    });
+    return make("fieldset", {}, make("legend", {}, "Rate"),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-rate" }, "steps/s"), this.rate, this.rateText),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-full" }, "as fast as possible"), this.full),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-every" }, "draw every … steps"), this.every));
+  }
+
+  showRate() { setText(this.rateText, this.full.checked ? "–" : String(rateOf(this.rate.value))); }
+
+  buildCompare() {
+    const { page } = this;
+    this.compare = make("input", { type: "checkbox", id: "tl-compare" });
+    this.compare.addEventListener("change", () => { this.touch("two"); page.link.send("compare", { on: this.compare.checked }); });
+    const choice = (value, text) => {
+      const input = make("input", { type: "radio", name: "tl-side", value: String(value), checked: value === null });
+      input.addEventListener("change", () => { this.side = value; this.showValues(); });
+      return make("label", {}, input, text);
+    };
+    this.sides = make("div", { class: "tl-sides", role: "radiogroup", "aria-label": "Settings of", hidden: true },
+      "Settings of ", choice(null, "both"), choice(0, "left"), choice(1, "right"));
+    return make("div", { class: "tl-compare" },
+      make("div", { class: "tl-field" }, make("label", { for: "tl-compare" }, "two worlds, same noise"), this.compare), this.sides);
+  }
+
+  // Calls at most every few milliseconds, the last time with the last value.
+  soon(key, act) {
+    const isWaiting = this.waiting.has(key);
+    this.waiting.set(key, act);
+    if (isWaiting) return;
+    act();
+    this.waiting.set(key, null);
+    setTimeout(() => {
+      const last = this.waiting.get(key);
+      this.waiting.delete(key);
+      if (last) this.soon(key, last);
+    }, PAUSE_BETWEEN);
+  }
+
+  // Notes that somebody has changed a field, and shows what holds a little later.
+  touch(name) {
+    this.touched.set(name, performance.now());
+    setTimeout(() => {
+      if (!this.isTouched(name)) { this.showValues(); if (this.state) this.showState(this.state); }
+    }, KEPT_FOR + 20);
+  }
+
+  isTouched(name) { return performance.now() - (this.touched.get(name) ?? -Infinity) < KEPT_FOR; }
+
+  set(control, value) { this.touch(control.name); this.page.link.send("set", { name: control.name, value, track: this.side }); }
+
+  // What the server lets a page set.
+  describe({ controls, values }) {
+    this.values = values;
+    const key = JSON.stringify(controls);
+    if (key !== this.shown) {
+      this.shown = key;
+      this.inputs.clear();
+      const sections = new Map();
+      for (const control of controls) {
+        if (!sections.has(control.section)) sections.set(control.section, []);
+        sections.get(control.section).push(this.field(control));
+      }
+      this.fields.replaceChildren(...[...sections].map(([title, fields]) => make("fieldset", {}, make("legend", {}, title), ...fields)));
+    }
+    this.showValues();
+  }
+
+  field(control) {
+    const id = `tl-${control.name}`, note = control.live ? "" : " Starts again.";
+    const label = make("label", { for: id, title: `${control.help}${note}` }, control.label);
+    if (!control.live) label.append(make("span", { class: "tl-again", "aria-label": "(starts again)", title: "Starts again" }, " ↻"));
+    const { box, show } = this[control.kind === "choice" || control.kind === "flag" ? control.kind : "number"](control, id);
+    const field = make("div", { class: "tl-field" }, label, ...box);
+    this.inputs.set(control.name, { control, field, show, inputs: box.filter((one) => one.matches("input, select")) });
+    return field;
+  }
+
+  choice(control, id) {
+    const select = make("select", { id }, ...control.choices.map((one) => make("option", { value: one }, one)));
+    select.addEventListener("change", () => this.set(control, select.value));
+    return { box: [select], show: (value) => { select.value = value; } };
+  }
+
+  flag(control, id) {
+    const input = make("input", { type: "checkbox", id });
+    input.addEventListener("change", () => this.set(control, input.checked));
+    return { box: [input], show: (value) => { input.checked = value; } };
+  }
+
+  number(control, id) {
+    const limits = { min: control.least, max: control.most, step: control.step ?? (control.kind === "integer" ? 1 : "any") };
+    const number = make("input", { type: "number", id, ...limits, step: control.kind === "integer" ? 1 : "any" });
+    const send = () => {
+      number.dataset.sent = "yes";
+      if (number.value !== "" && number.checkValidity()) return this.set(control, Number(number.value));
+      this.alert(`${control.label} ${number.value}: must be ${control.kind === "integer" ? "a whole number" : "a number"} from ${control.least} to ${control.most}`);
+      return this.showValues();
+    };
+    number.addEventListener("change", send);
+    number.addEventListener("input", () => { delete number.dataset.sent; });
+    if (control.step === null) return { box: [number], show: (value) => { number.value = value; } };
+    const slider = make("input", { type: "range", ...limits, "aria-label": control.label });
+    slider.addEventListener("input", () => {
+      number.value = slider.value;
+      if (control.live) this.soon(control.name, send);
+    });
+    if (!control.live) slider.addEventListener("change", send);
+    return { box: [slider, number], show: (value) => { slider.value = value; number.value = value; } };
+  }
+
+  // Shows the values that hold, but in a field that somebody is using.
+  showValues() {
+    const values = this.values[this.side ?? 0] || {};
+    for (const [name, { control, field, show, inputs }] of this.inputs) {
+      const differs = this.side === null && this.values.length > 1 && this.values[0][name] !== this.values[1][name];
+      field.classList.toggle("tl-differs", differs);
+      field.title = differs ? `left ${this.values[0][name]}, right ${this.values[1][name]}` : "";
+      // Somebody may be typing a number.
+      const isTyping = inputs.some((one) => one === document.activeElement && one.type === "number" && !one.dataset.sent);
+      if (!this.isTouched(name) && !isTyping) show(values[name]);
+      const [other, wanted] = control.only ? control.only.split("=") : [];
+      for (const input of inputs) input.disabled = Boolean(other) && String(values[other]) !== wanted;
+    }
+  }
+
+  showState(state) {
+    this.state = state;
+    setText(this.runButton, state.running ? "Pause" : "Run");
+    setText(this.note, state.busy ? "Building …" : state.note);
+    const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
+    setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
+    if (!this.isTouched("rate of steps")) {
+      this.full.checked = state.rate === null;
+      if (state.rate !== null) this.rate.value = Math.round(100 * Math.log10(state.rate));
+      this.showRate();
+    }
+    if (document.activeElement !== this.every) this.every.value = state.every;
+    if (!this.isTouched("two")) this.compare.checked = state.tracks.length > 1;
+    this.sides.hidden = state.tracks.length < 2;
+    if (state.tracks.length < 2 && this.side !== null) {
+      this.side = null;
+      this.sides.querySelector("input").checked = true;
+      this.showValues();
+    }
+  }
+
+  save() {
+    if (!this.page.link.send("save")) return;
+    this.saveButton.disabled = true;
+    setText(this.saveButton, "Saving …");
+  }
+
+  saved() {
+    this.saveButton.disabled = false;
+    setText(this.saveButton, "Save recording");
+  }
+}
+
+// Part: log.
+
+class Log {
+  constructor(element) {
+    this.summary = make("summary", {}, "Events");
+    this.body = make("tbody");
+    this.nothing = make("p", { class: "ts-soft" }, "None so far.");
+    this.table = make("table", {}, make("thead", {}, make("tr", {}, ...["time", "what", "who", ""].map((text) => make("th", { scope: "col" }, text)))), this.body);
+    this.details = make("details", { open: true }, this.summary, this.nothing, make("div", { class: "tl-scroll", tabindex: 0, role: "region", "aria-label": "Event log" }, this.table));
+    element.append(this.details);
+    this.details.addEventListener("toggle", () => this.show(this.tracks));
+    this.show([]);
+  }
+
+  show(tracks) {
+    this.tracks = tracks;
+    const total = tracks.reduce((sum, { total: one }) => sum + one, 0);
+    setText(this.summary, total ? `Events (${total.toLocaleString("en")})` : "Events");
+    this.nothing.hidden = total > 0;
+    this.table.parentElement.hidden = total === 0;
+    if (!this.details.open) return;
+    const rows = tracks.flatMap(({ rows: all }, t) => all.map((row) => ({ row, t })));
+    rows.sort((one, other) => other.row[0] - one.row[0]);
+    const side = (t) => (tracks.length > 1 ? ["left: ", "right: "][t] : "");
+    this.body.replaceChildren(...rows.slice(0, 100).map(({ row: [time, what, group, agent, details], t }) => make("tr", {},
+      make("td", {}, Number.isInteger(time) ? String(time) : time.toFixed(2)), make("td", {}, what),
+      make("td", {}, `${side(t)}${group === null ? "" : `${group} ${agent}`}`),
+      make("td", {}, Object.entries(details).map(([name, value]) => `${name} ${typeof value === "number" && !Number.isInteger(value) ? value.toPrecision(3) : value}`).join(", ")))));
+  }
+}
+
+// Part: graph.
+
+const MOST_CHORDS = 3000, LABELLED = 24, GRAPH_PAUSE = 100, GRAPH_SIZE = 240, BARS = 64;
+
+class Graph {
+  constructor(page, element) {
+    Object.assign(this, { page, drawnAt: 0, timer: 0, key: "", nodes: [] });
+    this.canvas = make("canvas", { role: "img", "aria-label": "Neighbour graph" });
+    this.text = make("p", { class: "tl-graph-text" });
+    this.details = make("details", { open: true }, make("summary", {}, "Neighbour graph"), this.canvas, this.text);
+    element.append(this.details);
+    this.details.addEventListener("toggle", () => this.soon());
+    this.canvas.addEventListener("click", (event) => this.onClick(event));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.key = ""; this.soon(); });
+  }
+
+  // Draws now, or soon if that was done a moment ago.
+  soon() {
+    if (this.timer || !this.details.open) return;
+    this.timer = setTimeout(() => {
+      this.timer = 0;
+      this.drawnAt = performance.now();
+      this.draw();
+    }, Math.max(GRAPH_PAUSE - (performance.now() - this.drawnAt), 0));
+  }
+
+  draw() {
+    const { view } = this.page, selected = view.selected;
+    const shown = view.tracks.map((track, t) => ({ track, t, frame: view.frameOf(t) })).filter(({ frame }) => frame);
+    if (!shown.length) return;
+    const key = [shown.map(({ frame, track }) => [frame.time, track.scene.slots.length]), selected.track, selected.slot, this.canvas.clientWidth, shown.length].join();
+    if (key === this.key) return;
+    this.key = key;
+    const ratio = devicePixelRatio || 1, width = this.canvas.clientWidth || GRAPH_SIZE, size = Math.min(width / shown.length, GRAPH_SIZE);
+    const height = size + BARS;
+    if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
+      this.canvas.width = Math.round(width * ratio);
+      this.canvas.height = Math.round(height * ratio);
+      this.canvas.style.height = `${height}px`;
+    }
+    const to = this.canvas.getContext("2d");
+    to.setTransform(ratio, 0, 0, ratio, 0, 0);
+    to.clearRect(0, 0, width, height);
+    this.nodes = [];
+    const texts = shown.map((one, k) => this.drawOne(to, one, (width / shown.length) * k + (width / shown.length - size) / 2, size, selected));
+    const text = texts.map((one, k) => (shown.length > 1 ? `${["Left", "Right"][k]}: ${one}` : one)).join(" ");
+    setText(this.text, text);
+    this.canvas.setAttribute("aria-label", `Neighbour graph. ${text}`);
+  }
+
+  drawOne(to, { track, t, frame }, left, size, selected) {
+    const { scene } = track, style = getComputedStyle(this.canvas), text = style.color;
+    const accent = style.getPropertyValue(`--track-${t}`) || text, soft = style.getPropertyValue("--edge") || text;
+    const list = scene.links.findIndex(({ channel }) => channel === "teammates");
+    const team = [], place = new Map();
+    for (let s = 0; s < frame.n; s++) {
+      if (scene.groups[scene.slots[s].group].team !== null && frame.flags[s] & 1) { place.set(s, team.length); team.push(s); }
+    }
+    const { source, target } = list < 0 ? { source: [], target: [] } : frame.links[list];
+    const degrees = new Uint32Array(team.length);
+    for (let k = 0; k < source.length; k++) if (place.has(source[k])) degrees[place.get(source[k])] += 1;
+    const radius = size / 2 - 16, x = (k) => left + size / 2 + radius * Math.sin((2 * Math.PI * k) / team.length), y = (k) => size / 2 - radius * Math.cos((2 * Math.PI * k) / team.length);
+    this.chords(to, source, target, place, x, y, soft, accent, selected.track === t ? selected.slot : null);
+    const most = degrees.reduce((a, b) => Math.max(a, b), 0), dot = Math.max(Math.min(5, (3 * radius) / Math.max(team.length, 1)), 1);
+    team.forEach((s, k) => {
+      const isSelected = selected.track === t && selected.slot === s;
+      to.beginPath();
+      to.arc(x(k), y(k), isSelected ? dot + 2 : dot * (0.7 + (0.6 * degrees[k]) / Math.max(most, 1)), 0, 2 * Math.PI);
+      to.globalAlpha = isSelected ? 1 : 0.35 + (0.65 * degrees[k]) / Math.max(most, 1);
+      to.fillStyle = accent;
+      to.fill();
+      to.globalAlpha = 1;
+      if (isSelected) { to.strokeStyle = text; to.lineWidth = 1.5; to.stroke(); }
+      this.nodes.push({ x: x(k), y: y(k), track: t, slot: s });
+      if (team.length <= LABELLED) this.label(to, String(degrees[k]), left + size / 2 + (x(k) - left - size / 2) * (1 + 11 / radius), size / 2 + (y(k) - size / 2) * (1 + 11 / radius), text);
+    });
+    this.histogram(to, degrees, left, size, accent, text, soft);
+    const mean = team.length ? source.length / team.length : 0, state = this.page.state && this.page.state.tracks[t];
+    return `${team.length} robots, ${source.length} links; neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${state.most} so far` : ""}.`;
+  }
+
+  // Links as lines between nodes: dashed where only one side has the other in range.
+  chords(to, source, target, place, x, y, soft, accent, chosen) {
+    if (source.length > MOST_CHORDS) return;
+    const both = new Set();
+    for (let k = 0; k < source.length; k++) both.add(source[k] * 65536 + target[k]);
+    for (const [isMutual, dash] of [[true, []], [false, [3, 3]]]) {
+      for (const isChosen of [false, true]) {
+        to.beginPath();
+        for (let k = 0; k < source.length; k++) {
+          const a = source[k], b = target[k], mutual = both.has(b * 65536 + a);
+          if (mutual !== isMutual || (mutual && a > b) || !place.has(a) || !place.has(b)) continue;
+          if (isChosen !== (a === chosen || b === chosen)) continue;
+          to.moveTo(x(place.get(a)), y(place.get(a)));
+          to.lineTo(x(place.get(b)), y(place.get(b)));
+        }
+        to.setLineDash(dash);
+        to.strokeStyle = isChosen ? accent : soft;
+        to.lineWidth = isChosen ? 2 : 1;
+        to.stroke();
+      }
+    }
+    to.setLineDash([]);
+  }
+
+  // How many robots have how many neighbours.
+  histogram(to, degrees, left, size, accent, text, soft) {
+    const counts = new Array(degrees.reduce((a, b) => Math.max(a, b + 1), 0)).fill(0);
+    for (const degree of degrees) counts[degree] += 1;
+    const bars = Math.max(counts.length, 6), wide = (size - 8) / bars, most = Math.max(...counts, 1);
+    const base = size + BARS - 16, high = BARS - 32;
+    for (let k = 0; k < bars; k++) {
+      const count = counts[k] || 0, at = left + 4 + k * wide;
+      to.fillStyle = accent;
+      to.fillRect(at + wide * 0.12, base - (high * count) / most, wide * 0.76, (high * count) / most);
+      if (bars <= 16 || k % Math.ceil(bars / 12) === 0) this.label(to, String(k), at + wide / 2, base + 8, text);
+      if (count && bars <= 16) this.label(to, String(count), at + wide / 2, base - (high * count) / most - 6, text);
+    }
+    to.fillStyle = soft;
+    to.fillRect(left + 4, base, size - 8, 1);
+  }
+
+  label(to, text, x, y, colour) {
+    to.font = "10px system-ui, sans-serif";
+    to.textAlign = "center";
+    to.textBaseline = "middle";
+    to.fillStyle = colour;
+    to.fillText(text, x, y);
+  }
+
+  onClick(event) {
+    const box = this.canvas.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
+    let best = null, least = 14;
+    for (const node of this.nodes) {
+      const away = Math.hypot(node.x - px, node.y - py);
+      if (away < least) [best, least] = [node, away];
+    }
+    if (best) this.page.view.select(best.track, best.slot);
+    this.soon();
+  }
+}
+
+// Part: page.
+
+class Page {
+  constructor(root) {
+    const view = new View(root, { live: true, title: document.title });
+    Object.assign(this, { view, run: null, state: null, transport: { running: false } });
+    this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
+    root.prepend(this.banner);
+    this.controls = new Controls(this, view.slot("controls"));
+    this.graph = new Graph(this, view.slot("graph"));
+    this.log = new Log(view.slot("log"));
+    Object.assign(this.transport, { play: () => this.play(), pause: () => this.pause(), step: (count) => this.step(count) });
+    view.transport = this.transport;
+    view.onselect = () => this.graph.soon();
+    this.watchPosition();
+    this.link = new Link(this);
+    // Left as it is, the browser may keep a copy of the page with a socket that is dead.
+    addEventListener("pageshow", (event) => { if (event.persisted) this.link.hurry(); });
+  }
+
+  // The graph follows the frame that is shown, whoever chose it.
+  watchPosition() {
+    const { view } = this, draw = view.draw.bind(view);
+    view.draw = (...times) => { draw(...times); this.graph.soon(); };
+  }
+
+  play() {
+    if (!this.view.following) return false;
+    return this.link.send("run");
+  }
+
+  pause() { return this.link.send("pause"); }
+
+  step(count = 1) {
+    const { view } = this;
+    if (count < 0 || !view.following) {
+      if (this.transport.running) this.link.send("pause");
+      return false;
+    }
+    return this.link.send("step");
+  }
+
+  connected(isOpen) {
+    this.banner.hidden = isOpen;
+    document.documentElement.dataset.connected = String(isOpen);
+    if (!isOpen) {
+      this.setRunning(false);
+      this.controls.saved();
+    }
+  }
+
+  fail(text) { this.controls.alert(text); }
+
+  setRunning(isRunning) {
+    const { view, transport } = this;
+    if (transport.running === isRunning) return;
+    transport.running = isRunning;
+    // Somebody who looks at the past is left there.
+    if (!view.following) view.showState();
+    else if (isRunning) view.play();
+    else view.pause();
+  }
+
+  on_scene({ track, tracks, run, scene }) {
+    const { view } = this;
+    if (run !== this.run) {
+      this.run = run;
+      for (let i = view.tracks.length - 1; i >= 0; i--) {
+        if (i >= tracks) view.removeTrack(i);
+        else view.clear(i);
+      }
+      view.following = true;
+    }
+    view.setScene(track, scene);
+    this.graph.key = "";
+  }
+
+  onFrame(track, block) {
+    const { view } = this;
+    // A frame on its way while the worlds were built anew.
+    if (view.tracks[track]) view.append(track, decodeFrame(block, view.tracks[track].scene));
+  }
+
+  on_state(state) {
+    this.state = state;
+    this.setRunning(state.running);
+    this.controls.showState(state);
+    this.graph.soon();
+  }
+
+  on_controls(message) { this.controls.describe(message); }
+  on_events({ tracks }) { this.log.show(tracks); }
+
+  on_error({ message }) {
+    this.controls.saved();
+    // What was refused gives way to what holds.
+    this.controls.touched.clear();
+    this.controls.showValues();
+    this.fail(message);
+  }
+
+  on_recording({ name, html }) {
+    this.controls.saved();
+    this.view.download(new Blob([html], { type: "text/html" }), name);
+  }
+}
+
+window.teamsight.live = new Page(document.getElementById("teamsight"));
+window.teamsight.view = window.teamsight.live.view;
+
+})();

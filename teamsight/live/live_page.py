@@ -1,0 +1,189 @@
+"""`watch`: a live page of a model."""
+
+from __future__ import annotations
+
+import builtins
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.model import World
+from teamsight.core import checks
+from teamsight.live import browser as browsers
+from teamsight.live import protocol
+from teamsight.live.cmommt_controls import controls_for
+from teamsight.live.controls import Control
+from teamsight.live.security import access_to
+from teamsight.live.server import Server
+from teamsight.live.session import SEED, Session
+from teamsight.live.signature_controls import SEEDS, check_parameters, has_signature, model_name, seed_name
+from teamsight.live.worlds import Worlds
+
+#: The port, unless another one is given.
+PORT = 8713
+_MOST_PORT = 65_535
+
+
+class LivePage:
+    """A live page that is being served; made by `watch`. It ends with the program, or with `close`.
+
+    Attributes
+    ----------
+    url : str
+        The address of the page.
+    session : Session
+        The worlds behind it.
+    """
+
+    def __init__(self, session: Session, server: Server) -> None:
+        self.session, self._server = session, server
+        self.url = server.url
+        self._closed = threading.Event()
+
+    def wait(self) -> None:
+        """Wait until the page is closed, or Ctrl-C is pressed, which closes it too."""
+        try:
+            # Without a timeout, Ctrl-C would not be noticed on Windows.
+            while not self._closed.wait(0.5):
+                pass
+        except KeyboardInterrupt:
+            # The usual way to end it, and no error.
+            pass
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Stop the worlds and the server. Idempotent."""
+        self._server.close()
+        self.session.close()
+        self._closed.set()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<LivePage: {self.url}{', closed' if self._closed.is_set() else ''}>"
+
+
+def watch(
+    model: Callable[..., World] = CMOMMT,
+    parameters: Mapping[str, Any] | None = None,
+    *,
+    beside: Mapping[str, Any] | None = None,
+    rate: float | None = 30.0,
+    every: int = 1,
+    running: bool = True,
+    host: str = "127.0.0.1",
+    port: int = PORT,
+    token: str | None = None,
+    browser: bool = True,
+    wait: bool | None = None,
+) -> LivePage:
+    """Serve a live page of a model, and open it in the browser.
+
+    Parameters
+    ----------
+    model : callable
+        `CMOMMT`, another class of worlds, or a function that builds a world. Its numbers, truth values and choices
+        become controls.
+    parameters : mapping of str to object, optional
+        Arguments of the model, the seed included; by default seed 0.
+    beside : mapping of str to object, optional
+        Parameters in which a second world differs, which runs beside the first with the same seed.
+    rate : float or None
+        Steps a second; None for as many as possible.
+    every : int
+        Steps from one drawn frame to the next, at least.
+    running : bool
+        Whether it runs at once.
+    host : str
+        The address to listen at; by default only this computer reaches it. Any other needs a token.
+    port : int
+        The port; 0 for any that is free.
+    token : str, optional
+        A word that the address of the page must carry; an empty text for a new one.
+    browser : bool
+        Whether to open the page in the browser.
+    wait : bool, optional
+        Whether to return only after Ctrl-C; by default so in scripts, and not in notebooks and interactive sessions.
+
+    Returns
+    -------
+    LivePage
+        With its `url`; `LivePage.close` ends it.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If the package ``websockets`` is not installed.
+    TypeError, ValueError
+        If the model refuses its parameters, the port is in use, or the address needs a token.
+    """
+    if isinstance(model, World) or not has_signature(model):
+        shown = checks.shown(model)
+        raise TypeError(
+            f"model={shown}: must be a class or a function that builds a world, so that the page can start again; "
+            "give the class, and what it is built with as parameters"
+        )
+    access = access_to(host, token)
+    checks.count("port", port, least=0, most=_MOST_PORT)
+    speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
+    frames = checks.count("every", every, most=protocol.MOST_EVERY)
+    worlds, controls = worlds_of(model, dict(parameters or {}), beside, frames)
+    session = Session(worlds, controls, rate=speed, every=frames, running=checks.flag("running", running))
+    try:
+        page = LivePage(session, Server(session, access, port, f"teamsight: {model_name(model)}"))
+    except BaseException:
+        session.close()
+        raise
+    if browser:
+        browsers.show(page.url)
+    if wait if wait is not None else not is_interactive():
+        print(f"{page.url}  (Ctrl-C ends)", flush=True)
+        page.wait()
+    return page
+
+
+def worlds_of(
+    model: Callable[..., World], parameters: dict[str, Any], beside: Mapping[str, Any] | None, every: int
+) -> tuple[Worlds, dict[str, Control]]:
+    """Return the worlds of a page and its controls.
+
+    Parameters
+    ----------
+    model, parameters, beside, every
+        As for `watch`.
+    """
+    given = [parameters.pop(name) for name in SEEDS if name in parameters]
+    seed = checks.seed(None, given[0] if given else 0)
+    name = seed_name(model)
+    if name is None and (given or beside is not None):
+        raise TypeError(
+            f"{model_name(model)}: has no parameter seed or rng, so two worlds would not meet the same noise; give it "
+            "one, and pass it on to the World"
+        )
+    both = [parameters]
+    if beside is not None:
+        if any(one in beside for one in SEEDS):
+            raise ValueError("beside: has a seed; both worlds run on that of the parameters, leave it out")
+        both.append({**parameters, **beside})
+    for one in both:
+        check_parameters(model, one)
+    found = controls_for(model, parameters)
+    if name is not None:
+        help = "All random numbers follow from it."
+        found.append(Control(SEED, "integer", "seed", "World", help, 0, checks.MOST_SEED))
+    return Worlds(model, both, seed, every), {one.name: one for one in found}
+
+
+def is_interactive() -> bool:
+    """Return whether somebody types commands: in a notebook, IPython, or the interpreter."""
+    return hasattr(sys, "ps1") or bool(sys.flags.interactive) or hasattr(builtins, "get_ipython")

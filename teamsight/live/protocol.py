@@ -1,0 +1,138 @@
+"""The messages between the page and the server.
+
+The server sends frames as binary messages and all else as JSON with a ``type``; the page sends JSON only. A message of
+the page names one of `KINDS`, has exactly its fields, and each has a value that its check accepts.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from teamsight.core import checks
+
+#: The longest message of a page [bytes].
+MOST_BYTES = 4096
+#: The fastest simulation that can be asked for [steps/s]; None stands for as fast as possible.
+LEAST_RATE, MOST_RATE = 0.1, 10_000.0
+#: Of how many steps one is drawn, at most.
+MOST_EVERY = 10_000
+_LONGEST_TEXT = 200
+_FRAME = 1
+_HEAD = struct.Struct("<BBHI")
+
+
+class Message(NamedTuple):
+    """A message of a page.
+
+    Attributes
+    ----------
+    type : str
+        One of `KINDS`.
+    fields : dict of str to object
+        Its other fields, which have been checked.
+    """
+
+    type: str
+    fields: dict[str, Any]
+
+
+def _value(name: str, value: Any) -> Any:
+    """Return the value of a control: a number, a truth value or a short text; the control itself checks the rest."""
+    if isinstance(value, bool) or (isinstance(value, str) and len(value) <= _LONGEST_TEXT):
+        return value
+    if isinstance(value, str):
+        raise ValueError(f"{name}={checks.shown(value)}: must have at most {_LONGEST_TEXT} characters")
+    if isinstance(value, int) and abs(value) <= checks.MOST_SEED:
+        return value
+    return checks.number(name, value)
+
+
+def _rate(name: str, value: Any) -> float | None:
+    return None if value is None else checks.number(name, value, least=LEAST_RATE, most=MOST_RATE)
+
+
+def _track(name: str, value: Any) -> int | None:
+    return None if value is None else checks.count(name, value, least=0, most=1)
+
+
+def _name(name: str, value: Any) -> str:
+    if not isinstance(value, str) or len(value) > _LONGEST_TEXT:
+        raise ValueError(f"{name}={checks.shown(value)}: must be a text of at most {_LONGEST_TEXT} characters")
+    return value
+
+
+Check = Callable[[str, Any], Any]
+#: The messages of pages, and for each field its check.
+KINDS: dict[str, dict[str, Check]] = {
+    "ack": {"frame": lambda name, value: checks.count(name, value, least=0, most=2**32 - 1)},
+    "run": {},
+    "pause": {},
+    "step": {},
+    "reset": {},
+    "set": {"name": _name, "value": _value, "track": _track},
+    "rate": {"value": _rate},
+    "every": {"value": lambda name, value: checks.count(name, value, most=MOST_EVERY)},
+    "compare": {"on": checks.flag},
+    "save": {},
+}
+
+
+def parsed(data: str | bytes) -> Message:
+    """Return the message that a page has sent.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no such message.
+    """
+    if not isinstance(data, str):
+        raise TypeError(f"a binary message of {len(data)} bytes: pages send JSON")
+    try:
+        found = json.loads(data, parse_constant=_refuse)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{checks.shown(data)}: is not JSON ({type(error).__name__})") from None
+    if not isinstance(found, dict):
+        raise TypeError(f"{checks.shown(data)}: must be an object with a type")
+    kind = checks.choice("type", found.pop("type", None), KINDS)
+    fields = KINDS[kind]
+    if found.keys() != fields.keys():
+        have, want = (", ".join(sorted(names)) or "no fields" for names in (found, fields))
+        raise ValueError(f"{kind}: must have {want}, not {checks.shown(have)}")
+    return Message(kind, {name: check(name, found[name]) for name, check in fields.items()})
+
+
+def _refuse(text: str) -> Any:
+    raise ValueError(f"{text} is not a number of JSON")
+
+
+def text(kind: str, **fields: Any) -> str:
+    """Return a message of the server; numbers that are not finite become null."""
+    return json.dumps({"type": kind, **_finite(fields)}, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if value - value == 0.0 else None
+    if isinstance(value, dict):
+        return {name: _finite(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(one) for one in value]
+    return value
+
+
+def frame_message(track: int, number: int, block: bytes) -> bytes:
+    """Return the binary message of a frame: its head, then the raw block of `teamsight.view`.
+
+    Parameters
+    ----------
+    track : int
+        0, or 1 for the world on the right.
+    number : int
+        The number of the frame since the server has started; the page acknowledges it.
+    block : bytes
+        The frame.
+    """
+    return _HEAD.pack(_FRAME, track, 0, number % 2**32) + block

@@ -1,0 +1,205 @@
+"""The server: the page by HTTP, and a socket for each page, in a thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import logging
+import threading
+from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
+
+from teamsight.core import checks
+from teamsight.live import page, protocol
+from teamsight.live.client import MOST_WRONG, Client
+from teamsight.live.security import Access
+from teamsight.live.session import Session
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import Server as SocketServer
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
+_MISSING = "the live page needs a package that is not installed: pip install 'teamsight[live]'"
+#: Pages at once.
+MOST_CLIENTS = 32
+_FOREIGN = 4403
+# Browsers send data that is no HTTP, close while they are answered, and so on; a user can do nothing about it.
+_LOGGER = logging.getLogger("teamsight.live")
+_LOGGER.addHandler(logging.NullHandler())
+_LOGGER.propagate = False
+
+
+class Server:
+    """Serves the page of a session until it is closed.
+
+    Parameters
+    ----------
+    session : Session
+        The worlds.
+    access : Access
+        The address, and what requests must have.
+    port : int
+        The port; 0 for any that is free.
+    title : str
+        The title of the page.
+
+    Attributes
+    ----------
+    port : int
+        The port.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If ``websockets`` is not installed.
+    ValueError
+        If the port is in use, or the address is none of this computer.
+    """
+
+    def __init__(self, session: Session, access: Access, port: int, title: str) -> None:
+        try:
+            import websockets.asyncio.server
+        except ModuleNotFoundError:
+            raise ModuleNotFoundError(_MISSING) from None
+        self._websockets = websockets
+        self._session, self._access, self._title = session, access, title
+        self.port = port
+        self.clients: set[Client] = set()
+        self._is_saving = False
+        self._failure: Exception | None = None
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="teamsight page", daemon=True)
+        self._thread.start()
+        self._ready.wait()
+        if self._failure is not None:
+            raise self._named(self._failure)
+
+    @property
+    def url(self) -> str:
+        """The address of the page."""
+        host = self._access.host
+        if host in ("0.0.0.0", "::"):
+            import socket
+
+            host = socket.gethostname()
+        name = f"[{host}]" if ":" in host else host
+        token = f"?token={self._access.token}" if self._access.token else ""
+        return f"http://{name}:{self.port}/{token}"
+
+    def close(self) -> None:
+        """Close all connections and free the port. Idempotent."""
+        if self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._stopped.set)
+            self._thread.join(timeout=10)
+
+    def _named(self, error: Exception) -> Exception:
+        port, host = self.port, self._access.host
+        if isinstance(error, OverflowError) or not isinstance(error, OSError):
+            return error
+        if error.errno == errno.EADDRINUSE:
+            return ValueError(f"port={port}: is in use by another program; give another one, or --port 0 for any")
+        if error.errno in (errno.EACCES, errno.EPERM):
+            return ValueError(f"port={port}: may not be used by this user; give one from 1024 on, or --port 0 for any")
+        return ValueError(f"host={checks.shown(host)}: is no address of this computer ({error.strerror or error})")
+
+    async def _serve(self) -> None:
+        self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()
+        try:
+            server: SocketServer = await self._websockets.asyncio.server.serve(
+                self._connection, self._access.host, self.port, process_request=self._answer, compression=None,
+                max_size=protocol.MOST_BYTES, max_queue=8, write_limit=2**16, close_timeout=2, logger=_LOGGER,
+                server_header=None,
+            )  # fmt: skip
+        except Exception as error:  # raised again by the thread that has started this one
+            self._failure = error
+            self._ready.set()
+            return
+        self.port = int(next(iter(server.sockets)).getsockname()[1])
+        self._session.board.listen(lambda: self._loop.call_soon_threadsafe(self._wake))
+        self._ready.set()
+        await self._stopped.wait()
+        self._session.board.listen(None)
+        server.close()
+        await server.wait_closed()
+
+    def _wake(self) -> None:
+        for client in self.clients:
+            client.wake()
+        if not self.clients:
+            # Otherwise the board would wait to be read.
+            self._session.board.read()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return the answer to a request; None lets it open a socket."""
+        host, origin, site = map(request.headers.get, ("Host", "Origin", "Sec-Fetch-Site"))
+        path, is_socket = urlsplit(request.path).path, "Upgrade" in request.headers
+        refusal = self._access.refusal(request.path, host, origin, site, is_socket=is_socket)
+        if refusal:
+            return _plain(connection, 403, f"Refused: {refusal}.\n")
+        if is_socket:
+            if path != "/socket":
+                return _plain(connection, 404, "There is no such socket.\n")
+            return _plain(connection, 503, "Too many pages.\n") if len(self.clients) >= MOST_CLIENTS else None
+        if path != "/":
+            return _plain(connection, 404, "There is only one page: /\n")
+        response = connection.respond(200, page.html(self._title))
+        del response.headers["Content-Type"]
+        for name, value in page.headers(str(host)).items():
+            response.headers[name] = value
+        return response
+
+    async def _connection(self, connection: ServerConnection) -> None:
+        client = Client(self._session.board)
+        self.clients.add(client)
+        sender = asyncio.create_task(self._send_news(connection, client))
+        try:
+            await self._receive(connection, client)
+        except self._websockets.exceptions.ConnectionClosed:
+            pass
+        finally:
+            sender.cancel()
+            self.clients.discard(client)
+
+    async def _send_news(self, connection: ServerConnection, client: Client) -> None:
+        try:
+            while True:
+                for message in await client.news():
+                    await connection.send(message)
+        except self._websockets.exceptions.ConnectionClosed:
+            pass
+
+    async def _receive(self, connection: ServerConnection, client: Client) -> None:
+        async for data in connection:
+            try:
+                message = protocol.parsed(data)
+                if message.type == "ack":
+                    client.acknowledge(message.fields["frame"])
+                elif message.type == "save":
+                    await self._save(connection)
+                else:
+                    self._session.ask(message)
+            except (TypeError, ValueError) as error:
+                client.wrong += 1
+                await connection.send(protocol.text("error", message=str(error)))
+                if client.wrong > MOST_WRONG:
+                    await connection.close(1008, "too many wrong messages")
+                    return
+
+    async def _save(self, connection: ServerConnection) -> None:
+        """Send the recording; one at a time, since it takes time to pack."""
+        if self._is_saving:
+            raise ValueError("save: a recording is being made; wait for it")
+        self._is_saving = True
+        try:
+            saved = await asyncio.to_thread(self._session.recording)
+        finally:
+            self._is_saving = False
+        await connection.send(protocol.text("recording", name=saved.name, html=saved.html))
+
+
+def _plain(connection: ServerConnection, status: int, text: str) -> Response:
+    response = connection.respond(status, text)
+    for name, value in page.SAFE.items():
+        response.headers[name] = value
+    return response

@@ -1,0 +1,173 @@
+"""One of the worlds on a page: its settings, its frames and what it says."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from itertools import islice
+from typing import Any
+
+from teamsight.agents.awareness.registry import AWARENESS, awareness_named
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.model import World
+from teamsight.core import checks
+from teamsight.live.kept import Kept
+from teamsight.live.observer import Observer
+from teamsight.live.signature_controls import model_name, seed_name, value_of
+from teamsight.view.frame import Frame
+from teamsight.view.packing import from_raw, raw
+from teamsight.view.scene import Scene
+
+#: Rows of the event log that a page shows.
+MOST_EVENTS = 100
+_DEGREE = ("awareness", "delta")
+
+
+class LiveTrack:
+    """A world that runs, and can be built again.
+
+    Parameters
+    ----------
+    model : callable
+        A class or function that builds a world.
+    parameters : mapping of str to object
+        Its arguments, without the seed.
+    seed : int
+        The seed.
+    every : int
+        Ticks from one frame to the next.
+
+    Attributes
+    ----------
+    kept : Kept
+        The newest frames.
+    made : int
+        The number of steps since the world was built.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the model refuses its arguments, or does not build a world.
+    """
+
+    def __init__(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int) -> None:
+        self._model, self.parameters = model, dict(parameters)
+        self.world = _built(model, self.parameters, seed)
+        self.made = 0
+        self.kept = Kept()
+        self._observer = Observer(self.world, every)
+        # Held while the scene and the frames change together.
+        self._lock = threading.Lock()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the newest frame."""
+        return self._observer.present
+
+    def recorded(self) -> tuple[Scene, list[Frame]]:
+        """Return the scene and the frames that are kept; other threads may call it."""
+        with self._lock:
+            scene, blocks = self.scene, self.kept.blocks()
+        return scene, [from_raw(block, scene) for block in blocks]
+
+    def value(self, name: str) -> Any:
+        """Return the value of a parameter."""
+        return self.parameters[name] if name in self.parameters else value_of(self._model, name)
+
+    def run(self, steps: int) -> None:
+        """Make steps; fewer if the model stops."""
+        before = self.world.tick
+        try:
+            self.world.run(steps, progress=False)
+        finally:
+            # An event may have reset the world, whose tick then says nothing.
+            made = self.world.tick - before
+            self.made += made if 0 <= made <= steps else steps
+
+    def look(self, *, again: bool = False) -> bytes:
+        """Return the present frame as a raw block and keep it.
+
+        Parameters
+        ----------
+        again : bool
+            Whether it takes the place of the newest frame, which shows the same moment.
+        """
+        before = self.scene
+        with self._lock:
+            frame = self._observer.frame()
+            if (before.links, before.series) != (self.scene.links, self.scene.series):
+                self.kept.clear()
+            block = raw(frame, self.scene)
+            (self.kept.replace_last if again else self.kept.append)(block)
+        return block
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running world.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the world refuses the value; nothing is changed then.
+        """
+        _apply(self.world, {**self.parameters, name: value}, name, self)
+        self.parameters[name] = value
+        with self._lock:
+            self._observer.changed()
+
+    def state(self) -> dict[str, Any]:
+        """Return what the page shows beside the picture."""
+        world = self.world
+        return {
+            "tick": world.tick, "observed": float(world.observed), "mean": float(world.observed_fraction),
+            "most": int(world.max_neighbours), "kept": len(self.kept),
+        }  # fmt: skip
+
+    def events(self) -> dict[str, Any]:
+        """Return the newest rows of the event log, the newest first, and how many there are."""
+        rows = self.world._data.sources.events.rows
+        newest = islice(reversed(rows), MOST_EVENTS)
+        return {
+            "total": len(rows),
+            "rows": [
+                [row.time, row.what, row.group, row.agent, {name: _plain(one) for name, one in row.details.items()}]
+                for row in newest
+            ],
+        }
+
+    def close(self) -> None:
+        """Release the world."""
+        self.world.close()
+
+
+def _built(model: Callable[..., World], parameters: dict[str, Any], seed: int) -> World:
+    name = seed_name(model)
+    world = model(**parameters, **({} if name is None else {name: seed}))
+    if not isinstance(world, World):
+        shown = checks.shown(world)
+        raise TypeError(
+            f"{model_name(model)}: builds {shown}, which is no World; derive the class from teamsight.World, or return "
+            "one from the function"
+        )
+    if not world.groups or not sum(map(len, world.groups)):
+        raise ValueError(f"{model_name(model)}: builds a world without agents; add some, as in world.add(Robot, 10)")
+    return world
+
+
+def _apply(world: World, parameters: Mapping[str, Any], name: str, track: LiveTrack) -> None:
+    """Set a parameter on a world; a degree of awareness by name has the present δ."""
+    if name not in _DEGREE or not isinstance(world, CMOMMT):
+        setattr(world, name, parameters[name])
+        return
+    degree, delta = (parameters[one] if one in parameters else track.value(one) for one in _DEGREE)
+    if isinstance(degree, str):
+        if name == "awareness" or "delta" in AWARENESS[degree].options():
+            world.awareness = awareness_named(degree, {"delta": delta})
+    elif name == "awareness":
+        world.awareness = degree
+
+
+def _plain(value: Any) -> Any:
+    """Return a detail of an event as JSON has it."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return value.item() if hasattr(value, "item") else str(value)

@@ -1,0 +1,111 @@
+"""The worlds of a page: one, or two with the same seed that make the same number of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from teamsight.agents.model import World
+from teamsight.core.references import failure
+from teamsight.live.track import LiveTrack
+
+
+class StoppedError(Exception):
+    """A world makes no further step: its model failed or stopped."""
+
+
+class Worlds:
+    """One world, or two side by side.
+
+    Parameters
+    ----------
+    model : callable
+        A class or function that builds a world.
+    settings : list of dict
+        The arguments of each world.
+    seed : int
+        The seed of all.
+    every : int
+        Ticks from one frame to the next.
+
+    Attributes
+    ----------
+    tracks : list of LiveTrack
+        The worlds. The list is replaced when they are built anew.
+    seed : int
+        The present seed.
+    made : int
+        The number of steps that all have made, or are to make before the next.
+    """
+
+    def __init__(
+        self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int, every: int
+    ) -> None:  # fmt: skip
+        self._model, self.seed = model, seed
+        self.made = 0
+        self.tracks = [LiveTrack(model, one, seed, every) for one in settings]
+
+    @property
+    def settings(self) -> list[dict[str, Any]]:
+        """The arguments of each world, as they are now."""
+        return [track.parameters for track in self.tracks]
+
+    def rebuild(self, settings: list[dict[str, Any]], seed: int, every: int) -> None:
+        """Build all worlds anew; if one cannot be built, all stay as they are.
+
+        Parameters
+        ----------
+        settings, seed, every
+            As for the constructor.
+        """
+        built = [LiveTrack(self._model, one, seed, every) for one in settings]
+        before, self.tracks, self.seed, self.made = self.tracks, built, seed, 0
+        for track in before:
+            track.close()
+
+    def run(self, steps: int) -> None:
+        """Let all worlds make steps; one that had stayed behind after an error makes more.
+
+        Raises
+        ------
+        StoppedError
+            If one fails, or stops before.
+        """
+        target = self.made + steps
+        for track in self.tracks:
+            try:
+                track.run(max(target - track.made, 0))
+            except Exception as error:  # whatever the code of a user raises
+                self._catch_up()
+                raise StoppedError(f"The model failed at tick {track.world.tick}: {failure(error)}") from error
+            if track.made < target:
+                self._catch_up()
+                raise StoppedError(f"The model stopped at tick {track.world.tick}")
+        self.made = target
+
+    def change(self, tracks: list[LiveTrack], name: str, value: Any) -> None:
+        """Change a parameter of running worlds; if one refuses it, of none.
+
+        Parameters
+        ----------
+        tracks : list of LiveTrack
+            Which worlds.
+        name, value
+            The parameter, and its value.
+        """
+        before = [track.value(name) for track in tracks]
+        for number, track in enumerate(tracks):
+            try:
+                track.set(name, value)
+            except Exception:
+                for earlier, old in zip(tracks[:number], before, strict=False):
+                    earlier.set(name, old)
+                raise
+
+    def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[dict[str, Any]]:
+        """Return the arguments of all worlds, with another value of a parameter in some of them."""
+        return [{**one.parameters, name: value} if one in tracks else one.parameters for one in self.tracks]
+
+    def _catch_up(self) -> None:
+        # Worlds that did not come as far as others follow before the next step.
+        self.made = max(track.made for track in self.tracks)

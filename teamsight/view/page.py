@@ -1,0 +1,110 @@
+"""The page: one self-contained HTML file that plays a recording, without network and without a server."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import html
+import json
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+from teamsight.core.version import __version__
+from teamsight.view.frame import Frame
+from teamsight.view.packing import pack, unpack
+from teamsight.view.scene import Scene
+
+#: How a page begins; by this it is known as teamsight's.
+MARK = "<!doctype html>\n<!-- written by teamsight"
+
+_DATA = '<script type="application/json" id="replay">'
+_END = "</script>"
+_ASSETS = Path(__file__).parent / "assets"
+
+
+class Track(Protocol):
+    """One scene and its frames."""
+
+    @property
+    def scene(self) -> Scene:
+        """What does not change from frame to frame."""
+
+    @property
+    def frames(self) -> Sequence[Frame]:
+        """The frames, in order of time."""
+
+
+def page(tracks: Sequence[Track], *, title: str) -> str:
+    """Return the page that plays tracks side by side.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        What to play: one or two.
+    title : str
+        The title of the page.
+    """
+    script, style = asset("view.js"), asset("view.css")
+    policy = f"default-src 'none'; script-src {digest(script)}; style-src {digest(style)}; img-src data: blob:"
+    return (
+        f"{MARK} {__version__}: a recording that plays in any browser -->\n"
+        '<html lang="en"><head><meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{html.escape(title)}</title>\n<style>{style}</style></head>\n"
+        f'<body><main id="teamsight"></main>\n{_DATA}{_json(tracks)}{_END}\n<script>{script}{_END}</body></html>\n'
+    )
+
+
+def tracks_in(text: str) -> list[tuple[Scene, list[Frame]]]:
+    """Return the scenes and frames of a page that `page` has made.
+
+    Raises
+    ------
+    ValueError
+        If it is another page, or damaged.
+    """
+    start = text.find(_DATA)
+    end = text.find(_END, start)
+    if not text.startswith(MARK) or start < 0 or end < 0:
+        raise ValueError("is not a recording of teamsight; give a page that World.record or replay.save wrote")
+    try:
+        value = json.loads(text[start + len(_DATA) : end])
+        found = []
+        for track in value["tracks"]:
+            scene = Scene.from_json(track["scene"])
+            found.append((scene, unpack(base64.b64decode(track["frames"], validate=True), scene)))
+    except (KeyError, TypeError, RecursionError, json.JSONDecodeError, binascii.Error) as error:
+        raise ValueError(f"is damaged ({type(error).__name__}: {error}); record the run again") from error
+    return found
+
+
+@cache
+def asset(name: str) -> str:
+    """Return the text of a file of the page, such as ``view.js``."""
+    text = (_ASSETS / name).read_text("utf-8")
+    # A browser would read other line ends as \n, and then the digest would be another; and it would end the element.
+    if "\r" in text or _END[:-1] in text.lower() or "</style" in text.lower():
+        raise ValueError(f"{name}: must not contain carriage returns, {_END} or </style>; write them in another way")
+    return text
+
+
+def digest(text: str) -> str:
+    """Return the digest of a script or style as a Content-Security-Policy names it, with quotation marks."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def _json(tracks: Sequence[Track]) -> str:
+    """Return tracks as JSON in which no element can end or begin."""
+    value: list[dict[str, Any]] = []
+    for track in tracks:
+        # The frames first: a recording that still grows may add slots to the scene meanwhile.
+        frames = list(track.frames)
+        scene = track.scene
+        packed = base64.b64encode(pack(frames, scene)).decode()
+        value.append({"scene": scene.as_json(), "frames": packed})
+    text = json.dumps({"tracks": value}, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

@@ -1,0 +1,357 @@
+"""The live page in a real browser: what it shows is what the model holds, and what is set there acts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import browsing
+import live_models
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT
+from teamsight.live import LivePage, pacing, watch
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+_DRAWN = "() => teamsight.view.drawn({}).map(({{ slot, x, y }}) => [teamsight.view.tracks[{}].scene.slots[slot].id, x, y])"
+_PATIENCE = 15.0
+
+
+@pytest.fixture
+def live() -> Iterator[Callable[..., LivePage]]:
+    """Serves live pages on free ports, and closes them."""
+    made: list[LivePage] = []
+
+    def serve(model: Any = CMOMMT, parameters: Any = None, **how: Any) -> LivePage:
+        how = {"port": 0, "running": False} | how
+        made.append(watch(model, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
+        return made[-1]
+
+    yield serve
+    for one in made:
+        one.close()
+
+
+def shown(page: Page, server: LivePage) -> None:
+    """Open the page and wait until it shows the present tick."""
+    page.goto(server.url)
+    settled(page, server)
+
+
+def settled(page: Page, server: LivePage) -> None:
+    """Wait until the page has drawn the newest frame."""
+    until(lambda: not server.session.busy())
+    tick = world_of(server).tick
+    page.wait_for_function(
+        "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
+        " && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
+        arg=tick,
+    )
+
+
+def press(page: Page, key: str) -> None:
+    """Press a key while no button or field has the focus."""
+    page.evaluate("() => document.activeElement.blur()")
+    page.keyboard.press(key)
+
+
+def until(test: Callable[[], Any]) -> None:
+    """Wait for something on the server."""
+    end = time.monotonic() + _PATIENCE
+    while not test():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+
+
+def world_of(server: LivePage, track: int = 0) -> Any:
+    """Return the world of a track."""
+    return server.session.worlds.tracks[track].world
+
+
+def assert_same_places(page: Page, world: Any, track: int = 0) -> None:
+    """Compare the positions that were drawn with the model's."""
+    drawn = {int(one): (x, y) for one, x, y in page.evaluate(_DRAWN.format(track, track))}
+    places = {agent.unique_id: tuple(agent.position) for group in world.groups for agent in group}
+    assert drawn.keys() == places.keys()
+    found = np.array([drawn[one] for one in places])
+    # Half a part of the box, and the rounding of the way to pixels and back.
+    np.testing.assert_allclose(found, np.array(list(places.values())), atol=0.51 * 2 * world.arena.size[0] / 65535 + 1e-6)
+
+
+def test_plays_and_shows_what_the_model_holds(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 12, "targets": 9}, running=True)
+    page.goto(server.url)
+    page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 10")
+    page.get_by_role("button", name="Pause", exact=True).first.click()
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    world = world_of(server)
+    assert world.tick >= 10
+    assert_same_places(page, world)
+    state = page.evaluate("() => teamsight.live.state.tracks[0]")
+    assert state["observed"] == pytest.approx(world.observed)
+    assert state["most"] == world.max_neighbours
+    # The graph says what the neighbour lists hold.
+    links = len(world.neighbours.identity)
+    assert f"12 robots, {links} links" in page.locator(".tl-graph-text").inner_text()
+
+
+def test_run_pause_step_reset(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live()
+    shown(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    settled(page, server)
+    assert_same_places(page, world_of(server))
+    press(page, "ArrowRight")
+    until(lambda: world_of(server).tick == 2)
+    press(page, "Space")
+    until(lambda: world_of(server).tick > 8)
+    press(page, "Space")
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    # A slow page skips frames, and never shows one twice or out of order.
+    times = page.evaluate("() => teamsight.view.tracks[0].frames.map(({ time }) => time)")
+    assert times[:3] == [0, 1, 2]
+    assert times == sorted(set(times))
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: world_of(server).tick == 0)
+    settled(page, server)
+    assert page.evaluate("() => teamsight.view.tracks[0].frames.length") == 1
+    assert_same_places(page, CMOMMT(seed=5))
+
+
+def test_settings_act_on_the_running_world(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"awareness": "ring", "delta": 8})
+    shown(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    world = world_of(server)
+    delta = page.get_by_role("slider", name="sectors δ")
+    delta.focus()
+    delta.press("ArrowRight")
+    until(lambda: world.robots.awareness.delta == 9)
+    page.get_by_label("policy").first.select_option("centroid")
+    until(lambda: type(world.robots.policy).__name__ == "Centroid")
+    page.locator("#tl-awareness_range").fill("2.5")
+    page.locator("#tl-awareness_range").press("Enter")
+    until(lambda: (world.robots.awareness_range == 2.5).all())
+    page.get_by_label("awareness", exact=True).select_option("pairwise")
+    until(lambda: world.robots.awareness.name == "pairwise")
+    # δ matters to the ring only.
+    page.wait_for_function("() => document.querySelector('#tl-delta').disabled")
+    # All of that without starting again, and the page describes it.
+    assert world_of(server) is world
+    assert world.tick == 1
+    group = page.evaluate("() => teamsight.view.tracks[0].scene.groups[0]")
+    assert group["policy"] == "centroid"
+    assert page.evaluate("() => teamsight.view.tracks[0].scene.slots[0].awareness_range") == 2.5
+
+
+def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live()
+    shown(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    page.get_by_label("policy").first.select_option("centroid")
+    page.locator("#tl-robots").fill("25")
+    page.locator("#tl-robots").press("Enter")
+    until(lambda: len(world_of(server).robots) == 25)
+    page.wait_for_function("() => document.querySelector('.tl-note').textContent.includes('Started again with robots 25')")
+    settled(page, server)
+    # With the same seed, and what was set before.
+    assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=5))
+    page.locator("#tl-seed").fill("77")
+    page.locator("#tl-seed").press("Enter")
+    until(lambda: world_of(server).seed_used == 77)
+    settled(page, server)
+    assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
+
+
+def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(live_models.hives)
+    shown(page, server)
+    world = world_of(server)
+    alert = page.get_by_role("alert")
+    page.locator("#tl-hives").fill("21")
+    page.locator("#tl-hives").press("Enter")
+    alert.get_by_text("hives=21: must be at most 20; give fewer").wait_for()
+    assert world_of(server) is world
+    assert page.locator("#tl-hives").input_value() == "3"
+    page.get_by_role("button", name="Dismiss").click()
+    # What is no control cannot be set, and no name leads to code.
+    for name, value in (("__class__", 1), ("shape", "os:system"), ("hives", "os:system")):
+        page.evaluate("([name, value]) => teamsight.live.link.send('set', { name, value, track: null })", [name, value])
+        alert.get_by_text(f"{name}=" if name in ("shape", "hives") else "name=").wait_for()
+    assert world_of(server) is world
+    page.locator("#tl-fast").check()
+    until(lambda: world_of(server).groups[0].speed[0] == 0.2)
+
+
+def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(live_models.hives, {"hives": 8}, rate=None, running=True)
+    page.goto(server.url)
+    page.locator(".ts-log tbody tr").nth(5).wait_for()
+    assert "failed" in page.locator(".ts-log tbody").inner_text()
+
+
+def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 8, "targets": 9})
+    shown(page, server)
+    page.get_by_label("two worlds, same noise").check()
+    page.wait_for_function("() => teamsight.view.tracks.length === 2")
+    page.get_by_label("right").check()
+    page.get_by_label("policy").first.select_option("stationary")
+    until(lambda: type(world_of(server, 1).robots.policy).__name__ == "Stationary")
+    assert type(world_of(server, 0).robots.policy).__name__ == "ACmommt"
+    press(page, "Space")
+    until(lambda: world_of(server).tick > 20)
+    press(page, "Space")
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    left, right = world_of(server, 0), world_of(server, 1)
+    assert left.tick == right.tick
+    assert_same_places(page, left, 0)
+    assert_same_places(page, right, 1)
+    # Targets do not see robots, so they move alike.
+    np.testing.assert_array_equal(left.targets.position, right.targets.position)
+    assert (left.robots.position != right.robots.position).any()
+    assert page.locator(".ts-chart").count() == 4
+    shot(page, "live-two-worlds")
+    page.get_by_label("two worlds, same noise").uncheck()
+    page.wait_for_function("() => teamsight.view.tracks.length === 1")
+    until(lambda: len(server.session.worlds.tracks) == 1)
+    settled(page, server)
+    assert_same_places(page, world_of(server))
+
+
+def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(live_models.Failing, running=True, rate=200.0)
+    page.goto(server.url)
+    page.get_by_role("alert").get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").wait_for()
+    assert not server.session.is_running
+    page.locator("#tl-breaks_at").fill("1000")
+    page.locator("#tl-breaks_at").press("Enter")
+    page.get_by_role("button", name="Run", exact=True).click()
+    until(lambda: world_of(server).tick > 10)
+
+
+def test_reconnects_after_a_restart(page: Page, live: Callable[..., LivePage], problems: browsing.Problems) -> None:
+    problems.expect("ERR_CONNECTION_REFUSED")
+    server = live(running=True)
+    page.goto(server.url)
+    page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 3")
+    port = int(server.url.rsplit(":", 1)[1].strip("/"))
+    server.close()
+    page.get_by_text("Reconnecting").wait_for()
+    again = live(parameters={"seed": 6, "robots": 3}, port=port)
+    page.get_by_text("Reconnecting").wait_for(state="hidden")
+    settled(page, again)
+    assert page.evaluate("() => teamsight.view.tracks[0].frames.length") == 1
+    assert_same_places(page, world_of(again))
+
+
+def test_a_thousand_frames_need_no_more_memory(
+    page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # More frames than can be drawn, acknowledged as they come, so that the test is short.
+    monkeypatch.setattr(pacing, "FRAMES_A_SECOND", 1000.0)
+    server = live(parameters={"robots": 15, "targets": 15}, rate=1000.0)
+    shown(page, server)
+    page.evaluate("""() => {
+      const { link } = teamsight.live, receive = link.receiveFrame.bind(link);
+      link.receiveFrame = (data) => { receive(data); link.acknowledge(); };
+      teamsight.view.keep = 100;
+    }""")
+    press(page, "Space")
+    before = after_frames(page, 300)
+    grown = after_frames(page, 1000) - before
+    assert page.evaluate("() => teamsight.view.tracks[0].frames.length") <= 111
+    assert grown < 1.5e6, f"{grown / 1e6:.1f} MB more"
+
+
+def after_frames(page: Page, count: int) -> float:
+    """Return the size of the page's heap after more frames [bytes]."""
+    received = page.evaluate("() => teamsight.live.link.received")
+    page.wait_for_function("n => teamsight.live.link.received >= n", arg=received + count, timeout=60_000)
+    return float(page.evaluate("() => { gc(); gc(); return performance.memory.usedJSHeapSize; }"))
+
+
+def test_a_page_that_does_not_answer_holds_nothing_up(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(running=True, rate=500.0)
+    page.goto(server.url)
+    page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 3")
+    page.evaluate("() => { teamsight.live.link.acknowledge = () => {}; }")
+    page.wait_for_timeout(200)
+    received, tick = page.evaluate("() => teamsight.live.link.received"), world_of(server).tick
+    until(lambda: world_of(server).tick > tick + 200)
+    assert page.evaluate("() => teamsight.live.link.received") <= received + 2
+    # Controls go on, and so do frames once it answers.
+    page.evaluate("() => { delete teamsight.live.link.acknowledge; teamsight.live.link.acknowledge(); }")
+    page.wait_for_function("n => teamsight.live.link.received > n + 5", arg=received)
+
+
+def test_two_pages_show_one_run(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live()
+    one, other = new_page(), new_page()
+    shown(one, server)
+    shown(other, server)
+    one.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    for page in (one, other):
+        settled(page, server)
+        assert_same_places(page, world_of(server))
+
+
+def test_saved_recording_plays_from_a_file(
+    page: Page, new_page: browsing.Pages, live: Callable[..., LivePage], tmp_path: Path
+) -> None:
+    server = live(beside={"policy": "centroid"}, running=True)
+    page.goto(server.url)
+    page.wait_for_function("() => teamsight.view?.tracks[1]?.frames.length > 10")
+    with page.expect_download() as saving:
+        page.get_by_role("button", name="Save recording").click()
+    place = tmp_path / saving.value.suggested_filename
+    assert place.suffix == ".html"
+    saving.value.save_as(place)
+    replay = new_page()
+    replay.goto(place.as_uri())
+    replay.wait_for_function("() => teamsight.view?.tracks[1]?.frames.length > 10")
+
+
+def test_keeps_to_a_phone(new_page: browsing.Pages, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(beside={"awareness": "none", "policy": "random-walk"})
+    page = new_page(size=browsing.PHONE)
+    shown(page, server)
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= browsing.PHONE[0]
+    page.get_by_role("button", name="Step", exact=True).tap()
+    until(lambda: world_of(server).tick == 1)
+    small = page.evaluate(
+        "() => [...document.querySelectorAll('.ts-controls button, .ts-controls select')]"
+        ".filter(one => one.offsetParent && one.offsetHeight < 36).map(one => one.textContent)"
+    )
+    assert small == []
+    shot(page, "live-phone")
+
+
+def test_everything_can_be_reached_by_keyboard(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live()
+    shown(page, server)
+    names = page.evaluate(
+        "() => [...document.querySelectorAll('.ts-controls :is(input, select, button)')]"
+        ".filter(one => one.offsetParent && !one.labels?.length && !one.ariaLabel && !one.textContent.trim()).length"
+    )
+    assert names == 0
+    page.get_by_role("button", name="Pause").or_(page.get_by_role("button", name="Run", exact=True)).first.focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    until(lambda: world_of(server).tick == 1)
+    # A space in a field is none of the view's.
+    page.locator("#tl-seed").focus()
+    page.keyboard.press("Space")
+    assert not server.session.is_running

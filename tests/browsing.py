@@ -1,0 +1,172 @@
+"""A browser for tests: finding it, starting it, and noticing everything on a page that should not happen."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+#: The sizes of a screen [pixels].
+WIDE, PHONE = (1280, 800), (360, 740)
+
+# Nothing but loopback is resolved, whatever a page asks for; the renderer is the same on every machine.
+_ARGUMENTS = [
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost, EXCLUDE 127.0.0.1, EXCLUDE [::1]",
+    "--disable-background-networking", "--disable-component-update", "--disable-dev-shm-usage",
+    "--disable-gpu", "--force-color-profile=srgb", "--js-flags=--expose-gc", "--enable-precise-memory-info",
+]  # fmt: skip
+_ALLOWED = re.compile(r"(file|data|blob|about):|(https?|wss?)://(127\.0\.0\.1|localhost|\[::1\])([:/]|$)")
+# A violation of the policy also prints to the console, but not where a page only reports it.
+_WATCH_POLICY = """addEventListener("securitypolicyviolation", event =>
+  console.error(`policy violated: ${event.violatedDirective} by ${event.blockedURI}`))"""
+_PATIENCE = 20_000  # milliseconds; two busy cores start a page slowly
+
+
+def missing() -> str | None:
+    """Return why there is no browser for tests, or None if there is one."""
+    try:
+        import playwright.sync_api  # noqa: F401
+    except ImportError:
+        return "playwright is not installed; pip install -e '.[test]'"
+    if executable() is None:
+        return f"no browser: none of {', '.join(NAMES)} is on the path; apt-get install chromium"
+    return None
+
+
+def executable() -> str | None:
+    """Return the path of the browser, or None if there is none."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+@contextlib.contextmanager
+def started() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
+    """Start the browser and yield it with the event loop that drives it.
+
+    The loop is not the running one: playwright leaves it so as long as the browser lives, and asyncio.run and Dask
+    refuse to work then. `driving` makes it so.
+    """
+    from playwright.sync_api import sync_playwright
+
+    browsers = sync_playwright().start()
+    loop = asyncio.get_running_loop()
+    try:
+        root = getattr(os, "geteuid", lambda: 1)() == 0
+        browser = browsers.chromium.launch(
+            executable_path=executable(), args=[*_ARGUMENTS, *(["--no-sandbox"] if root else [])]
+        )
+        asyncio._set_running_loop(None)
+        yield browser, loop
+        asyncio._set_running_loop(loop)
+        browser.close()
+    finally:
+        asyncio._set_running_loop(loop)
+        browsers.stop()
+        asyncio._set_running_loop(None)
+
+
+@contextlib.contextmanager
+def driving(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+    """Make the loop of a browser the running one."""
+    asyncio._set_running_loop(loop)
+    try:
+        yield
+    finally:
+        asyncio._set_running_loop(None)
+
+
+class Problems:
+    """What went wrong on pages: errors of scripts and on the console, violated policies, requests that leave the machine.
+
+    A test fails at its end if there is any that it did not expect.
+    """
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+        self._expected: list[str] = []
+
+    def expect(self, pattern: str) -> None:
+        """Accept problems in whose text the regular expression is found."""
+        self._expected.append(pattern)
+
+    def unexpected(self) -> list[str]:
+        """Return the problems that were not expected."""
+        return [text for text in self.found if not any(re.search(pattern, text) for pattern in self._expected)]
+
+    def watch(self, context: BrowserContext) -> None:
+        """Note the problems of all pages of a context."""
+        context.add_init_script(_WATCH_POLICY)
+        context.on("console", self._on_console)
+        context.on("weberror", lambda error: self.found.append(f"error of a script: {error.error}"))
+        context.on("request", self._on_request)
+        context.on("page", lambda page: page.on("websocket", lambda socket: self._on_address("socket", socket.url)))
+        context.on("page", lambda page: page.on("crash", lambda page: self.found.append("the page crashed")))
+
+    def _on_console(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.found.append(f"console: {message.text} ({message.location.get('url')})")
+
+    def _on_request(self, request: Request) -> None:
+        self._on_address("request", request.url)
+
+    def _on_address(self, kind: str, address: str) -> None:
+        if not _ALLOWED.match(address):
+            self.found.append(f"{kind} that leaves the machine: {address[:200]}")
+
+
+class Pages:
+    """Makes pages, each in a context of its own (no cookies, no cache)."""
+
+    def __init__(self, browser: Browser, problems: Problems) -> None:
+        self._browser = browser
+        self.problems = problems
+        self.made: list[Page] = []
+
+    def __call__(
+        self, *, size: tuple[int, int] = WIDE, dark: bool = False, reduced_motion: bool = False, **context: Any
+    ) -> Page:
+        """Return a new page.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height of the screen [pixels]; `PHONE` is also touched instead of clicked.
+        dark, reduced_motion : bool
+            What the person prefers.
+        **context
+            Further parameters of playwright's ``Browser.new_context``.
+        """
+        is_phone = size == PHONE
+        facts = {
+            "viewport": {"width": size[0], "height": size[1]},
+            "color_scheme": "dark" if dark else "light",
+            "reduced_motion": "reduce" if reduced_motion else "no-preference",
+            "has_touch": is_phone, "is_mobile": is_phone, "device_scale_factor": 2 if is_phone else 1,
+            "locale": "en-GB",
+        }  # fmt: skip
+        made = self._browser.new_context(**{**facts, **context})
+        self.problems.watch(made)
+        made.set_default_timeout(_PATIENCE)
+        self.made.append(made.new_page())
+        return self.made[-1]
+
+    def close(self) -> None:
+        """Close all pages with their contexts."""
+        for page in self.made:
+            page.context.close()
+
+
+def skip_or_fail(reason: str) -> None:
+    """Skip a test that needs a browser; where TEAMSIGHT_BROWSER is "required", as in CI that has one, fail instead."""
+    if os.environ.get("TEAMSIGHT_BROWSER") == "required":
+        pytest.fail(reason)
+    pytest.skip(reason)
