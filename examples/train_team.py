@@ -72,7 +72,7 @@ def main():
         print(f"{name}: {np.mean(other):.3f}; learned {learned.mean():.3f}, {gain:+.3f} ± {1.984 * error:.3f} (95 %)")
         plt.axhline(np.mean(other), color="grey", linestyle=":" if name == "a-cmommt" else "--", label=name)
     plt.plot(curve, label="learned, mean of a generation")
-    plt.xlabel("generation"), plt.ylabel("observed fraction"), plt.legend(loc=(0.5, 0.1))
+    plt.xlabel("generation"), plt.ylabel("observed fraction"), plt.legend(loc=(0.4, 0.1))
     plt.savefig("train_team.png", dpi=100)
 
 
