@@ -7,7 +7,7 @@ import random
 from collections.abc import Mapping
 from functools import cached_property
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.arguments import OWN_OF_WORLD, divided
@@ -16,16 +16,16 @@ from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, te
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.events.mesa_events import MesaEvents
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
+from teamsight.agents.run_methods import RunMethods
 from teamsight.agents.senses import declare
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.state import State, StateKeeper
+from teamsight.agents.state import StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 
-class World(MesaEvents):
+class World(RunMethods):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -254,76 +254,6 @@ class World(MesaEvents):
             group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
             awareness_range=awareness_range, speed=speed, turn_limit=turn_limit, cycle=cycle,
         )  # fmt: skip
-
-    def step(self) -> None:
-        """Make one step, unless an event before it stops the model."""
-        self._stepper.step()
-
-    def run(self, steps: int, *, progress: bool = True) -> None:
-        """Make `steps` steps, in one compiled call unless something needs Python in between.
-
-        It stops early when `running` becomes False, and warns if it was False before. After two seconds, a terminal or
-        a notebook shows how far it is, unless `progress` is False.
-        """
-        self._stepper.run(steps, progress=progress)
-
-    def run_for(self, duration: int) -> None:
-        """Make this many steps; mesa's name for `run`."""
-        self.run(duration)
-
-    def run_until(self, end_time: int) -> None:
-        """Make steps until `tick` is `end_time`."""
-        cure = "reset() goes back"
-        self.run(checks.count("end_time", end_time, least=self.tick, cure=cure) - self.tick)
-
-    def _advance_time(self, until: float) -> None:
-        """Make steps until a time; mesa's simulators call this."""
-        self.run(int(until) - self.tick)
-
-    def state(self, *, pending: Literal["keep", "drop"] = "keep") -> State:
-        """Return a copy of all that changes in a run; `restore` goes back to it. It can be pickled.
-
-        It holds the event sources, the event log, and the planned calls of sources and of methods of the world and its
-        agents. Other functions, and processes, which are running generators, cannot be saved.
-
-        Parameters
-        ----------
-        pending : {"keep", "drop"}
-            Whether planned functions and processes are an error, or are left out.
-
-        Raises
-        ------
-        TypeError
-            If there are any, and `pending` is "keep".
-        """
-        return self._states.save(pending)
-
-    def restore(self, saved: State) -> None:
-        """Go back to a saved state of this world, or of one that was built in the same way.
-
-        Columns that were added after the state was saved keep their values.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `saved` is not a state, or is that of a world with another arena, other groups, policies or cycles.
-            Nothing is changed then.
-        """
-        self._states.restore(saved)
-
-    def reset(self, rng: int | None = None) -> None:
-        """Start again: place all remaining agents anew and set the clock to 0, without events.
-
-        Speeds, turning limits and ranges are those with which the groups were added. Policies, degrees of awareness and
-        columns stay. `rng` is the seed; by default the present one.
-        """
-        self._states.reset(rng)
-
-    def close(self) -> None:
-        """Release the model, which mesa 3.3 would otherwise keep in memory."""
-        self.running = False
-        self._stepper.is_closed = True
-        mesa_compat.release(self)
 
     def __repr__(self) -> str:
         data = vars(self).get("_data")

@@ -154,7 +154,8 @@ def _trace(world: World) -> tuple[Any, ...]:
     ]  # fmt: skip
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
-    sources = [*map(id, world.sources)]
+    # Those of recordings too, which would go on in the next run.
+    sources = [*map(id, world.sources), *map(id, world._data.watchers)]
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, sources
 
 

@@ -87,6 +87,9 @@ class Watcher:
     def forget(self) -> None:
         """Drop what was planned or waited for; called when a world begins anew or goes back to a state."""
 
+    def close(self) -> None:
+        """End what depends on the world; called when it is closed."""
+
 
 def report(watchers: list[Watcher], world: WorldArrays) -> bool:
     """Call `happened` of the watchers that have stopped the loop; return whether there are any."""

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, Packed, Record, equal_eight, inlined, kernel, put_eight_bytes, put_eight_parts
+from teamsight.core.kernel import Entry, Packed, Record, equal_eight, kernel, put_eight_bytes, put_eight_parts
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -125,7 +125,7 @@ FRAMES = Record(FrameArrays)
 frames_at = FRAMES.at
 
 
-@inlined
+@kernel
 def _put_parts(values: Any, low: Any, factor: Any, row: Any, at: int) -> None:
     """Write the parts of all values, eight at a time; the last eight may overlap with those before."""
     size = values.shape[0]
@@ -139,7 +139,7 @@ def _put_parts(values: Any, low: Any, factor: Any, row: Any, at: int) -> None:
             row[at + i] = np.int16(np.int32((values[i] - low[i % 2]) * factor[i % 2] + 0.5) - MIDDLE)
 
 
-@inlined
+@kernel
 def _put_bytes(values: Any, first: int, size: int, is_wide: int, stream: Any, at: int) -> int:
     """Write the low bytes of some numbers, then the high ones if they are wanted; return where the next bytes begin."""
     k = 0
@@ -229,4 +229,8 @@ def _record(address: int) -> int:
     return 1 if number == frames.ticks.shape[0] or at + frames.most > frames.stream.shape[0] else 0
 
 
-RECORD_FRAME = Entry(_record)
+def _skip(address: int) -> int:
+    return 0
+
+
+RECORD_FRAME, NO_FRAME = Entry(_record), Entry(_skip)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+import warnings
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from teamsight.agents.recording.frame_kernel import (
     LINKS,
     RECORD_FRAME,
     SLACK,
-    UNIT,
     BodyArrays,
     FrameArrays,
 )
@@ -23,7 +23,7 @@ from teamsight.agents.recording.frame_layout import Layout, LinkLayout, link_arr
 from teamsight.agents.recording.scene_of import Backdrop, scene_of, slots_of
 from teamsight.agents.world_data import WorldData
 from teamsight.view.frame import MOST_PART, Frame
-from teamsight.view.scene import LinkList, Scene, Slot
+from teamsight.view.scene import MOST_SLOTS, LinkList, Scene, Slot
 
 # The size of the first chunk, and of the largest; each is twice as large as the one before [bytes].
 _FIRST, _LARGEST = 2**20, 2**25
@@ -47,12 +47,19 @@ class FrameRecorder(Watcher):
         Ticks from one frame to the next.
     title : str, optional
         What is recorded, for people; by default made of the class, the policy and the seed.
+
+    Attributes
+    ----------
+    when_closed : callable
+        Called without arguments when the world is closed; by default `end`.
     """
 
     entry = RECORD_FRAME
     sees_changes = True
 
-    def __init__(self, data: WorldData, engine: Engine, model: str, *, every: int = 1, title: str | None = None) -> None:
+    def __init__(
+        self, data: WorldData, engine: Engine, model: str, *, every: int = 1, title: str | None = None
+    ) -> None:
         self._data, self._engine, self._model = data, engine, model
         self.every, self.title = every, title
         self._chunks: list[Chunk] = []
@@ -60,7 +67,8 @@ class FrameRecorder(Watcher):
         self._slots: list[Slot] = []
         self._seed, self._room, self._taken = data.seed, _FIRST, 0
         self._backdrop = Backdrop(data.arena)
-        self._scene: tuple[tuple[Any, ...], Scene] | None = None
+        self._scene: Scene | None = None
+        self.when_closed: Callable[[], object] = self.end
         low, high = data.arena.bounds
         self._space = Space(low.copy(), high - low, data.arena.period)
 
@@ -79,7 +87,7 @@ class FrameRecorder(Watcher):
 
     def close(self) -> None:
         """Record no more, since the world is closed."""
-        self.end()
+        self.when_closed()
 
     @property
     def is_recording(self) -> bool:
@@ -92,6 +100,7 @@ class FrameRecorder(Watcher):
             self._engine.look()
 
     def __len__(self) -> int:
+        self.update()
         return len(self._numbers())
 
     def _numbers(self) -> list[tuple[Chunk, int]]:
@@ -104,6 +113,7 @@ class FrameRecorder(Watcher):
     @property
     def frames(self) -> list[Frame]:
         """The frames so far, in order of time."""
+        self.update()
         lists = self.links
         made = {id(chunk): chunk.frames(lists, self._space) for chunk in self._chunks}
         return [made[id(chunk)][k] for chunk, k in self._numbers()]
@@ -143,7 +153,11 @@ class FrameRecorder(Watcher):
         layouts = link_layouts(bound.relations, bound.first_body, self._data.arena)
         arrays = [link_arrays(relation, one) for relation, one in zip(bound.relations, layouts, strict=True)]
         bodies = sum(map(len, bound.groups))
-        chunk = self._chunk(self._layout(layouts), 2 * bodies + sum(map(most_bytes, arrays)))
+        layout = self._layout(layouts)
+        if layout.size > MOST_SLOTS:
+            self._give_up()
+            return
+        chunk = self._chunk(layout, 2 * bodies + sum(map(most_bytes, arrays)))
         records = zip(bound.relations, bound.relation_records, strict=True)
         met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
         groups = [
@@ -187,6 +201,16 @@ class FrameRecorder(Watcher):
         self._chunks.append(Chunk(layout, most, self._room, earlier))
         return self._chunks[-1]
 
+    def _give_up(self) -> None:
+        """Record no more frames, since further bodies would have no slots."""
+        if self.entry is not NO_FRAME:
+            self.entry = NO_FRAME
+            warnings.warn(
+                f"the recording ends at tick {self._data.timeline.tick:,}: more than {MOST_SLOTS:,} agents have come so "
+                "far, and no more can be recorded; record shorter runs",
+                stacklevel=2,
+            )
+
     def happened(self) -> None:
         """Begin another chunk, since the last one is full."""
         self._engine.rewatch()
@@ -201,5 +225,5 @@ class FrameRecorder(Watcher):
         self._chunks = [chunk for chunk in self._chunks if len(chunk)]
         self._taken = 0
         if not self._chunks:
-            self._slot_of, self._slots, self._room = {}, [], _FIRST
+            self._slot_of, self._slots, self._room, self.entry = {}, [], _FIRST, RECORD_FRAME
         self._engine.rewatch()

@@ -71,7 +71,8 @@ def scene_of(
         As in `Scene`.
     """
     listed = tuple(groups)
-    counted = {one.number for group in listed for channel in group.channels.values() if channel.counts for one in channel.observed}
+    counting = [channel for group in listed for channel in group.channels.values() if channel.counts]
+    counted = {one.number for channel in counting for one in channel.observed}
     described = tuple(_group(group, is_counted=group.number in counted) for group in listed)
     policy = next((group.policy for group in described if group.role == "robot"), None)
     parts = [model, policy, f"seed {seed}"]
@@ -106,7 +107,9 @@ def _degree(awareness: Awareness) -> Mapping[str, Fact] | None:
     """Return a degree of awareness by name, with its options; None for none."""
     if awareness.name == "none":
         return None
-    options = {one.name: getattr(awareness, one.name) for one in fields(awareness)} if is_dataclass(awareness) else {}
+    options: dict[str, object] = {}
+    if is_dataclass(awareness):
+        options = {one.name: getattr(awareness, one.name) for one in fields(awareness)}
     return {"name": awareness.name, **{name: _fact(value) for name, value in options.items()}}
 
 

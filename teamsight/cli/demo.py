@@ -18,8 +18,11 @@ _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
     ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
-# A minute at the pace at which a recording plays.
+_TITLE = "Two teams, the same targets"
+# A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
+# Films are large: they show every second step, and so many seconds.
+_FILM_EVERY, _FILM_SECONDS = 2, 10
 _FILE = Path("teamsight-demo.html")
 
 
@@ -35,7 +38,8 @@ class DemoSettings(Settings):
 def demo(settings: DemoSettings) -> None:
     """Show two teams side by side for a minute: a random walk, and A-CMOMMT with awareness of teammates.
 
-    Without the extra 'live' the browser shows a recording; without a browser the recording is written.
+    Without the extra 'live' the browser shows a recording; without a browser the recording is written. Both worlds have
+    the same seed, and so the same targets.
 
     \b
     Examples:
@@ -51,7 +55,8 @@ def demo(settings: DemoSettings) -> None:
         return
     place = settings.record or _FILE
     _prepare(place, settings.force)
-    _make_recording(settings.seed).save(place, force=settings.force)
+    is_film = place.suffix.lower() in (".gif", ".mp4")
+    _make_recording(settings.seed, is_film=is_film).save(place, force=settings.force)
     _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
 
 
@@ -65,21 +70,28 @@ def _watch(seed: int) -> None:
 
 
 def _prepare(place: Path, force: bool) -> None:
-    """Refuse a file that must not be replaced, before the work."""
-    from teamsight.analysis.runs import files
+    """Refuse a file that cannot be written or must not be replaced, before the work."""
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.view.files import check_replaceable
+    from teamsight.view.replay import check_ending
 
-    files.check_replaceable(place, force=force)
-    files.prepare_folder(place.parent)
+    check_ending(place)
+    prepare_folder(place.parent)
+    check_replaceable(place, force=force)
 
 
-def _make_recording(seed: int) -> Replay:
+def _make_recording(seed: int, *, is_film: bool = False) -> Replay:
     """Run both worlds and return their recording, side by side."""
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.view.replay import Replay
 
+    steps, every = _STEPS, 1
+    if is_film:
+        steps, every = min(steps, _FILM_SECONDS * _FILM_EVERY * _PER_SECOND), _FILM_EVERY
     first, second = (
-        CMOMMT(**_WORLD, **team, rng=seed).record(steps=_STEPS, title=f"{name}, seed {seed}") for name, team in _TEAMS
+        CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
     )
-    return first.beside(second)
+    return Replay([*first.tracks, *second.tracks], title=_TITLE)
 
 
 def _say_where(place: Path, is_open: bool) -> None:

@@ -73,7 +73,7 @@ def test_without_a_browser_the_recording_is_written(capsys: pytest.CaptureFixtur
 
 
 def test_both_teams_meet_the_same_targets(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    from teamsight.view import Replay
+    from teamsight.view.replay import Replay
 
     call(capsys, "demo", "--seed", "7")
     first, second = Replay.open(tmp_path / "teamsight-demo.html").tracks
@@ -118,7 +118,7 @@ def test_a_recording_may_be_a_picture(capsys: pytest.CaptureFixture[str], tmp_pa
 def test_an_unknown_ending_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(demo, "_make_recording", lambda seed: pytest.fail("the work began"))
+    monkeypatch.setattr(demo, "_make_recording", lambda *given, **how: pytest.fail("the work began"))
     status, _, err = call(capsys, "demo", "--record", "run.htm")
     assert (status, err.count("\n")) == (2, 1)
     assert ".html" in err

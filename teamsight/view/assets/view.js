@@ -52,7 +52,7 @@ class PackedFrame {
 }
 
 function links(list, from, to) {
-  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to) };
+  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale: list.scale };
   if (list.dx) {
     found.dx = list.dx.subarray(from, to);
     found.dy = list.dy.subarray(from, to);
@@ -117,7 +117,7 @@ function decodeFrame(data, scene, offset = 0) {
   const time = reader.float(), series = reader.floats(scene.series.length);
   const columns = [0, 0, 0, 0].map(() => reader.words(n));
   const lists = scene.links.map((list, l) => {
-    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]) };
+    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]), scale: list.scale };
     for (const name of list.measured ? ["dx", "dy"] : []) found[name] = signed(reader.words(counts[l]));
     return found;
   });
@@ -148,7 +148,7 @@ async function decodeReplay(data, scene) {
   const sizes = reader.words(frames);
   for (let f = 0; f < frames; f++) store.first[f + 1] = store.first[f] + sizes[f];
   store.columns = [0, 0, 0, 0].map(() => undelta(reader.planes(store.first[frames]), store.first));
-  store.lists = scene.links.map((list) => readLinks(reader, frames, list.measured));
+  store.lists = scene.links.map((list) => readLinks(reader, frames, list));
   reader.end();
   const all = Array.from({ length: frames }, (_, index) => new PackedFrame(store, index));
   for (const frame of all) check(frame.n, frame.links, scene);
@@ -164,10 +164,10 @@ function undelta(values, first) {
   return values;
 }
 
-function readLinks(reader, frames, measured) {
+function readLinks(reader, frames, { measured, scale }) {
   const first = new Uint32Array(frames + 1);
   for (let f = 0; f < frames; f++) first[f + 1] = first[f] + reader.count();
-  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]) };
+  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
   for (let f = 0; f < frames; f++) {
     for (let k = first[f] + 1; k < first[f + 1]; k++) list.source[k] += list.source[k - 1];
   }
@@ -236,14 +236,14 @@ function entries(list, slot) {
 
 // What an observer senses in one list: slot, offset along the axes, range, and bearing, anticlockwise from its heading.
 function sensed(layout, frame, l, slot) {
-  const list = frame.links[l], { measured, scale } = layout.scene.links[l], heading = angleOf(frame, slot);
+  const list = frame.links[l], { measured } = layout.scene.links[l], heading = angleOf(frame, slot);
   const [from, to] = entries(list, slot), found = [];
   const { x, y } = frame;
   for (let k = from; k < to; k++) {
     const target = list.target[k];
-    const dx = measured ? (list.dx[k] * scale) / MEASURED
+    const dx = measured ? (list.dx[k] * list.scale) / MEASURED
       : layout.way(((x[target] - x[slot]) * layout.width) / MOST, 0);
-    const dy = measured ? (list.dy[k] * scale) / MEASURED
+    const dy = measured ? (list.dy[k] * list.scale) / MEASURED
       : layout.way(((y[target] - y[slot]) * layout.height) / MOST, 1);
     found.push({ slot: target, dx, dy, range: Math.hypot(dx, dy), bearing: wrapped(Math.atan2(dy, dx) - heading) });
   }
@@ -793,6 +793,9 @@ class Arena {
     if (!has(frame, s, PRESENT)) return;
     const { to, ratio, layout, px, py } = this, g = layout.group[s], colour = this.colours[g];
     this.drawLongTrail(frame, s, at, shown);
+    observers(frame, s).forEach((found, l) => {
+      if (layout.scene.links[l].channel !== "teammates") this.drawStrong(found.map((observer) => [observer, s]), at);
+    });
     const found = percept(layout, frame, s);
     if (!found) return;
     for (const [name, dash] of senses(layout.scene.groups[g]) ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
@@ -830,14 +833,21 @@ class Arena {
   }
 
   drawSensed({ sensed: found, measured }, s, at) {
-    const { to, ratio, layout, px, py } = this;
-    for (const one of found) {
+    const { px, py } = this;
+    this.drawStrong(found.map((one) => [s, one.slot]), at);
+    for (const one of measured ? found : []) {
+      this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
+    }
+  }
+
+  drawStrong(pairs, at) {
+    const { to, ratio, layout } = this;
+    for (const [s, t] of pairs) {
       to.beginPath();
-      this.addLink(s, one.slot, at, false);
-      to.strokeStyle = this.colours[layout.group[one.slot]];
+      this.addLink(s, t, at, false);
+      to.strokeStyle = this.colours[layout.group[t]];
       to.lineWidth = 2 * ratio;
       to.stroke();
-      if (measured) this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
     }
   }
 
@@ -980,11 +990,12 @@ class Chart {
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
-    const title = difference ? "Difference in observed" : nameOf(name);
+    const title = difference ? "Difference" : nameOf(name);
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` }, make("figcaption", {}, make("span", {}, title), this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${title} against time`);
+    if (difference) this.element.title = `${nameOf(name)} of the first, minus that of the second`;
     parent.append(this.element);
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
@@ -1483,11 +1494,14 @@ class View {
     if (!before) this.addTrack(i, scene, layout);
     else {
       // Frames are read by these.
-      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists]);
+      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists.map(({ name, measured }) => [name, measured])]);
       const isMoved = key(before.scene) !== key(scene);
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
       if (isMoved) this.clear(i);
+      for (const one of [this.selected, this.hovered]) {
+        if (one.track === i && one.slot >= scene.slots.length) one.slot = null;
+      }
     }
     this.describeTracks();
     this.inspector.shown = "";
@@ -1667,7 +1681,7 @@ class View {
     this.loopButton.setAttribute("aria-pressed", "false");
     this.scrub = make("input", { type: "range", class: "ts-scrub", min: 0, max: 0, step: 1, value: 0, "aria-label": "Frame" });
     this.scrub.addEventListener("input", () => this.look(Number(this.scrub.value)));
-    this.clockText = make("output", { class: "ts-clock" });
+    this.clockText = make("span", { class: "ts-clock" });
     const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
     this.speedSelect = make("select", { "aria-label": "Speed", title: `Speed; 1× is ${PACE} frames a second (, and .)` },
       ...SPEEDS.map((speed) => option(speed, `${speed}×`, this.speed)));
@@ -1713,10 +1727,11 @@ class View {
     this.stage.classList.toggle("ts-pair", isPair);
     tracks.forEach((track, t) => {
       track.canvas.setAttribute("aria-label", `Arena of ${track.scene.title}`);
-      track.caption.hidden = !isPair;
-      track.caption.replaceChildren(make("span", { class: `ts-swatch ts-swatch-${t}` }), track.scene.title);
+      track.caption.hidden = !isPair && (!this.title || track.scene.title === this.title);
+      const swatch = isPair ? make("span", { class: `ts-swatch ts-swatch-${t}` }) : null;
+      track.caption.replaceChildren(...[swatch, track.scene.title].filter(Boolean));
     });
-    setText(this.heading, (isPair || this.live ? this.title : tracks[0].scene.title) || tracks[0].scene.title);
+    setText(this.heading, this.title || tracks[0].scene.title);
     this.root.classList.toggle("ts-many", this.bodyCount > VERY_MANY);
     this.buildChips();
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
@@ -1973,6 +1988,14 @@ class View {
       if (has(frame, slot, PRESENT)) break;
     }
     this.select(track, slot);
+    this.sayBody(track, slot);
+  }
+
+  // What a body senses, for who cannot see the picture.
+  sayBody(track, slot) {
+    const { scene } = this.tracks[track], found = this.inspect(track, slot);
+    const senses = found ? found.channels.map(({ name, sensed: list }) => `${list.length} ${name}`).join(", ") : "nothing, since it is inactive";
+    setText(this.status, `${bodyName(scene, slot)}. Senses ${senses}.`);
   }
 
   help() { if (!this.dialog.open) this.dialog.showModal(); }

@@ -1,0 +1,155 @@
+"""What a world offers for its runs: to make steps, to record them, to save a state and go back to it."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Literal
+
+from teamsight.agents import mesa_compat
+from teamsight.agents.events.mesa_events import MesaEvents
+from teamsight.agents.state import State, StateKeeper
+from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.recording.world_replay import WorldReplay
+
+
+class RunMethods(MesaEvents):
+    """The methods of a world for its runs; `World` derives from it."""
+
+    _states: StateKeeper
+
+    def step(self) -> None:
+        """Make one step, unless an event before it stops the model."""
+        self._stepper.step()
+
+    def run(self, steps: int, *, progress: bool = True) -> None:
+        """Make `steps` steps, in one compiled call unless something needs Python in between.
+
+        It stops early when `running` becomes False, and warns if it was False before. After two seconds, a terminal or
+        a notebook shows how far it is, unless `progress` is False.
+        """
+        self._stepper.run(steps, progress=progress)
+
+    def run_for(self, duration: int) -> None:
+        """Make this many steps; mesa's name for `run`."""
+        self.run(duration)
+
+    def run_until(self, end_time: int) -> None:
+        """Make steps until `tick` is `end_time`."""
+        cure = "reset() goes back"
+        self.run(checks.count("end_time", end_time, least=self.tick, cure=cure) - self.tick)
+
+    def _advance_time(self, until: float) -> None:
+        """Make steps until a time; mesa's simulators call this."""
+        self.run(int(until) - self.tick)
+
+    def record(
+        self,
+        file: str | os.PathLike[str] | None = None,
+        *,
+        steps: int | None = None,
+        every: int = 1,
+        title: str | None = None,
+        force: bool = False,
+    ) -> WorldReplay:
+        """Record the run from now on, to watch it in any browser, or as a film or a picture.
+
+        ::
+
+            world.record("run.html", steps=600)         # makes the run
+
+            with world.record("run.html"):              # or records what the block does
+                world.run(600)
+
+            replay = world.record()                     # or without a file
+            world.run(600)
+            replay.stop().save("run.gif")
+
+        Parameters
+        ----------
+        file : path, optional
+            The file to write: ``.html``, ``.gif``, ``.mp4`` or ``.png``. It is written when the recording stops: by
+            `Replay.stop`, at the end of the block, by `close`, or when the program ends. A file that is there is
+            replaced only if teamsight has written it as a recording.
+        steps : int, optional
+            Make so many steps, and stop.
+        every : int
+            Ticks from one frame to the next; the present is recorded too.
+        title : str, optional
+            What is recorded, for people; by default the class of the world, the policy and the seed.
+        force : bool
+            Replace any regular file.
+
+        Returns
+        -------
+        Replay
+            What is recorded. It grows with the run, and notebooks show it. A reset begins it anew; after a state is
+            restored, the frames that follow it are dropped.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the world has no agents, the ending of the file is unknown, the file cannot be written or must not be
+            replaced, or a value has the wrong type or is outside its limits. Nothing is changed then.
+        ImportError
+            For ``.mp4``, if imageio-ffmpeg is not installed.
+        """
+        from teamsight.agents.recording.world_replay import WorldReplay
+
+        if steps is not None:
+            checks.count("steps", steps, least=0)
+        replay = WorldReplay(
+            self._data, self._engine, type(self).__name__, file=file, every=every, title=title, force=force
+        )
+        if steps is not None:
+            with replay:
+                self.run(steps)
+        return replay
+
+    def state(self, *, pending: Literal["keep", "drop"] = "keep") -> State:
+        """Return a copy of all that changes in a run; `restore` goes back to it. It can be pickled.
+
+        It holds the event sources, the event log, and the planned calls of sources and of methods of the world and its
+        agents. Other functions, and processes, which are running generators, cannot be saved.
+
+        Parameters
+        ----------
+        pending : {"keep", "drop"}
+            Whether planned functions and processes are an error, or are left out.
+
+        Raises
+        ------
+        TypeError
+            If there are any, and `pending` is "keep".
+        """
+        return self._states.save(pending)
+
+    def restore(self, saved: State) -> None:
+        """Go back to a saved state of this world, or of one that was built in the same way.
+
+        Columns that were added after the state was saved keep their values.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `saved` is not a state, or is that of a world with another arena, other groups, policies or cycles.
+            Nothing is changed then.
+        """
+        self._states.restore(saved)
+
+    def reset(self, rng: int | None = None) -> None:
+        """Start again: place all remaining agents anew and set the clock to 0, without events.
+
+        Speeds, turning limits and ranges are those with which the groups were added. Policies, degrees of awareness and
+        columns stay. `rng` is the seed; by default the present one.
+        """
+        self._states.reset(rng)
+
+    def close(self) -> None:
+        """Release the model, which mesa 3.3 would otherwise keep in memory; recordings stop and are written."""
+        self.running = False
+        self._stepper.is_closed = True
+        mesa_compat.release(self)
+        for watcher in list(self._data.watchers):
+            watcher.close()
