@@ -55,7 +55,7 @@ def test_the_readme_records_a_run_and_steps_an_environment(tmp_path: Path, monke
 
 WITH_CODE = [
     "agents", "arenas", "awareness", "contacts", "events", "extending", "learning", "model", "notebooks", "policies",
-    "sensors", "time",
+    "recordings", "sensors", "time",
 ]  # fmt: skip
 
 
