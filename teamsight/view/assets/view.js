@@ -1941,7 +1941,7 @@ class View {
     this.isGrown = false;
     for (const chart of this.charts) chart.moveCursor();
     this.showClock();
-    if (!this.playing && !this.following || now - this.lastInspected > 120) this.inspectNow(now);
+    this.inspectSoon(now);
     if (now - this.lastSaid > 10000) this.say();
   }
 
@@ -1979,7 +1979,16 @@ class View {
     setText(this.clockText, text);
   }
 
+  // At once while nothing moves; else a few times a second, and a last time after the last frame.
+  inspectSoon(now) {
+    const isMoving = this.playing || this.following, wait = this.lastInspected + 120 - now;
+    if (!isMoving || wait <= 0) this.inspectNow(now);
+    else if (!this.inspectLater) this.inspectLater = setTimeout(() => this.inspectNow(performance.now()), wait);
+  }
+
   inspectNow(now) {
+    clearTimeout(this.inspectLater);
+    this.inspectLater = 0;
     this.lastInspected = now;
     const { track, slot } = this.selected.slot === null ? this.hovered : this.selected;
     this.inspector.update(track, slot);
