@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 
 _DPI = 100
 _INK, _PALE, _GREY = "#1b1f24", "#d0d7de", "#8c959f"
-# Beyond these numbers of bodies, links and trails are not drawn, since nobody could tell one from another.
+# Beyond these numbers of bodies, links and trails are not drawn, since they would cover each other.
 _MOST_LINKED, _MOST_TRAILED = 400, 400
 _TRAIL = 12
 # The heights of the chart and of the titles [pixels], and the width of a letter of a title.
