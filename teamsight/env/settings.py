@@ -67,6 +67,11 @@ class Settings:
     reward: Reward
     max_cycles: int
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether the user's model may have kept its worlds, so that they can change between steps."""
+        return self.model is not CMOMMT
+
     def begin(self, worlds: ReusedWorlds, seed: int) -> tuple[World, Group]:
         """Return a world before its first step, and the group that is steered.
 
