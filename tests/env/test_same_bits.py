@@ -61,6 +61,7 @@ def situations(model: World) -> np.ndarray:
     return group.perception.situate(group.awareness, (model.tick, model._engine.searches))
 
 
+@pytest.mark.short
 @pytest.mark.parametrize("policy", ["random-walk", "centroid", "evolved"])
 def test_so_do_those_of_other_policies(policy: str) -> None:
     model = CMOMMT(policy=policy, seed=3)
