@@ -24,6 +24,7 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str,
 def _short_and_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(demo, "_STEPS", 4)
+    monkeypatch.setattr(demo, "_GIF_STEPS", 6)
     monkeypatch.setattr(browsers, "has_browser", lambda: False)
 
 
@@ -118,7 +119,7 @@ def test_a_recording_may_be_a_picture(capsys: pytest.CaptureFixture[str], tmp_pa
 def test_an_unknown_ending_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(demo, "_make_recording", lambda *given, **how: pytest.fail("the work began"))
+    monkeypatch.setattr(demo, "_make_recording", lambda *given: pytest.fail("the work began"))
     status, _, err = call(capsys, "demo", "--record", "run.htm")
     assert (status, err.count("\n")) == (2, 1)
     assert ".html" in err

@@ -94,7 +94,8 @@ def test_the_package_imports_its_dependencies_alone() -> None:
     """What only the tests install would be missing from a wheel; modules that import an extra say so."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    listed = [*project["dependencies"], *(line for name in ("dask", "evolve", "xarray") for line in extras[name])]
+    used = ("dask", "env", "evolve", "live", "video", "xarray")
+    listed = [*project["dependencies"], *(line for name in used for line in extras[name])]
     declared = {re.match(r"[\w-]+", line)[0] for line in listed}  # type: ignore[index]
     # numba comes with llvmlite, matplotlib with mpl_toolkits, the extra `viz` with altair; notebooks run in IPython;
     # type checkers bring typing_extensions.

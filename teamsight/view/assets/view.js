@@ -412,7 +412,7 @@ function paintBodies(to, colour, look, r, ratio, ground) {
     to.fillStyle = colour;
     to.fill();
   } else {
-    if (look === LOOKS.hollow) {
+    if (look === LOOKS.hollow && r > 3 * ratio) {
       to.fillStyle = ground;
       to.fill();
     }
