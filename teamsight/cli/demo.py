@@ -15,10 +15,9 @@ if TYPE_CHECKING:
 _WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
 # Their worlds have the same seed, so both teams meet the same targets.
 _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
-    ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+    ("Random walk", {"policy": "random-walk", "awareness": "none"}),
+    ("A-CMOMMT with awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
-_TITLE = "Two teams, the same targets"
 # A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
 # A GIF is large: it shows the beginning, every third step of it, and stays below 2 MB.
@@ -85,12 +84,11 @@ def _prepare(place: Path, force: bool) -> None:
 def _make_recording(seed: int, steps: int, every: int) -> Replay:
     """Run both worlds and return their recording, side by side."""
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.view.replay import Replay
 
     first, second = (
         CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
     )
-    return Replay([*first.tracks, *second.tracks], title=_TITLE)
+    return first.beside(second)
 
 
 def _say_where(place: Path, is_open: bool) -> None:

@@ -101,10 +101,10 @@ def _seed(settings: WatchSettings) -> dict[str, int]:
 def _show(page: Any, settings: WatchSettings) -> None:
     """Print the address, open the browser, and wait for Ctrl-C."""
     from teamsight.cli.show import say
-    from teamsight.live import browser
+    from teamsight.core import browsers
 
     with page:
         say(f"{page.url}")
-        is_open = not settings.no_browser and browser.show(page.url)
+        is_open = not settings.no_browser and browsers.show(page.url)
         say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")
         page.wait()

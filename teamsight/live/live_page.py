@@ -11,8 +11,7 @@ from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
-from teamsight.core import checks
-from teamsight.live import browser as browsers
+from teamsight.core import browsers, checks
 from teamsight.live import protocol
 from teamsight.live.cmommt_controls import controls_for
 from teamsight.live.controls import Control

@@ -104,8 +104,8 @@ def _gif(drawing: Drawing, fps: float) -> bytes:
     from PIL import Image
 
     count = drawing.frames
-    # One palette for all, so that what does not move stays as it is; with `optimize` it is then transparent, which takes
-    # two fifths off the file.
+    # One palette for all, so that what does not move stays as it is. `optimize` then leaves it out, and the file is smaller
+    # by two fifths.
     samples = [drawing.show(number) for number in sorted({0, count // 2, count - 1})]
     palette = Image.fromarray(np.concatenate(samples)).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
 
