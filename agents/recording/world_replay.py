@@ -90,6 +90,7 @@ class WorldReplay(Replay):
         recorder.end()
         self._recorder = None
         self.tracks = (RecordedTrack(recorder.scene, recorder.frames),)
+        recorder.release()
         if self._place:
             if _open.get(self._place) is self:
                 del _open[self._place]
