@@ -115,6 +115,8 @@ def found_in(path: str, text: str) -> Iterator[str]:
         Its content.
     """
     rules = [rule for rule in RULES if not rule.where or path.startswith(rule.where)]
+    # Most files have none of the words, and one search of a text is faster than one of each line.
+    rules = [rule for rule in rules if re.search(rule.pattern, text)]
     for number, line in enumerate(text.splitlines(), 1):
         for rule in rules:
             cleared = re.sub(rule.allowed, "", line) if rule.allowed else line

@@ -34,10 +34,11 @@ from sensors import measure_sensors
 from speed import measure_speed
 from studies import measure_engines
 from study_speed import measure_study_speed
+from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes", "studies",
+    "components", "processes", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -69,6 +70,7 @@ def main() -> int:
         "studies": lambda: [
             *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
         ],
+        "view": lambda: measure_view(rounds, options.quick),
     }
     agrees = check(c, console)
     rows: list[Row] = []

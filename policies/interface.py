@@ -11,6 +11,7 @@ import numpy.typing as npt
 from teamsight.core.neighbour_list import Filled, NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels
 
+#: An array of float64.
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 

@@ -245,9 +245,10 @@ def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
 
 
 def _memory(size: int) -> npt.NDArray[np.uint8]:
-    """Return at least so many bytes: the largest spare ones, or new ones, which are not used before they are written."""
+    """Return at least so many bytes: the largest spare ones, or new ones."""
     fitting = [number for number, one in enumerate(_spare) if len(one) >= size]
     if not fitting:
+        # Not of zeros: a page of it takes memory when something is written there.
         return np.empty(size, np.uint8)
     return _spare.pop(max(fitting, key=lambda number: len(_spare[number])))
 

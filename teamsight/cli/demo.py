@@ -15,11 +15,14 @@ if TYPE_CHECKING:
 _WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
 # Their worlds have the same seed, so both teams meet the same targets.
 _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
-    ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+    ("Random walk", {"policy": "random-walk", "awareness": "none"}),
+    ("A-CMOMMT with awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
-# A minute at the pace at which a recording plays.
+# A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
+# A GIF is large: it shows the beginning, every third step of it, and stays below 2 MB.
+_GIF_STEPS, _GIF_EVERY = 300, 3
+_GIF_SIZE: dict[str, Any] = {"width": 640, "fps": 12.5}
 _FILE = Path("teamsight-demo.html")
 
 
@@ -35,7 +38,8 @@ class DemoSettings(Settings):
 def demo(settings: DemoSettings) -> None:
     """Show two teams side by side for a minute: a random walk, and A-CMOMMT with awareness of teammates.
 
-    Without the extra 'live' the browser shows a recording; without a browser the recording is written.
+    Without the extra 'live' the browser shows a recording; without a browser the recording is written. Both worlds have
+    the same seed, and so the same targets.
 
     \b
     Examples:
@@ -51,7 +55,9 @@ def demo(settings: DemoSettings) -> None:
         return
     place = settings.record or _FILE
     _prepare(place, settings.force)
-    _make_recording(settings.seed).save(place, force=settings.force)
+    is_gif = place.suffix.lower() == ".gif"
+    steps, every, size = (_GIF_STEPS, _GIF_EVERY, _GIF_SIZE) if is_gif else (_STEPS, 1, {})
+    _make_recording(settings.seed, steps, every).save(place, force=settings.force, **size)
     _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
 
 
@@ -61,23 +67,26 @@ def _watch(seed: int) -> None:
     from teamsight.live import watch
 
     (_, first), (_, second) = _TEAMS
-    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, rate=_PER_SECOND, port=0, wait=True)
 
 
 def _prepare(place: Path, force: bool) -> None:
-    """Refuse a file that must not be replaced, before the work."""
-    from teamsight.analysis.runs import files
+    """Refuse a file that cannot be written or must not be replaced, before the work."""
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.view.files import check_replaceable
+    from teamsight.view.replay import check_ending
 
-    files.check_replaceable(place, force=force)
-    files.prepare_folder(place.parent)
+    check_ending(place)
+    prepare_folder(place.parent)
+    check_replaceable(place, force=force)
 
 
-def _make_recording(seed: int) -> Replay:
+def _make_recording(seed: int, steps: int, every: int) -> Replay:
     """Run both worlds and return their recording, side by side."""
     from teamsight.agents.cmommt import CMOMMT
 
     first, second = (
-        CMOMMT(**_WORLD, **team, rng=seed).record(steps=_STEPS, title=f"{name}, seed {seed}") for name, team in _TEAMS
+        CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
     )
     return first.beside(second)
 

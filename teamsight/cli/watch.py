@@ -35,7 +35,7 @@ class WatchSettings(Settings):
         "A parameter in which a second world differs, which runs beside the first with the same seed. May be given "
         "several times."
     )
-    pace: float = values.number(30.0, "Steps a second; the page can change it.", least=0.1, most=10_000)
+    rate: float = values.number(30.0, "Steps a second; the page can change it.", least=0.1, most=10_000)
     every: int = values.count(1, "Steps from one drawn frame to the next, at least.", most=10_000)
     paused: bool = values.flag("Wait for Run.")
     port: int = values.count(8713, "Port; 0 for any that is free.", least=0, most=65_535)
@@ -52,7 +52,7 @@ class WatchSettings(Settings):
         limits.check_worlds(
             self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
         )
-        for name in set(self.set) & {*_MODEL, "seed"}:
+        for name in () if self.model else set(self.set) & {*_MODEL, "seed"}:
             raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
 
 
@@ -72,7 +72,7 @@ def watch(settings: WatchSettings) -> None:
     parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
     page = serve(
         _model(settings.model), {**parameters, **settings.set, **_seed(settings)}, beside=settings.beside or None,
-        pace=settings.pace, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,
+        rate=settings.rate, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,
         token=settings.token, browser=False, wait=False,
     )  # fmt: skip
     _show(page, settings)
@@ -101,10 +101,10 @@ def _seed(settings: WatchSettings) -> dict[str, int]:
 def _show(page: Any, settings: WatchSettings) -> None:
     """Print the address, open the browser, and wait for Ctrl-C."""
     from teamsight.cli.show import say
-    from teamsight.live import browser
+    from teamsight.core import browsers
 
     with page:
         say(f"{page.url}")
-        is_open = not settings.no_browser and browser.show(page.url)
+        is_open = not settings.no_browser and browsers.show(page.url)
         say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")
         page.wait()

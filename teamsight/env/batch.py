@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -70,6 +71,8 @@ class Batch:
         # The worlds whose last step was completed in Python.
         self._in_python: list[int] = []
         self._record: Any = None
+        # mesa 3.3 would keep the worlds of an environment that is never closed.
+        weakref.finalize(self, _close, self._worlds)
 
     def __len__(self) -> int:
         return len(self._worlds)
@@ -89,6 +92,7 @@ class Batch:
         TypeError, ValueError
             If a seed is not a whole number of at least 0, or the model refuses its parameters.
         """
+        self._record = None
         for place, given in zip(places, seeds, strict=True):
             self._set_begun(place, False)
             one = self._worlds[place]
@@ -99,7 +103,6 @@ class Batch:
             self.cycles[place] = 0
             self._set_begun(place, True)
             self._note(place)
-        self._record = None
 
     def _check_like_first(self, one: SteppedWorld, robots: int) -> None:
         found = one.observation()
@@ -222,5 +225,9 @@ class Batch:
     def close(self) -> None:
         """Release the worlds. Idempotent."""
         self._has_begun[:] = self._have_all_begun = False
-        for one in self._worlds:
-            one.close()
+        _close(self._worlds)
+
+
+def _close(worlds: list[SteppedWorld]) -> None:
+    for one in worlds:
+        one.close()

@@ -10,6 +10,7 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import Sensing, perceive_entry, sensing_at, situate_entry
 from teamsight.agents.awareness.interface import check_width
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.kernel import Entry, kernel
 
@@ -164,9 +165,10 @@ class Observation:
         needs_lists = layout is not None and (layout.teammates or layout.relayed)
         self.perceive = perceive_entry(group.awareness) if needs_lists else None
         self.show = situate_entry(group.awareness) if layout is None else _nearest_entry()
-        self._is_exact = all(channel.sensor is None for channel in group.channels.values()) and type(
-            group.awareness
-        ).__module__.startswith("teamsight.agents.awareness.")
+        # Readings of sensors of this package are at most the range, with noise too.
+        self._is_limited = type(group.awareness).__module__.startswith("teamsight.agents.awareness.") and all(
+            channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values()
+        )
 
     def seen(self, sensing: Sensing, situation: Any) -> Sensing:
         """Return the record of a group with which `show` writes into `situation`, shape (robots, width), float32."""
@@ -179,8 +181,7 @@ class Observation:
         """Return a new space of the observations of one robot."""
         from gymnasium import spaces
 
-        if not self._is_exact:
-            # Noise can show a body beyond the range, and a degree of the user's any number.
+        if not self._is_limited:
             return spaces.Box(-np.inf, np.inf, (self.width,), np.float32)
         if self._layout is None:
             return spaces.Box(0.0, 1.0, (self.width,), np.float32)

@@ -19,7 +19,6 @@ from teamsight.core import checks
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of
 from teamsight.env.rewards import Reward, RewardLike, reward_of
-from teamsight.policies.steered import Steered
 
 #: What `CMOMMT` takes by default, if no model is given.
 SIZES: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 5.0}
@@ -90,7 +89,7 @@ class Settings:
         if world.tick:
             raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
         group = self._group_of(world)
-        if not isinstance(group.policy, Steered):
+        if group.policy != self.form.policy or self.degree not in (None, group.awareness):
             world.adjust(group, policy=self.form.policy, awareness=self.degree)
         return world, group
 
@@ -128,7 +127,8 @@ def settings_of(
     given: dict[str, Any] = dict(parameters)
     if model is None:
         _check_parameters(given)
-        given = {**sizes, **given, "policy": form.policy, "awareness": degree or awareness_named("ring", {})}
+        given = {**sizes, **given, "policy": form.policy}
+        given |= {} if degree is None else {"awareness": degree}
     else:
         for name, value in sizes.items():
             if value != SIZES[name]:

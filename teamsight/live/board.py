@@ -63,10 +63,10 @@ class Board:
         self._texts: dict[str, tuple[int, str]] = {}
         self._scenes: Scenes | None = None
         self._frames: Frames | None = None
-        self._wake: Callable[[], None] | None = None
+        self._wake: Callable[[], object] | None = None
         self._is_waking = False
 
-    def listen(self, wake: Callable[[], None] | None) -> None:
+    def listen(self, wake: Callable[[], object] | None) -> None:
         """Call `wake` after a change, once for all changes until the board is read; None ends that."""
         with self._lock:
             self._wake, self._is_waking = wake, False

@@ -8,6 +8,7 @@ from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.decisions.cycle import Cycle
 from teamsight.live.controls import Control
 from teamsight.live.signature_controls import controls_of, value_of, with_given
 from teamsight.policies.registry import POLICIES
@@ -15,7 +16,8 @@ from teamsight.policies.registry import POLICIES
 _TEAM, _TARGETS, _WORLD = "Robots", "Targets", "World"
 
 _CONTROLS = (
-    Control("policy", "choice", "policy", _TEAM, "How robots decide.", choices={one: one for one in POLICIES}, live=True),
+    Control("policy", "choice", "policy", _TEAM, "How robots decide.", choices={one: one for one in POLICIES},
+            live=True),
     Control("awareness", "choice", "awareness", _TEAM, "What robots perceive of teammates.",
             choices={one: one for one in AWARENESS}, live=True),
     Control("delta", "integer", "sectors δ", _TEAM, "Number of sectors of the ring.", 1, 64, 1, live=True,
@@ -74,6 +76,8 @@ def _fitted(control: Control, value: Any) -> Control | None:
         return replace(control, choices=with_given(control.choices, value))
     if control.kind == "flag":
         return control if isinstance(value, bool) else None
+    if isinstance(value, Cycle) and value == Cycle(value.period):
+        value = value.period
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         # A cycle as an object, or a range for each robot.
         return None

@@ -1,4 +1,4 @@
-"""The messages of pages that wait to be obeyed: few, and of those that set the same thing only the last."""
+"""The messages of pages that wait to be carried out: few, and of those that set the same thing only the last."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Commands:
         self._count = self._taken = 0
 
     def __len__(self) -> int:
-        """The number of messages that wait or are being obeyed."""
+        """The number of messages that wait or are being carried out."""
         return len(self._waiting) + self._taken
 
     def put(self, message: Message) -> None:
@@ -35,7 +35,7 @@ class Commands:
         with self._news:
             key = self._key(message)
             if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
-                raise ValueError(f"{message.type}: {MOST_WAITING} messages wait already; the worlds are busy, try again")
+                raise ValueError(f"{message.type}: {MOST_WAITING} messages wait already; try again when they are done")
             self._waiting.pop(key, None)
             self._waiting[key] = message
             self._news.notify()
@@ -57,7 +57,7 @@ class Commands:
         return messages
 
     def done(self) -> None:
-        """Note that one of the messages taken was obeyed."""
+        """Note that one of the messages taken was carried out."""
         self._taken -= 1
 
     def wake(self) -> None:
@@ -69,7 +69,7 @@ class Commands:
     def _key(self, message: Message) -> Hashable:
         if message.type == "set":
             return message.type, message.fields["name"], message.fields["track"]
-        if message.type in ("pace", "every", "compare"):
+        if message.type in ("rate", "every", "compare"):
             return message.type
         # Each of the others counts: three steps are three.
         self._count += 1

@@ -58,14 +58,16 @@ class Control:
         if self.kind == "choice":
             return self.choices[checks.choice(self.name, value, tuple(self.choices))]
         if self.kind == "integer":
-            least, most = (0 if self.least is None else int(self.least)), (None if self.most is None else int(self.most))
+            least = 0 if self.least is None else int(self.least)
+            most = None if self.most is None else int(self.most)
             return checks.count(self.name, value, least=least, most=most)
         return checks.number(self.name, value, least=self.least, most=self.most)
 
     def shown(self, value: Any) -> Any:
         """Return what the page shows for a value of the parameter."""
         if self.kind != "choice":
-            return value
+            # Of a cycle, its period.
+            return getattr(value, "period", value)
         return next((text for text, one in self.choices.items() if one is value or _equal(one, value)), str(value))
 
     def as_json(self) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class Display:
     def __init__(self, board: Board, controls: Iterable[Control]) -> None:
         self._board, self._controls = board, list(controls)
         self._number = self._version = self._run = 0
-        # Pages tell by it that another server has answered.
+        # Another value shows pages that another server has answered.
         self._server = secrets.token_hex(4)
         self._scenes: list[Scene] = []
 
@@ -50,7 +50,7 @@ class Display:
         self._number += 1
         blocks = [track.look(again=again) for track in tracks]
         scenes = [track.scene for track in tracks]
-        if len(scenes) != len(self._scenes) or any(map(lambda a, b: a is not b, scenes, self._scenes)):
+        if list(map(id, scenes)) != list(map(id, self._scenes)):
             self._post_scenes(scenes)
         messages = tuple(protocol.frame_message(i, self._number, block) for i, block in enumerate(blocks))
         self._board.post_frames(Frames(self._number, self._version, messages))
@@ -58,8 +58,9 @@ class Display:
     def _post_scenes(self, scenes: list[Scene]) -> None:
         self._version += 1
         self._scenes = scenes
+        run = f"{self._server}-{self._run}"
         texts = tuple(
-            protocol.text("scene", track=i, tracks=len(scenes), run=f"{self._server}-{self._run}", scene=scene.as_json())
+            protocol.text("scene", track=i, tracks=len(scenes), run=run, scene=scene.as_json())
             for i, scene in enumerate(scenes)
         )
         self._board.post_scenes(Scenes(self._version, self._run, texts))

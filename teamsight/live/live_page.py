@@ -11,15 +11,14 @@ from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
-from teamsight.core import checks
-from teamsight.live import browser as browsers
+from teamsight.core import browsers, checks
 from teamsight.live import protocol
 from teamsight.live.cmommt_controls import controls_for
 from teamsight.live.controls import Control
 from teamsight.live.security import access_to
 from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
-from teamsight.live.signature_controls import SEEDS, check_parameters, model_name, seed_name
+from teamsight.live.signature_controls import SEEDS, check_parameters, has_signature, model_name, seed_name
 from teamsight.live.worlds import Worlds
 
 #: The port, unless another one is given.
@@ -78,7 +77,7 @@ def watch(
     parameters: Mapping[str, Any] | None = None,
     *,
     beside: Mapping[str, Any] | None = None,
-    pace: float | None = 30.0,
+    rate: float | None = 30.0,
     every: int = 1,
     running: bool = True,
     host: str = "127.0.0.1",
@@ -98,7 +97,7 @@ def watch(
         Arguments of the model, the seed included; by default seed 0.
     beside : mapping of str to object, optional
         Parameters in which a second world differs, which runs beside the first with the same seed.
-    pace : float or None
+    rate : float or None
         Steps a second; None for as many as possible.
     every : int
         Steps from one drawn frame to the next, at least.
@@ -127,7 +126,7 @@ def watch(
     TypeError, ValueError
         If the model refuses its parameters, the port is in use, or the address needs a token.
     """
-    if isinstance(model, World) or not callable(model):
+    if isinstance(model, World) or not has_signature(model):
         shown = checks.shown(model)
         raise TypeError(
             f"model={shown}: must be a class or a function that builds a world, so that the page can start again; "
@@ -135,10 +134,10 @@ def watch(
         )
     access = access_to(host, token)
     checks.count("port", port, least=0, most=_MOST_PORT)
-    speed = None if pace is None else checks.number("pace", pace, least=protocol.LEAST_PACE, most=protocol.MOST_PACE)
+    speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
     frames = checks.count("every", every, most=protocol.MOST_EVERY)
     worlds, controls = worlds_of(model, dict(parameters or {}), beside, frames)
-    session = Session(worlds, controls, pace=speed, every=frames, running=checks.flag("running", running))
+    session = Session(worlds, controls, rate=speed, every=frames, running=checks.flag("running", running))
     try:
         page = LivePage(session, Server(session, access, port, f"teamsight: {model_name(model)}"))
     except BaseException:
@@ -179,7 +178,8 @@ def worlds_of(
         check_parameters(model, one)
     found = controls_for(model, parameters)
     if name is not None:
-        found.append(Control(SEED, "integer", "seed", "World", "All random numbers follow from it.", 0, checks.MOST_SEED))
+        help = "All random numbers follow from it."
+        found.append(Control(SEED, "integer", "seed", "World", help, 0, checks.MOST_SEED))
     return Worlds(model, both, seed, every), {one.name: one for one in found}
 
 

@@ -16,29 +16,27 @@ class Pacer:
 
     Parameters
     ----------
-    pace : float or None
+    rate : float or None
         Steps a second; None for as many as possible.
     every : int
         Steps from one frame to the next, at least.
 
     Attributes
     ----------
-    pace, every
+    rate, every
         The parameters; assign new ones at any time.
     """
 
-    def __init__(self, pace: float | None, every: int) -> None:
-        self.pace, self.every = pace, every
+    def __init__(self, rate: float | None, every: int) -> None:
+        self.rate, self.every = rate, every
         self._due = -1.0
         # Seconds that a step takes, as measured.
         self._cost = 1e-4
 
     def stretch(self) -> int:
         """Return the number of steps from this frame to the next, a multiple of `every`."""
-        if self.pace is None:
-            wanted = 1 / (FRAMES_A_SECOND * self._cost)
-        else:
-            wanted = self.pace / FRAMES_A_SECOND
+        fastest = 1 / self._cost
+        wanted = (fastest if self.rate is None else self.rate) / FRAMES_A_SECOND
         return self.every * max(int(min(wanted, _MOST_STEPS) / self.every + 1e-9), 1)
 
     def part(self) -> int:
@@ -57,10 +55,10 @@ class Pacer:
         now : float
             The time of a clock that never goes back [s].
         """
-        return 0.0 if self.pace is None else max(self._due - now, 0.0)
+        return 0.0 if self.rate is None else max(self._due - now, 0.0)
 
     def begin(self, now: float, steps: int) -> None:
         """Note that a stretch begins; the next one is due when it should take `steps` to be over."""
-        if self.pace is not None:
-            # Late ones catch up a little, so that the mean pace is right.
-            self._due = max(self._due, now - _LATEST) + steps / self.pace
+        if self.rate is not None:
+            # Late ones catch up a little, so that the mean rate is right.
+            self._due = max(self._due, now - _LATEST) + steps / self.rate

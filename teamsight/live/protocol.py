@@ -16,7 +16,7 @@ from teamsight.core import checks
 #: The longest message of a page [bytes].
 MOST_BYTES = 4096
 #: The fastest simulation that can be asked for [steps/s]; None stands for as fast as possible.
-LEAST_PACE, MOST_PACE = 0.1, 10_000.0
+LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
 _LONGEST_TEXT = 200
@@ -50,8 +50,8 @@ def _value(name: str, value: Any) -> Any:
     return checks.number(name, value)
 
 
-def _pace(name: str, value: Any) -> float | None:
-    return None if value is None else checks.number(name, value, least=LEAST_PACE, most=MOST_PACE)
+def _rate(name: str, value: Any) -> float | None:
+    return None if value is None else checks.number(name, value, least=LEAST_RATE, most=MOST_RATE)
 
 
 def _track(name: str, value: Any) -> int | None:
@@ -73,7 +73,7 @@ KINDS: dict[str, dict[str, Check]] = {
     "step": {},
     "reset": {},
     "set": {"name": _name, "value": _value, "track": _track},
-    "pace": {"value": _pace},
+    "rate": {"value": _rate},
     "every": {"value": lambda name, value: checks.count(name, value, most=MOST_EVERY)},
     "compare": {"on": checks.flag},
     "save": {},

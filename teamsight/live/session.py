@@ -1,10 +1,10 @@
-"""The session: worlds that run in a thread of their own, and obey the messages of pages."""
+"""The session: worlds that run in a thread of their own, and carry out the messages of pages."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
@@ -48,7 +48,7 @@ class Session:
         The worlds.
     controls : mapping of str to Control
         What pages can set.
-    pace : float or None
+    rate : float or None
         Steps a second; None for as many as possible.
     every : int
         Steps from one frame to the next, at least.
@@ -64,17 +64,17 @@ class Session:
     """
 
     def __init__(
-        self, worlds: Worlds, controls: Mapping[str, Control], *, pace: float | None, every: int, running: bool
+        self, worlds: Worlds, controls: Mapping[str, Control], *, rate: float | None, every: int, running: bool
     ) -> None:
         self.board, self.worlds = Board(), worlds
         self._controls, self._commands = dict(controls), Commands()
         self._display = Display(self.board, self._controls.values())
-        self._pacer = Pacer(pace, every)
+        self._pacer = Pacer(rate, every)
         self._is_running, self._is_busy, self._is_closing = running, False, False
         self._note = ""
         # Steps that are left to the next frame.
         self._left = 0
-        self._told = self._told_steps = 0.0
+        self._reported = self._reported_steps = 0.0
         self._begin("")
         self._thread = threading.Thread(target=self._work, name="teamsight worlds", daemon=True)
         self._thread.start()
@@ -86,7 +86,7 @@ class Session:
         self._thread.join(timeout=5)
 
     def ask(self, message: Message) -> None:
-        """Let the thread obey a message soon.
+        """Let the thread carry a message out soon.
 
         Raises
         ------
@@ -100,8 +100,12 @@ class Session:
         """Whether the worlds make steps."""
         return self._is_running
 
+    def is_alive(self) -> bool:
+        """Return whether the thread of the worlds runs."""
+        return self._thread.is_alive()
+
     def busy(self) -> bool:
-        """Return whether messages wait or are being obeyed."""
+        """Return whether messages wait or are being carried out."""
         return self._is_busy or bool(self._commands)
 
     def recording(self) -> Saved:
@@ -114,10 +118,19 @@ class Session:
     def _work(self) -> None:
         while not self._is_closing:
             for message in self._commands.take(self._patience()):
-                self._obey(message)
+                self._try(lambda message=message: self._carry_out(message))  # type: ignore[misc]
                 self._commands.done()
             if self._is_running and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
-                self._advance()
+                self._try(self._advance)
+
+    def _try(self, act: Callable[[], None]) -> None:
+        """Do something; an error is shown on the pages, and the worlds stay as they are."""
+        try:
+            act()
+        except (Exception, SystemExit) as error:  # of a model, for whatever reason
+            self._is_running = self._is_busy = False
+            self._left = 0
+            self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
 
     def _patience(self) -> float | None:
         """Return how long to wait for messages [s]; None for as long as it takes."""
@@ -139,8 +152,8 @@ class Session:
             self._display.frames(self.worlds.tracks)
         now = time.monotonic()
         self._pacer.took(steps, now - began)
-        if now - self._told > _BETWEEN_STATES:
-            self._tell()
+        if now - self._reported > _BETWEEN_STATES:
+            self._report()
 
     def _make_steps(self, steps: int) -> bool:
         """Let all worlds make steps; return whether they did."""
@@ -158,17 +171,17 @@ class Session:
 
     def _pause(self, note: str = "") -> None:
         self._is_running, self._left, self._note = False, 0, note
-        self._tell()
+        self._report()
 
-    def _obey(self, message: Message) -> None:
+    def _carry_out(self, message: Message) -> None:
         try:
             getattr(self, f"_on_{message.type}")(**message.fields)
-        except Exception as error:  # of a model that refuses its arguments, for whatever reason
+        except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
             self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
             # The page shows the values that hold, not the one that was refused.
             self._display.controls(self.worlds.tracks, self.worlds.seed)
         self._is_busy = False
-        self._tell()
+        self._report()
 
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
@@ -191,8 +204,8 @@ class Session:
     def _on_reset(self) -> None:
         self._rebuild(self.worlds.settings, self.worlds.seed, "")
 
-    def _on_pace(self, value: float | None) -> None:
-        self._pacer.pace = value
+    def _on_rate(self, value: float | None) -> None:
+        self._pacer.rate = value
 
     def _on_every(self, value: int) -> None:
         self._pacer.every = value
@@ -226,24 +239,24 @@ class Session:
 
     def _rebuild(self, settings: list[dict[str, Any]], seed: int, note: str) -> None:
         self._is_busy = True
-        self._tell()
+        self._report()
         self.worlds.rebuild(settings, seed, self._pacer.every)
         self._begin(note)
 
     def _begin(self, note: str) -> None:
         """Show worlds that have just been built."""
-        self._left, self._note, self._told_steps = 0, note, 0
+        self._left, self._note, self._reported_steps = 0, note, 0
         self._display.controls(self.worlds.tracks, self.worlds.seed)
         self._display.begin(self.worlds.tracks)
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         """Show the state."""
         now, made = time.monotonic(), self.worlds.made
-        rate = (made - self._told_steps) / (now - self._told) if self._is_running else 0.0
-        self._told, self._told_steps = now, made
+        measured = (made - self._reported_steps) / (now - self._reported) if self._is_running else 0.0
+        self._reported, self._reported_steps = now, made
         facts = {
-            "running": self._is_running, "busy": self._is_busy, "pace": self._pacer.pace, "every": self._pacer.every,
-            "seed": self.worlds.seed, "note": self._note, "rate": max(rate, 0.0), "made": made,
+            "running": self._is_running, "busy": self._is_busy, "rate": self._pacer.rate, "every": self._pacer.every,
+            "seed": self.worlds.seed, "note": self._note, "measured": max(measured, 0.0), "made": made,
         }  # fmt: skip
         self._display.state(self.worlds.tracks, facts)

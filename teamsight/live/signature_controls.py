@@ -19,6 +19,14 @@ SEEDS = ("seed", "rng")
 _MOST_INTEGER, _MOST_NUMBER = 10**6, 10.0**9
 
 
+def has_signature(model: object) -> bool:
+    """Return whether something can be called, and says with what."""
+    try:
+        return callable(model) and inspect.signature(model) is not None
+    except (TypeError, ValueError):
+        return False
+
+
 def seed_name(model: Callable[..., Any]) -> str | None:
     """Return the name of the parameter that is the seed; None if there is none."""
     names = inspect.signature(model).parameters
@@ -70,7 +78,7 @@ def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any], sectio
     parameters that are called so. Other texts are no controls, since they may name files or code.
     """
     try:
-        hints = get_type_hints(model.__init__ if isinstance(model, type) else model)
+        hints = get_type_hints(vars(model).get("__init__", model) if isinstance(model, type) else model)
     except Exception:  # whatever names the annotations of a user use
         hints = {}
     found = []
@@ -79,7 +87,8 @@ def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any], sectio
             continue
         default = getattr(one.default, "value", one.default) if not isinstance(one.default, enum.Enum) else one.default
         value = parameters.get(name, default)
-        control = _control(name, value, hints.get(name, one.annotation), section or model_name(model), _is_live(model, name))
+        hint = hints.get(name, one.annotation)
+        control = _control(name, value, hint, section or model_name(model), _is_live(model, name))
         if control is not None:
             found.append(control)
     return found
@@ -100,8 +109,8 @@ def _control(name: str, value: Any, hint: Any, section: str, live: bool) -> Cont
     if isinstance(value, bool):
         return Control(name, "flag", section=section, live=live)
     if isinstance(value, int):
-        most = max(_MOST_INTEGER, abs(value))
-        return Control(name, "integer", section=section, least=0 if value >= 0 else -most, most=most, live=live)
+        largest = max(_MOST_INTEGER, abs(value))
+        return Control(name, "integer", section=section, least=0 if value >= 0 else -largest, most=largest, live=live)
     if isinstance(value, float):
         most = max(_MOST_NUMBER, abs(value))
         return Control(name, "number", section=section, least=-most, most=most, live=live)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from teamsight.agents.model import World
@@ -75,7 +75,7 @@ class Worlds:
         for track in self.tracks:
             try:
                 track.run(max(target - track.made, 0))
-            except Exception as error:  # whatever the code of a user raises
+            except (Exception, SystemExit) as error:  # whatever the code of a user raises
                 self._catch_up()
                 raise StoppedError(f"The model failed at tick {track.world.tick}: {failure(error)}") from error
             if track.made < target:
@@ -102,7 +102,7 @@ class Worlds:
                     earlier.set(name, old)
                 raise
 
-    def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[Mapping[str, Any]]:
+    def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[dict[str, Any]]:
         """Return the arguments of all worlds, with another value of a parameter in some of them."""
         return [{**one.parameters, name: value} if one in tracks else one.parameters for one in self.tracks]
 

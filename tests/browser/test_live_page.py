@@ -12,8 +12,6 @@ import live_models
 import numpy as np
 import pytest
 
-pytest.importorskip("websockets")
-
 from teamsight import CMOMMT
 from teamsight.live import LivePage, pacing, watch
 
@@ -196,7 +194,7 @@ def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[
 
 
 def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
-    server = live(live_models.hives, {"hives": 8}, pace=None, running=True)
+    server = live(live_models.hives, {"hives": 8}, rate=None, running=True)
     page.goto(server.url)
     page.locator(".ts-log tbody tr").nth(5).wait_for()
     assert "failed" in page.locator(".ts-log tbody").inner_text()
@@ -233,7 +231,7 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
 
 
 def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
-    server = live(live_models.Failing, running=True, pace=200.0)
+    server = live(live_models.Failing, running=True, rate=200.0)
     page.goto(server.url)
     page.get_by_role("alert").get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").wait_for()
     assert not server.session.is_running
@@ -263,7 +261,7 @@ def test_a_thousand_frames_need_no_more_memory(
 ) -> None:
     # More frames than can be drawn, acknowledged as they come, so that the test is short.
     monkeypatch.setattr(pacing, "FRAMES_A_SECOND", 1000.0)
-    server = live(parameters={"robots": 15, "targets": 15}, pace=1000.0)
+    server = live(parameters={"robots": 15, "targets": 15}, rate=1000.0)
     shown(page, server)
     page.evaluate("""() => {
       const { link } = teamsight.live, receive = link.receiveFrame.bind(link);
@@ -285,7 +283,7 @@ def after_frames(page: Page, count: int) -> float:
 
 
 def test_a_page_that_does_not_answer_holds_nothing_up(page: Page, live: Callable[..., LivePage]) -> None:
-    server = live(running=True, pace=500.0)
+    server = live(running=True, rate=500.0)
     page.goto(server.url)
     page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 3")
     page.evaluate("() => { teamsight.live.link.acknowledge = () => {}; }")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SET_UP = "python3 -m venv .venv && .venv/bin/pip install -e"
 COMMANDS = [f"{SET_UP} . && .venv/bin/teamsight reproduce", f"{SET_UP} '.[test]' && .venv/bin/pytest"]
 
@@ -53,6 +53,7 @@ def test_the_readme_records_a_run_and_steps_an_environment(tmp_path: Path, monke
     assert (tmp_path / "run.html").stat().st_size < 3_000_000
 
 
+<<<<<<< HEAD
 WITH_CODE = [
     "agents", "arenas", "awareness", "contacts", "events", "extending", "learning", "model", "notebooks", "policies",
     "recordings", "sensors", "time",
@@ -66,6 +67,9 @@ def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+=======
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+>>>>>>> issue-13
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
         if link.startswith("http"):
@@ -73,6 +77,8 @@ def test_links_lead_somewhere(page: Path) -> None:
         name, _, anchor = link.partition("#")
         place = (page.parent / name).resolve() if name else page
         assert place.exists(), link
+        if place.parent.name == "reference" and anchor.startswith("teamsight."):
+            continue  # An anchor of a class or function, which the site makes and .ci/check_site.py checks.
         headings = re.findall(r"^#+ (.*)$", place.read_text(encoding="utf-8"), re.MULTILINE) if anchor else []
         assert not anchor or anchor in [heading.lower().replace(" ", "-") for heading in headings], link
 
@@ -86,6 +92,11 @@ def test_the_index_lists_every_page() -> None:
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.name == "index.md" or f"]({page.name})" in index, page.name
+    for folder in (ROOT / "docs").glob("*/index.md"):
+        assert f"]({folder.parent.name}/index.md)" in index, folder
+        listed = folder.read_text(encoding="utf-8")
+        for page in folder.parent.glob("*.md"):
+            assert page == folder or f"]({page.name})" in listed, page
 
 
 # The moving picture of the README.
@@ -114,9 +125,3 @@ def test_every_dependency_is_explained_with_its_range() -> None:
     assert listed == wanted
 
 
-def test_versions_agree() -> None:
-    import teamsight
-
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    cited = re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
-    assert [project["version"]] == cited == [teamsight.__version__]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -54,10 +55,20 @@ def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
     assert (filled > 0).tolist() == [True, degree != "none", degree == "shared"]
 
 
-def test_noise_can_exceed_the_range() -> None:
-    exact, noisy = parallel_env(), parallel_env(sensor=Sensor(range_noise=0.5))
-    assert exact.observation_space("robot_0").high.max() == 1
-    assert noisy.observation_space("robot_0").high.max() == np.inf
+@dataclass(frozen=True)
+class Far(Sensor):
+    """Could show agents anywhere."""
+
+
+@pytest.mark.parametrize("layout", ["sectors", "nearest"])
+def test_noisy_readings_are_in_the_space(layout: str) -> None:
+    env = parallel_env(**CROWD, layout=layout, sensor=Sensor(range_noise=0.5, bearing_noise=2.0, delay=1))
+    env.reset(seed=1)
+    for _ in range(20):
+        observations, *_ = env.step({agent: env.action_space(agent).sample() for agent in env.agents})
+        for agent, shown in observations.items():
+            assert env.observation_space(agent).contains(shown)
+    assert parallel_env(sensor=Far()).observation_space("robot_0").high.max() == np.inf
 
 
 def test_the_state_has_all_bodies() -> None:

@@ -18,6 +18,7 @@ KINDS: list[dict[str, Any]] = [
     {},
     {"observation": "none", "action": "grid"},
     {"observation": "pairwise", "action": ActionGrid(4, (0.0, 0.5, 1.0)), "reward": "share"},
+    {"observation": None, "action": "heading", "robots": 4},
     {"observation": "shared", "layout": Nearest(3, 2, 4), "reward": {"observed": 1.0, "neighbours": -0.1}},
     {"observation": "ring", "delta": 4, "layout": "nearest", "events": Failures(20, 10), "reward": "gain"},
 ]

@@ -85,6 +85,17 @@ def test_rotations_are_those_of_the_learners() -> None:
         assert np.array_equal(world.robots.action.distance, (0.5 * given[:, 1] + 0.5) * 0.1)
 
 
+def test_directions_are_normalised() -> None:
+    env = parallel_env(robots=3, action="heading")
+    env.reset(seed=1)
+    before = env.world.robots.heading.copy()
+    env.step({"robot_0": [3.0, -4.0, 0.05], "robot_1": [0.0, 0.0, 9.0], "robot_2": [1e-150, 0.0, -1.0]})
+    action = env.world.robots.action
+    assert action.heading[0].tolist() == [0.6, -0.8]
+    assert not action.heading[1:].any()
+    assert np.array_equal(env.world.robots.heading[1:], before[1:])
+
+
 def test_the_grid_is_that_of_the_learners() -> None:
     grid = ActionGrid(8, (0.0, 0.5, 1.0))
     numbers = np.random.default_rng(1).integers(0, len(grid), (30, 10))

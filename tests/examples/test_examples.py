@@ -194,6 +194,17 @@ def test_a_robot_learns_what_is_wanted(run: Run) -> None:
     assert 1.25 < linear / walk < 1.45
 
 
+def test_a_team_is_trained(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["train_team.py", "8"])
+    found = re.findall(r"([a-z-]+): ([\d.]+); learned ([\d.]+), ([+-][\d.]+) ± ([\d.]+)", run("train_team"))
+    assert [name for name, *_ in found] == ["random-walk", "a-cmommt"]
+    # After 8 generations it is far from good, but no longer by chance better than the random walk.
+    gain, error = map(float, found[0][3:])
+    assert gain > 3 * error
+    assert (tmp_path / "train_team.png").stat().st_size < 200_000
+
+
 @pytest.mark.short
 def test_delta_comes_from_the_trajectories_file(run: Run) -> None:
     delta, safe = map(int, re.findall(r"δ = (\d+) \(point estimate\), (\d+) \(with", run("delta_from_trajectories"))[0])

@@ -1,7 +1,7 @@
 // The live page: a socket to the server, and panels beside the view of view.js. Plain JavaScript without a build step.
 //
 //   link        the socket: frames, messages, acknowledgements, reconnecting
-//   controls    run, step, reset, pace, and what the server lets a page set
+//   controls    run, step, reset, rate, and what the server lets a page set
 //   log         the newest rows of the event log
 //   graph       the neighbour graph of the frame that is shown
 "use strict";
@@ -108,9 +108,9 @@ class Link {
 
 // Part: controls.
 
-// The slider of the pace is logarithmic: its value is 100 times the decimal logarithm of steps a second.
+// The slider of the rate is logarithmic: its value is 100 times the decimal logarithm of steps a second.
 const SLOWEST = 0, FASTEST = 300;
-const paceOf = (value) => Number((10 ** (value / 100)).toPrecision(2));
+const rateOf = (value) => Number((10 ** (value / 100)).toPrecision(2));
 const PAUSE_BETWEEN = 60;
 // What somebody has just changed is not set back by messages that were on their way [milliseconds].
 const KEPT_FOR = 500;
@@ -119,7 +119,7 @@ class Controls {
   constructor(page, element) {
     Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), touched: new Map(), state: null });
     element.setAttribute("aria-label", "Controls");
-    element.append(this.buildAlert(), this.buildRun(), this.buildPace(), this.buildCompare());
+    element.append(this.buildAlert(), this.buildRun(), this.buildRate(), this.buildCompare());
     this.fields = make("div", { class: "tl-fields" });
     this.saveButton = this.button("Save recording", "Save what was seen as a page that plays anywhere", () => this.save());
     element.append(this.fields, make("div", { class: "tl-row" }, this.saveButton));
@@ -154,25 +154,25 @@ class Controls {
       this.ticks, this.note);
   }
 
-  buildPace() {
+  buildRate() {
     const { page } = this;
-    const send = (value) => { this.touch("pace of steps"); page.link.send("pace", { value }); };
-    this.pace = make("input", { type: "range", min: SLOWEST, max: FASTEST, step: 1, id: "tl-pace", "aria-label": "Steps per second" });
-    this.paceText = make("output", { class: "tl-value", for: "tl-pace" });
+    const send = (value) => { this.touch("rate of steps"); page.link.send("rate", { value }); };
+    this.rate = make("input", { type: "range", min: SLOWEST, max: FASTEST, step: 1, id: "tl-rate", "aria-label": "Steps per second" });
+    this.rateText = make("output", { class: "tl-value", for: "tl-rate" });
     this.full = make("input", { type: "checkbox", id: "tl-full" });
     this.every = make("input", { type: "number", min: 1, max: 10000, step: 1, id: "tl-every" });
-    this.pace.addEventListener("input", () => { this.full.checked = false; this.showPace(); this.soon("pace", () => send(paceOf(this.pace.value))); });
-    this.full.addEventListener("change", () => { send(this.full.checked ? null : paceOf(this.pace.value)); this.showPace(); });
+    this.rate.addEventListener("input", () => { this.full.checked = false; this.showRate(); this.soon("rate", () => send(rateOf(this.rate.value))); });
+    this.full.addEventListener("change", () => { send(this.full.checked ? null : rateOf(this.rate.value)); this.showRate(); });
     this.every.addEventListener("change", () => {
       if (this.every.checkValidity() && this.every.value) page.link.send("every", { value: Number(this.every.value) });
     });
-    return make("fieldset", {}, make("legend", {}, "Pace"),
-      make("div", { class: "tl-field" }, make("label", { for: "tl-pace" }, "steps/s"), this.pace, this.paceText),
+    return make("fieldset", {}, make("legend", {}, "Rate"),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-rate" }, "steps/s"), this.rate, this.rateText),
       make("div", { class: "tl-field" }, make("label", { for: "tl-full" }, "as fast as possible"), this.full),
       make("div", { class: "tl-field" }, make("label", { for: "tl-every" }, "draw every … steps"), this.every));
   }
 
-  showPace() { setText(this.paceText, this.full.checked ? "–" : String(paceOf(this.pace.value))); }
+  showRate() { setText(this.rateText, this.full.checked ? "–" : String(rateOf(this.rate.value))); }
 
   buildCompare() {
     const { page } = this;
@@ -294,12 +294,12 @@ class Controls {
     this.state = state;
     setText(this.runButton, state.running ? "Pause" : "Run");
     setText(this.note, state.busy ? "Building …" : state.note);
-    const [one] = state.tracks, rate = state.running ? `, ${state.rate < 10 ? state.rate.toFixed(1) : Math.round(state.rate).toLocaleString("en")} steps/s` : "";
-    setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${rate}`);
-    if (!this.isTouched("pace of steps")) {
-      this.full.checked = state.pace === null;
-      if (state.pace !== null) this.pace.value = Math.round(100 * Math.log10(state.pace));
-      this.showPace();
+    const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
+    setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
+    if (!this.isTouched("rate of steps")) {
+      this.full.checked = state.rate === null;
+      if (state.rate !== null) this.rate.value = Math.round(100 * Math.log10(state.rate));
+      this.showRate();
     }
     if (document.activeElement !== this.every) this.every.value = state.every;
     if (!this.isTouched("two")) this.compare.checked = state.tracks.length > 1;

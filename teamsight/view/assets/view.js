@@ -41,7 +41,9 @@ class PackedFrame {
   get y() { return this.column(1); }
   get heading() { return this.column(2); }
   get flags() { return this.column(3); }
-  get links() { return this.store.lists.map((list) => links(list, list.first[this.index], list.first[this.index + 1])); }
+  get links() {
+    return this.store.lists.map((list) => links(list, list.first[this.index], list.first[this.index + 1]));
+  }
   // The same with columns that are made once; the getters above make them at each use.
   get plain() {
     const { time, n, x, y, heading, flags, links: lists } = this;
@@ -52,7 +54,7 @@ class PackedFrame {
 }
 
 function links(list, from, to) {
-  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to) };
+  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale: list.scale };
   if (list.dx) {
     found.dx = list.dx.subarray(from, to);
     found.dy = list.dy.subarray(from, to);
@@ -94,8 +96,8 @@ class Reader {
     return Float32Array.from({ length: count }, (_, k) => this.view.getFloat32(from + 4 * k, true));
   }
   words(count) {
-    const from = this.take(2 * count), start = this.bytes.byteOffset + from;
-    if (start % 2 === 0) return new Uint16Array(this.bytes.buffer, start, count);
+    const from = this.take(2 * count), place = this.bytes.byteOffset + from;
+    if (place % 2 === 0) return new Uint16Array(this.bytes.buffer, place, count);
     return new Uint16Array(this.bytes.slice(from, from + 2 * count).buffer);
   }
   // All low bytes, then all high bytes.
@@ -117,7 +119,7 @@ function decodeFrame(data, scene, offset = 0) {
   const time = reader.float(), series = reader.floats(scene.series.length);
   const columns = [0, 0, 0, 0].map(() => reader.words(n));
   const lists = scene.links.map((list, l) => {
-    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]) };
+    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]), scale: list.scale };
     for (const name of list.measured ? ["dx", "dy"] : []) found[name] = signed(reader.words(counts[l]));
     return found;
   });
@@ -148,7 +150,7 @@ async function decodeReplay(data, scene) {
   const sizes = reader.words(frames);
   for (let f = 0; f < frames; f++) store.first[f + 1] = store.first[f] + sizes[f];
   store.columns = [0, 0, 0, 0].map(() => undelta(reader.planes(store.first[frames]), store.first));
-  store.lists = scene.links.map((list) => readLinks(reader, frames, list.measured));
+  store.lists = scene.links.map((list) => readLinks(reader, frames, list));
   reader.end();
   const all = Array.from({ length: frames }, (_, index) => new PackedFrame(store, index));
   for (const frame of all) check(frame.n, frame.links, scene);
@@ -164,10 +166,10 @@ function undelta(values, first) {
   return values;
 }
 
-function readLinks(reader, frames, measured) {
+function readLinks(reader, frames, { measured, scale }) {
   const first = new Uint32Array(frames + 1);
   for (let f = 0; f < frames; f++) first[f + 1] = first[f] + reader.count();
-  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]) };
+  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
   for (let f = 0; f < frames; f++) {
     for (let k = first[f] + 1; k < first[f + 1]; k++) list.source[k] += list.source[k - 1];
   }
@@ -215,7 +217,8 @@ class Layout {
 }
 
 // Whether the bodies of a group sense others, and its degree of awareness.
-const senses = ({ role, fields }) => role === "robot" || Object.keys(fields || {}).some((name) => name.startsWith("senses "));
+const senses = ({ role, fields }) =>
+  role === "robot" || Object.keys(fields || {}).some((name) => name.startsWith("senses "));
 const degreeOf = ({ role, awareness }) => (awareness ? awareness.name : role === "robot" ? "none" : null);
 const angleOf = (frame, slot) => (2 * Math.PI * frame.heading[slot]) / TURN;
 const has = (frame, slot, flag) => slot < frame.n && (frame.flags[slot] & flag) !== 0;
@@ -236,14 +239,14 @@ function entries(list, slot) {
 
 // What an observer senses in one list: slot, offset along the axes, range, and bearing, anticlockwise from its heading.
 function sensed(layout, frame, l, slot) {
-  const list = frame.links[l], { measured, scale } = layout.scene.links[l], heading = angleOf(frame, slot);
+  const list = frame.links[l], { measured } = layout.scene.links[l], heading = angleOf(frame, slot);
   const [from, to] = entries(list, slot), found = [];
   const { x, y } = frame;
   for (let k = from; k < to; k++) {
     const target = list.target[k];
-    const dx = measured ? (list.dx[k] * scale) / MEASURED
+    const dx = measured ? (list.dx[k] * list.scale) / MEASURED
       : layout.way(((x[target] - x[slot]) * layout.width) / MOST, 0);
-    const dy = measured ? (list.dy[k] * scale) / MEASURED
+    const dy = measured ? (list.dy[k] * list.scale) / MEASURED
       : layout.way(((y[target] - y[slot]) * layout.height) / MOST, 1);
     found.push({ slot: target, dx, dy, range: Math.hypot(dx, dy), bearing: wrapped(Math.atan2(dy, dx) - heading) });
   }
@@ -305,7 +308,7 @@ const DARK = {
 const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-function channels(colour) {
+function components(colour) {
   const hex = /^#([0-9a-f]{3}|[0-9a-f]{6})$/i.test(colour) ? colour.slice(1) : "808080";
   const full = hex.length === 3 ? [...hex].map((digit) => digit + digit).join("") : hex;
   return [0, 2, 4].map((at) => parseInt(full.slice(at, at + 2), 16));
@@ -324,15 +327,15 @@ function contrast(one, other) {
 
 // A colour, moved toward black or white until it stands out from the background.
 function legible(colour, background) {
-  const ground = channels(background), [goal, least] = luminance(ground) > 0.3 ? [0, 3.2] : [255, 5];
-  let rgb = channels(colour);
+  const ground = components(background), [goal, least] = luminance(ground) > 0.3 ? [0, 3.2] : [255, 5];
+  let rgb = components(colour);
   for (let step = 0; step < 40 && contrast(rgb, ground) < least; step++) {
     rgb = rgb.map((value) => value + (goal - value) * 0.06);
   }
   return `#${rgb.map((value) => Math.round(value).toString(16).padStart(2, "0")).join("")}`;
 }
 
-const faded = (colour, alpha) => `rgba(${channels(colour).join(",")},${alpha})`;
+const faded = (colour, alpha) => `rgba(${components(colour).join(",")},${alpha})`;
 
 // Shapes of bodies, added to the path of `to`: at (x, y), of size r, heading (hx, hy) in pixels.
 const SHAPES = {
@@ -380,7 +383,9 @@ SHAPES.inactive = (to, x, y, r) => {
   SHAPES.disc(to, x, y, r);
   SHAPES.cross(to, x, y, 0.85 * r);
 };
-const BY_ROLE = { robot: ["arrow", "drop", "dart"], target: ["disc", "diamond", "square"], other: ["square", "diamond", "disc"] };
+const BY_ROLE = {
+  robot: ["arrow", "drop", "dart"], target: ["disc", "diamond", "square"], other: ["square", "diamond", "disc"],
+};
 
 // The shape of each group: groups of one role differ.
 function shapesOf(scene) {
@@ -412,7 +417,7 @@ function paintBodies(to, colour, look, r, ratio, ground) {
     to.fillStyle = colour;
     to.fill();
   } else {
-    if (look === LOOKS.hollow) {
+    if (look === LOOKS.hollow && r > 3 * ratio) {
       to.fillStyle = ground;
       to.fill();
     }
@@ -499,7 +504,7 @@ class Arena {
   resize() {
     this.ratio = Math.min(window.devicePixelRatio || 1, 2);
     const { clientWidth, clientHeight } = this.canvas;
-    const width = Math.max(Math.round(clientWidth * this.ratio), 1), height = Math.max(Math.round(clientHeight * this.ratio), 1);
+    const [width, height] = [clientWidth, clientHeight].map((side) => Math.max(Math.round(side * this.ratio), 1));
     if (this.canvas.width === width && this.canvas.height === height) return false;
     Object.assign(this.canvas, { width, height });
     this.stillFor = "";
@@ -538,8 +543,8 @@ class Arena {
       py[s] = top - ky * y[s];
     }
     if (!after || share <= 0) return;
-    const to = { x: after.x, y: after.y, flags: after.flags }, [wx, wy] = layout.period.map((length) => length * at.scale);
-    for (let s = 0; s < Math.min(n, after.n); s++) {
+    const to = after.plain, [wx, wy] = layout.period.map((length) => length * at.scale);
+    for (let s = 0; s < Math.min(n, to.n); s++) {
       if (!(flags[s] & to.flags[s] & PRESENT)) continue;
       let dx = kx * (to.x[s] - x[s]), dy = -ky * (to.y[s] - y[s]);
       if (wx) dx -= wx * Math.round(dx / wx);
@@ -698,7 +703,8 @@ class Arena {
   }
 
   drawTrails(frame, shown, at) {
-    const { to, ratio, layout } = this, length = TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)], bands = frame.n > MANY ? 1 : 3;
+    const { to, ratio, layout } = this, bands = frame.n > MANY ? 1 : 3;
+    const length = TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)];
     const frames = [frame];
     for (let k = 1; k <= length; k++) {
       const one = shown.before(k);
@@ -793,9 +799,13 @@ class Arena {
     if (!has(frame, s, PRESENT)) return;
     const { to, ratio, layout, px, py } = this, g = layout.group[s], colour = this.colours[g];
     this.drawLongTrail(frame, s, at, shown);
+    observers(frame, s).forEach((found, l) => {
+      if (layout.scene.links[l].channel !== "teammates") this.drawStrong(found.map((observer) => [observer, s]), at);
+    });
     const found = percept(layout, frame, s);
     if (!found) return;
-    for (const [name, dash] of senses(layout.scene.groups[g]) ? [["awareness_range", [5, 4]], ["sensing_range", []]] : []) {
+    const ranges = [["awareness_range", [5, 4]], ["sensing_range", []]];
+    for (const [name, dash] of senses(layout.scene.groups[g]) ? ranges : []) {
       to.beginPath();
       this.addRange(frame, s, name, at);
       to.strokeStyle = colour;
@@ -830,14 +840,21 @@ class Arena {
   }
 
   drawSensed({ sensed: found, measured }, s, at) {
-    const { to, ratio, layout, px, py } = this;
-    for (const one of found) {
+    const { px, py } = this;
+    this.drawStrong(found.map((one) => [s, one.slot]), at);
+    for (const one of measured ? found : []) {
+      this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
+    }
+  }
+
+  drawStrong(pairs, at) {
+    const { to, ratio, layout } = this;
+    for (const [s, t] of pairs) {
       to.beginPath();
-      this.addLink(s, one.slot, at, false);
-      to.strokeStyle = this.colours[layout.group[one.slot]];
+      this.addLink(s, t, at, false);
+      to.strokeStyle = this.colours[layout.group[t]];
       to.lineWidth = 2 * ratio;
       to.stroke();
-      if (measured) this.drawReading(px[s] + one.dx * at.scale, py[s] - one.dy * at.scale, this.palette.marker);
     }
   }
 
@@ -890,8 +907,8 @@ class Arena {
     });
   }
 
-  // Draws bodies of one look from slot s on, as one path, and returns the slot that follows, or −1. Chromium's painting
-  // takes time with the square of the bodies in a path.
+  // Draws bodies of one look from slot s on, as one path, and returns the slot that follows, or −1. The time that
+  // Chromium takes to fill a path grows with the square of the bodies in it.
   drawSome(s, shape, size, colour, look) {
     const { to, px, py, frame } = this;
     to.beginPath();
@@ -980,11 +997,13 @@ class Chart {
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
-    const title = difference ? "Difference in observed" : nameOf(name);
+    const title = difference ? "Difference" : nameOf(name);
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
-    this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` }, make("figcaption", {}, make("span", {}, title), this.values), this.plot);
+    this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
+      make("figcaption", {}, make("span", {}, title), this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${title} against time`);
+    if (difference) this.element.title = `${nameOf(name)} of the first, minus that of the second`;
     parent.append(this.element);
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
@@ -996,7 +1015,7 @@ class Chart {
       scrub(event);
     });
     this.plot.addEventListener("pointermove", (event) => isHeld && scrub(event));
-    for (const name of ["pointerup", "pointercancel"]) this.plot.addEventListener(name, () => { isHeld = false; });
+    for (const type of ["pointerup", "pointercancel"]) this.plot.addEventListener(type, () => { isHeld = false; });
   }
 
   get series() { return this.view.tracks.map(({ scene }) => scene.series.indexOf(this.name)); }
@@ -1095,7 +1114,7 @@ class Chart {
   }
 
   drawAxes() {
-    const { to, ratio, view } = this, { left, right, top, low } = this.box, { palette } = view;
+    const { to, ratio, view } = this, { left, right, low } = this.box, { palette } = view;
     to.font = `${10.5 * ratio}px system-ui, sans-serif`;
     to.fillStyle = palette.soft;
     to.strokeStyle = palette.grid;
@@ -1224,7 +1243,7 @@ class Inspector {
     const { layout } = track, { scene } = layout, plain = frame.plain;
     const one = scene.slots[slot], group = scene.groups[one.group];
     const parts = [this.title(track, plain, slot, group, one)];
-    if (!has(plain, slot, PRESENT)) parts.push(make("p", { class: "ts-soft" }, "Not in the world at this tick."));
+    if (!has(plain, slot, PRESENT)) parts.push(soft("Not in the world at this tick."));
     else parts.push(...this.present(layout, plain, slot, group, one));
     this.shown = "body";
     this.body.replaceChildren(...parts.filter(Boolean));
@@ -1235,7 +1254,7 @@ class Inspector {
     this.shown = "hint";
     this.body.replaceChildren(
       make("h2", {}, "Inspector"),
-      make("p", { class: "ts-soft" }, "Hover or tap a body to see what it perceives. A tapped one stays selected."),
+      soft("Hover or tap a body to see what it perceives. A tapped one stays selected."),
       this.legend(),
     );
   }
@@ -1255,18 +1274,19 @@ class Inspector {
       });
     }
     const { layout, arena } = view.tracks[0] || {};
-    if (layout && layout.scene.groups.length) list.append(make("li", {}, view.icon(arena, 0, LOOKS.inactive), "inactive"));
+    if (layout && layout.scene.groups.length) {
+      list.append(make("li", {}, view.icon(arena, 0, LOOKS.inactive), "inactive"));
+    }
     return list;
   }
 
   title(track, frame, slot, group, one) {
-    const { view } = this, isPresent = has(frame, slot, PRESENT), isActive = has(frame, slot, ACTIVE);
-    const look = isPresent ? lookOf(group.role, frame.flags[slot]) : LOOKS.inactive, states = [];
-    if (isPresent) states.push(isActive ? "active" : "inactive");
-    if (isPresent && group.role === "target") states.push(has(frame, slot, OBSERVED) ? "observed" : "not observed");
+    const { view } = this, isPresent = has(frame, slot, PRESENT);
+    const look = isPresent ? lookOf(group.role, frame.flags[slot]) : LOOKS.inactive;
+    const states = stateOf(track.scene, frame, slot);
     return make("div", { class: "ts-title" },
       make("h2", {}, view.icon(track.arena, one.group, look), `${group.name} · ${one.id}`),
-      make("p", { class: "ts-soft" }, states.join(", ")),
+      soft(states.join(", ")),
     );
   }
 
@@ -1281,10 +1301,12 @@ class Inspector {
     if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
     if (senses(group)) facts.push(["Sensing range", length(one.sensing_range)]);
     if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range)]);
-    if (one.field_of_view < 2 * Math.PI - 1e-6) facts.push(["Field of view", `${Math.round((one.field_of_view * 180) / Math.PI)}°`]);
+    const angle = (one.field_of_view * 180) / Math.PI;
+    if (angle < 360 - 1e-4) facts.push(["Field of view", `${Math.round(angle)}°`]);
     for (const [name, value] of Object.entries(group.fields || {})) {
       // What is sensed without a sensor of its own is below.
-      if (!name.startsWith("senses ") || / by /.test(value)) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
+      const isKnown = name.startsWith("senses ") && !/ by /.test(value);
+      if (!isKnown) facts.push([capital(name.replaceAll("_", " ")), String(value)]);
     }
     const list = make("dl", { class: "ts-facts" });
     for (const [name, value] of facts) list.append(make("div", {}, make("dt", {}, name), make("dd", {}, value)));
@@ -1292,9 +1314,10 @@ class Inspector {
     scene.links.forEach((link, l) => {
       if (!seenBy[l].length || link.channel === "teammates") return;
       const names = seenBy[l].slice(0, MOST_ROWS).map((s) => bodyName(scene, s)).join(", ");
-      parts.push(make("p", {}, make("strong", {}, "Sensed by "), `${names}${seenBy[l].length > MOST_ROWS ? " …" : ""}`));
+      const more = seenBy[l].length > MOST_ROWS ? " …" : "";
+      parts.push(make("p", {}, make("strong", {}, "Sensed by "), names + more));
     });
-    if (!found) parts.push(make("p", { class: "ts-soft" }, "Inactive: it perceives nothing."));
+    if (!found) parts.push(soft("Inactive: it perceives nothing."));
     else parts.push(...this.percept(layout, slot, group, one, found));
     return parts;
   }
@@ -1305,33 +1328,41 @@ class Inspector {
       if (channel.channel === "teammates") continue;
       if (!channel.sensed.length && !(group.role === "robot" && channel.channel === "targets")) continue;
       parts.push(section(`Senses ${channel.name}`, channel.sensed.length, channel.measured ? "as measured" : ""));
-      parts.push(table(["", "range", "bearing"], channel.sensed.map((s) => [bodyName(scene, s.slot), length(s.range), degrees(s.bearing)])));
+      parts.push(sensedTable(scene, channel.sensed));
     }
     if (!found.degree && !found.teammates.length) return parts;
     parts.push(...this.awareness(layout, slot, group, one, found));
     return parts;
   }
 
+  // The ring as it is: what is in each occupied sector.
+  ring(layout, group, one, found, measured) {
+    const { delta } = group.awareness, occupied = found.ring, hidden = found.teammates.length - occupied.length;
+    const label = `Ring of ${delta} sectors, ${occupied.length} occupied`;
+    const canvas = make("canvas", { class: "ts-ring", role: "img", "aria-label": label });
+    this.drawRing(canvas, occupied, delta, one.awareness_range, this.view.trackOf(layout).arena.colours[one.group]);
+    const rows = occupied.map(({ sector, merged, range, bearing }) => [
+      merged > 1 ? `${sector} (${merged} merged)` : String(sector), length(range), degrees(bearing),
+    ]);
+    const more = hidden ? ` ${plural(hidden, "teammate")} behind a nearer one in the same sector.` : "";
+    return [
+      section(`Ring, δ = ${delta}`, `${occupied.length} of ${delta}`, measured), canvas,
+      rows.length ? table(["sector", "nearest", "bearing"], rows) : null,
+      soft(`Sector 0 is straight ahead.${more}`),
+    ];
+  }
+
   awareness(layout, slot, group, one, found) {
     const { scene } = layout, { teammates } = found, count = teammates.length;
     const measured = layout.teammates >= 0 && scene.links[layout.teammates].measured ? "as measured" : "";
-    const neighbours = () => table(["", "range", "bearing"], teammates.map((s) => [bodyName(scene, s.slot), length(s.range), degrees(s.bearing)]));
     if (found.degree === "ring") {
-      const { delta } = group.awareness, hidden = count - found.ring.length;
-      const canvas = make("canvas", { class: "ts-ring", role: "img", "aria-label": `Ring of ${delta} sectors, ${found.ring.length} occupied` });
-      this.drawRing(canvas, found.ring, delta, one.awareness_range, this.view.trackOf(layout).arena.colours[one.group]);
-      return [
-        section(`Ring, δ = ${delta}`, `${found.ring.length} of ${delta}`, measured),
-        canvas,
-        found.ring.length && table(["sector", "nearest", "bearing"], found.ring.map((s) => [`${s.sector}${s.merged > 1 ? ` (${s.merged} merged)` : ""}`, length(s.range), degrees(s.bearing)])),
-        make("p", { class: "ts-soft" }, `Sector 0 is straight ahead.${hidden ? ` ${plural(hidden, "teammate")} behind a nearer one in the same sector.` : ""}`),
-        section("Neighbours", count, "which the ring does not identify"), neighbours(),
-      ];
+      const note = section("Neighbours", count, "which the ring does not identify");
+      return [...this.ring(layout, group, one, found, measured), note, sensedTable(scene, teammates)];
     }
-    const parts = [section("Neighbours", count, measured), neighbours()];
-    if (found.degree === "none") parts.push(make("p", { class: "ts-soft" }, "It perceives none of them: its degree of awareness is none."));
+    const parts = [section("Neighbours", count, measured), sensedTable(scene, teammates)];
+    if (found.degree === "none") parts.push(soft("Its degree of awareness shows none of them."));
     if (found.degree && !["none", "ring", "pairwise", "shared"].includes(found.degree)) {
-      parts.push(make("p", { class: "ts-soft" }, `What ${found.degree} shows of them is not recorded.`));
+      parts.push(soft(`What ${found.degree} shows of them is not recorded.`));
     }
     if (found.degree === "shared") {
       parts.push(section("Relayed targets", found.relayed.length, ""));
@@ -1396,24 +1427,44 @@ class Inspector {
   }
 }
 
+const soft = (text) => make("p", { class: "ts-soft" }, text);
 const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 const bodyName = (scene, slot) => `${scene.groups[scene.slots[slot].group].name} ${scene.slots[slot].id}`;
+
+// The states of a body in words.
+function stateOf(scene, frame, slot) {
+  if (!has(frame, slot, PRESENT)) return [];
+  const states = [has(frame, slot, ACTIVE) ? "active" : "inactive"];
+  if (scene.groups[scene.slots[slot].group].role === "target") {
+    states.push(has(frame, slot, OBSERVED) ? "observed" : "not observed");
+  }
+  return states;
+}
 
 function degreeText({ name, delta }) {
   return delta === undefined || delta === null ? name : `${name}, δ = ${delta}`;
 }
 
 function section(title, count, note) {
-  return make("h3", {}, title, make("span", { class: "ts-count" }, String(count)), note ? make("span", { class: "ts-soft" }, ` ${note}`) : null);
+  const more = note ? make("span", { class: "ts-soft" }, ` ${note}`) : null;
+  return make("h3", {}, title, make("span", { class: "ts-count" }, String(count)), more);
+}
+
+function sensedTable(scene, found) {
+  const rows = found.map(({ slot, range, bearing }) => [bodyName(scene, slot), length(range), degrees(bearing)]);
+  return table(["", "range", "bearing"], rows);
 }
 
 function table(header, rows) {
-  if (!rows.length) return make("p", { class: "ts-soft" }, "none");
-  const body = make("tbody", {}, ...rows.slice(0, MOST_ROWS).map((row) => make("tr", {}, ...row.map((cell) => make("td", {}, cell)))));
+  if (!rows.length) return soft("none");
+  const line = (row) => make("tr", {}, ...row.map((cell) => make("td", {}, cell)));
+  const body = make("tbody", {}, ...rows.slice(0, MOST_ROWS).map(line));
   if (rows.length > MOST_ROWS) {
-    body.append(make("tr", {}, make("td", { colspan: header.length, class: "ts-soft" }, `and ${rows.length - MOST_ROWS} more`)));
+    const more = `and ${rows.length - MOST_ROWS} more`;
+    body.append(make("tr", {}, make("td", { colspan: header.length, class: "ts-soft" }, more)));
   }
-  return make("table", {}, make("thead", {}, make("tr", {}, ...header.map((cell) => make("th", { scope: "col" }, cell)))), body);
+  const names = header.map((cell) => make("th", { scope: "col" }, cell));
+  return make("table", {}, make("thead", {}, make("tr", {}, ...names)), body);
 }
 
 // Part: view.
@@ -1429,19 +1480,37 @@ const ICONS = {
   loop: "M4 9a5 5 0 0 1 5-5h4V2l4 3-4 3V6H9a3 3 0 0 0-3 3zM16 11a5 5 0 0 1-5 5H7v2l-4-3 4-3v2h4a3 3 0 0 0 3-3z",
   fit: "M3 3h5v2H5v3H3zM12 3h5v5h-2V5h-3zM3 12h2v3h3v2H3zM15 12h2v5h-5v-2h3z",
   closer: "M9 3h2v6h6v2h-6v6H9v-6H3V9h6z", wider: "M3 9h14v2H3z",
+  help: "M6 7a4 4 0 1 1 5.5 3.7c-.6.3-.6.6-.6 1.8H9c0-2 .2-2.6 1.6-3.4A2 2 0 1 0 8 7zM9 14h2v2.2H9z",
   save: "M9 2h2v7l3-3 1.4 1.4L10 12.8 4.6 7.4 6 6l3 3zM3 14h2v2h10v-2h2v4H3z",
 };
 const HELP = [
-  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"], ["PgUp PgDn", "ten frames back or forward"],
-  ["Home End", "first and last frame"], [", .", "slower, faster"], ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
+  ["Space", "play or pause"], ["← →", "one frame back or forward; with Shift, pan"],
+  ["PgUp PgDn", "ten frames back or forward"], ["Home End", "first and last frame"], [", .", "slower, faster"],
+  ["o", "loop"], ["+ −", "zoom in, out; also the wheel or two fingers"],
   ["f", "fit the arena; drag to pan"], ["r", "sensing ranges"], ["a", "awareness ranges"], ["l", "links of teammates"],
   ["k", "links of other channels"], ["t", "trails"], ["[ ]", "previous, next body"], ["Esc", "release the body"],
   ["s", "save the picture"], ["?", "this help"],
 ];
 
+// What keys do.
+const ACTS = {
+  " ": (view) => view.toggle(), ArrowLeft: (view) => view.step(-1), ArrowRight: (view) => view.step(1),
+  PageUp: (view) => view.step(-10), PageDown: (view) => view.step(10),
+  Home: (view) => view.look(0), End: (view) => view.look(view.frameCount - 1),
+  "Shift ArrowLeft": (view) => view.pan(-0.1, 0), "Shift ArrowRight": (view) => view.pan(0.1, 0),
+  "Shift ArrowUp": (view) => view.pan(0, 0.1), "Shift ArrowDown": (view) => view.pan(0, -0.1),
+  "+": (view) => view.zoom(1.4), "=": (view) => view.zoom(1.4), "-": (view) => view.zoom(1 / 1.4),
+  "−": (view) => view.zoom(1 / 1.4), f: (view) => view.fit(), 0: (view) => view.fit(),
+  ",": (view) => view.setSpeed(-1), ".": (view) => view.setSpeed(1), o: (view) => view.setLoop(!view.loop),
+  "[": (view) => view.selectNext(-1), "]": (view) => view.selectNext(1),
+  Escape: (view) => view.select(view.selected.track, null), s: (view) => view.savePicture(), "?": (view) => view.help(),
+};
+for (const key of "ralkt") ACTS[key] = (view) => view.toggleKey(key);
+
 // The page. Of a replay, the whole is there from the start; of a live run, frames are appended.
 //
-//   setScene(i, scene)     what track i shows; a new one is added; frames are kept, unless the box around the arena changes
+//   setScene(i, scene)     what track i shows; a new one is added; frames are kept unless another box is around the
+//                          arena, or series or links are others
 //   append(i, frame)       add a frame of decodeFrame (or of decodeReplay) to track i
 //   clear(i)               drop the frames of track i
 //   removeTrack(i)         drop the last track
@@ -1464,6 +1533,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
+      isSeen: true,
     });
     this.build();
     this.listen();
@@ -1483,11 +1553,15 @@ class View {
     if (!before) this.addTrack(i, scene, layout);
     else {
       // Frames are read by these.
-      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists]);
+      const read = ({ name, measured }) => [name, measured];
+      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists.map(read)]);
       const isMoved = key(before.scene) !== key(scene);
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
       if (isMoved) this.clear(i);
+      for (const one of [this.selected, this.hovered]) {
+        if (one.track === i && one.slot >= scene.slots.length) one.slot = null;
+      }
     }
     this.describeTracks();
     this.inspector.shown = "";
@@ -1629,12 +1703,13 @@ class View {
       this.button("closer", "Zoom in (+)", () => this.zoom(1.4)),
       this.button("fit", "Fit the arena (f)", () => this.fit()),
       this.button("save", "Save the picture (s)", () => this.savePicture()),
-      make("button", { type: "button", class: "ts-button", title: "Help (?)", "aria-label": "Help", onclick: () => this.help() }, "?"),
+      this.button("help", "Help (?)", () => this.help()),
     );
     this.stage = make("div", { class: "ts-stage" });
     this.chartRow = make("div", { class: "ts-charts" });
     this.inspector = new Inspector(this);
-    this.slots = Object.fromEntries(["controls", "log", "graph"].map((name) => [name, make("section", { class: `ts-slot ts-${name}` })]));
+    const panel = (name) => [name, make("section", { class: `ts-slot ts-${name}` })];
+    this.slots = Object.fromEntries(["controls", "log", "graph"].map(panel));
     this.status = make("p", { class: "ts-hidden", role: "status", "aria-live": "polite", id: "ts-status" });
     this.tip = make("div", { class: "ts-tip", hidden: true });
     this.dialog = this.buildHelp();
@@ -1648,8 +1723,9 @@ class View {
   }
 
   button(icon, title, act) {
-    return make("button", { type: "button", class: "ts-button", title, "aria-label": title.replace(/ \(.*\)$/, ""), onclick: act },
-      make("svg", { viewBox: "0 0 20 20", width: 18, height: 18, "aria-hidden": "true" }, make("path", { d: ICONS[icon], fill: "currentColor" })));
+    const label = title.replace(/ \(.*\)$/, ""), path = make("path", { d: ICONS[icon], fill: "currentColor" });
+    return make("button", { type: "button", class: "ts-button", title, "aria-label": label, onclick: act },
+      make("svg", { viewBox: "0 0 20 20", width: 18, height: 18, "aria-hidden": "true" }, path));
   }
 
   // A button of the transport that a phone has no room for.
@@ -1665,14 +1741,17 @@ class View {
     this.loopButton = this.button("loop", "Loop (o)", () => this.setLoop(!this.loop));
     this.loopButton.classList.add("ts-loop");
     this.loopButton.setAttribute("aria-pressed", "false");
-    this.scrub = make("input", { type: "range", class: "ts-scrub", min: 0, max: 0, step: 1, value: 0, "aria-label": "Frame" });
+    const scale = { type: "range", min: 0, max: 0, step: 1, value: 0 };
+    this.scrub = make("input", { ...scale, class: "ts-scrub", "aria-label": "Frame" });
     this.scrub.addEventListener("input", () => this.look(Number(this.scrub.value)));
-    this.clockText = make("output", { class: "ts-clock" });
+    this.clockText = make("span", { class: "ts-clock" });
     const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
-    this.speedSelect = make("select", { "aria-label": "Speed", title: `Speed; 1× is ${PACE} frames a second (, and .)` },
+    const pace = `Speed; 1× is ${PACE} frames a second (, and .)`;
+    this.speedSelect = make("select", { "aria-label": "Speed", title: pace },
       ...SPEEDS.map((speed) => option(speed, `${speed}×`, this.speed)));
     this.speedSelect.addEventListener("change", () => { this.speed = Number(this.speedSelect.value); });
-    this.everySelect = make("select", { class: "ts-end", "aria-label": "Frames to show", title: "Show every frame, or every second, fifth …" },
+    const title = "Show every frame, or every second, fifth …";
+    this.everySelect = make("select", { class: "ts-end", "aria-label": "Frames to show", title },
       ...[1, 2, 5, 10, 20, 50].map((every) => option(every, `every ${every}`, this.every)));
     this.everySelect.addEventListener("change", () => { this.every = Number(this.everySelect.value); });
     return make("div", { class: "ts-transport", role: "group", "aria-label": "Playing" },
@@ -1685,9 +1764,10 @@ class View {
   }
 
   buildHelp() {
-    const rows = HELP.map(([key, text]) => make("tr", {}, make("th", { scope: "row" }, ...key.split(" ").flatMap((one, k) => [k ? " " : "", make("kbd", {}, one)])), make("td", {}, text)));
+    const keys = (text) => text.split(" ").flatMap((one, k) => [k ? " " : "", make("kbd", {}, one)]);
+    const row = ([key, text]) => make("tr", {}, make("th", { scope: "row" }, ...keys(key)), make("td", {}, text));
     const dialog = make("dialog", { class: "ts-help", "aria-labelledby": "ts-help-title" },
-      make("h2", { id: "ts-help-title" }, "Keys"), make("table", {}, make("tbody", {}, ...rows)),
+      make("h2", { id: "ts-help-title" }, "Keys"), make("table", {}, make("tbody", {}, ...HELP.map(row))),
       make("button", { type: "button", class: "ts-button ts-wide", onclick: () => dialog.close() }, "Close"));
     return dialog;
   }
@@ -1713,10 +1793,11 @@ class View {
     this.stage.classList.toggle("ts-pair", isPair);
     tracks.forEach((track, t) => {
       track.canvas.setAttribute("aria-label", `Arena of ${track.scene.title}`);
-      track.caption.hidden = !isPair;
-      track.caption.replaceChildren(make("span", { class: `ts-swatch ts-swatch-${t}` }), track.scene.title);
+      track.caption.hidden = !isPair && (!this.title || track.scene.title === this.title);
+      const swatch = isPair ? make("span", { class: `ts-swatch ts-swatch-${t}` }) : null;
+      track.caption.replaceChildren(...[swatch, track.scene.title].filter(Boolean));
     });
-    setText(this.heading, (isPair || this.live ? this.title : tracks[0].scene.title) || tracks[0].scene.title);
+    setText(this.heading, this.title || tracks[0].scene.title);
     this.root.classList.toggle("ts-many", this.bodyCount > VERY_MANY);
     this.buildChips();
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
@@ -1726,7 +1807,7 @@ class View {
   get chartNames() {
     const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.series))];
     // The second of a name is the difference of two tracks.
-    return this.tracks.length > 1 && names.includes("observed") ? names.flatMap((name) => (isShare(name) ? [name, name] : [name])) : names;
+    return this.tracks.length > 1 ? names.flatMap((name) => (isShare(name) ? [name, name] : [name])) : names;
   }
 
   buildCharts() {
@@ -1740,8 +1821,11 @@ class View {
   buildChips() {
     const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.links.map(({ name }) => name)))];
     const wanted = [
-      ["ranges", ["", "Sensing", " ranges"], "r", this.bodyCount <= 2 * MANY], ["awareness", ["", "Awareness", " ranges"], "a", false],
-      ...names.map((name) => [`links ${name}`, ["Links to ", name, ""], name === "teammates" ? "l" : "k", this.bodyCount <= MANY]),
+      ["ranges", ["", "Sensing", " ranges"], "r", this.bodyCount <= 2 * MANY],
+      ["awareness", ["", "Awareness", " ranges"], "a", false],
+      ...names.map((name) => [
+        `links ${name}`, ["Links to ", name, ""], name === "teammates" ? "l" : "k", this.bodyCount <= MANY,
+      ]),
       ["trails", ["", "Trails", ""], "t", this.bodyCount <= MANY / 2],
     ];
     if (wanted.map(([name]) => name).join() === Object.keys(this.toggles).join()) return;
@@ -1752,7 +1836,8 @@ class View {
     const word = (text) => (text ? make("span", { class: "ts-word" }, text) : null);
     for (const [name, [prefix, text, suffix], key, isOn] of wanted) {
       const label = prefix + text + suffix, onclick = () => this.setToggle(name, !this.toggles[name].on);
-      const button = make("button", { type: "button", class: "ts-chip", title: `${label} (${key})`, "aria-label": label, onclick }, word(prefix), text, word(suffix));
+      const facts = { type: "button", class: "ts-chip", title: `${label} (${key})`, "aria-label": label, onclick };
+      const button = make("button", facts, word(prefix), text, word(suffix));
       this.toggles[name] = { on: name in before ? before[name].on : isOn, button, key };
       button.setAttribute("aria-pressed", String(this.toggles[name].on));
       this.chips.append(button);
@@ -1829,7 +1914,7 @@ class View {
     if (this.isDirty) this.draw(now);
     this.isDirty = false;
     const isMoving = this.playing && !(this.live && this.following);
-    if (isMoving) this.scheduled = requestAnimationFrame((later) => this.tick(later));
+    if (isMoving && this.isSeen) this.scheduled = requestAnimationFrame((later) => this.tick(later));
   }
 
   advance(now) {
@@ -1865,11 +1950,12 @@ class View {
     const index = this.indexOf(t), isOn = (name) => name in this.toggles && this.toggles[name].on;
     const slotOf = ({ track: one, slot }) => (one === t ? slot : null);
     const selected = slotOf(this.selected);
-    const isTwin = this.selected.slot !== null && this.selected.track !== t && this.selected.slot < track.scene.slots.length;
+    const { slot: chosen, track: home } = this.selected;
+    const isTwin = chosen !== null && home !== t && chosen < track.scene.slots.length;
     arena.draw(frames[index] || null, frames[index + 1], share, {
       ranges: isOn("ranges"), awareness: isOn("awareness"), trails: isOn("trails"),
       links: track.scene.links.map(({ name }) => isOn(`links ${name}`)), selected, hovered: slotOf(this.hovered),
-      marked: isTwin ? this.selected.slot : null, before: (k) => frames[index - k] || null,
+      marked: isTwin ? chosen : null, before: (k) => frames[index - k] || null,
     });
     this.showScale(track);
   }
@@ -1927,7 +2013,17 @@ class View {
     this.observer.observe(this.chartRow);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     document.addEventListener("keydown", (event) => this.onKey(event));
-    document.addEventListener("visibilitychange", () => { this.since = 0; this.invalidate(); });
+    document.addEventListener("visibilitychange", () => this.resume());
+    // One of many recordings in a page plays only while it can be seen.
+    new IntersectionObserver((changes) => {
+      this.isSeen = changes[changes.length - 1].isIntersecting;
+      this.resume();
+    }).observe(this.root);
+  }
+
+  resume() {
+    this.since = 0;
+    this.invalidate();
   }
 
   recolour() {
@@ -1943,24 +2039,13 @@ class View {
     if (event.ctrlKey || event.metaKey || event.altKey || this.dialog.open) return;
     const isField = target.closest("input:not([type=range]), select, textarea, [contenteditable]");
     const isSlider = target.closest("input[type=range]");
-    if (isField || (isSlider && /^(Arrow|Home|End|Page)/.test(key)) || (key === " " && target.closest("button, a, summary"))) return;
-    const pan = (x, y) => this.pan(x * 0.1, y * 0.1);
-    const acts = {
-      " ": () => this.toggle(), ArrowLeft: () => (event.shiftKey ? pan(-1, 0) : this.step(-1)),
-      ArrowRight: () => (event.shiftKey ? pan(1, 0) : this.step(1)), PageUp: () => this.step(-10), PageDown: () => this.step(10),
-      Home: () => this.look(0), End: () => this.look(this.frameCount - 1),
-      "+": () => this.zoom(1.4), "=": () => this.zoom(1.4), "-": () => this.zoom(1 / 1.4), "−": () => this.zoom(1 / 1.4),
-      f: () => this.fit(), 0: () => this.fit(), o: () => this.setLoop(!this.loop), s: () => this.savePicture(), "?": () => this.help(),
-      ",": () => this.setSpeed(-1), ".": () => this.setSpeed(1), "[": () => this.selectNext(-1), "]": () => this.selectNext(1),
-      Escape: () => this.select(this.selected.track, null),
-      r: () => this.toggleKey("r"), a: () => this.toggleKey("a"), l: () => this.toggleKey("l"), k: () => this.toggleKey("k"), t: () => this.toggleKey("t"),
-    };
-    if (event.shiftKey && key === "ArrowUp") acts[key] = () => pan(0, 1);
-    if (event.shiftKey && key === "ArrowDown") acts[key] = () => pan(0, -1);
-    const act = Object.hasOwn(acts, key) ? acts[key] : null;
-    if (!act || !this.tracks.length) return;
+    const isOfSlider = isSlider && /^(Arrow|Home|End|Page)/.test(key);
+    const isOfButton = key === " " && target.closest("button, a, summary");
+    if (isField || isOfSlider || isOfButton || !this.tracks.length) return;
+    const name = event.shiftKey && key.startsWith("Arrow") ? `Shift ${key}` : key;
+    if (!Object.hasOwn(ACTS, name)) return;
     event.preventDefault();
-    act();
+    ACTS[name](this);
   }
 
   selectNext(by) {
@@ -1973,6 +2058,14 @@ class View {
       if (has(frame, slot, PRESENT)) break;
     }
     this.select(track, slot);
+    this.sayBody(track, slot);
+  }
+
+  // What a body senses, for who cannot see the picture.
+  sayBody(track, slot) {
+    const { scene } = this.tracks[track], found = this.inspect(track, slot);
+    const counts = found ? found.channels.map(({ name, sensed: list }) => `${list.length} ${name}`) : ["nothing"];
+    setText(this.status, `${bodyName(scene, slot)}. Senses ${counts.join(", ")}.`);
   }
 
   help() { if (!this.dialog.open) this.dialog.showModal(); }
@@ -1984,7 +2077,8 @@ class View {
 
   // Zooms by a factor, so that the point (fx, fy) of the arena, in shares of its box, stays where it is.
   zoom(factor, fx = this.camera.x, fy = this.camera.y) {
-    const { camera } = this, zoom = Math.min(Math.max(camera.zoom * factor, LEAST_ZOOM), MOST_ZOOM), kept = camera.zoom / zoom;
+    const { camera } = this, zoom = Math.min(Math.max(camera.zoom * factor, LEAST_ZOOM), MOST_ZOOM);
+    const kept = camera.zoom / zoom;
     Object.assign(camera, { zoom, x: fx + (camera.x - fx) * kept, y: fy + (camera.y - fy) * kept });
     this.moved();
   }
@@ -1996,12 +2090,13 @@ class View {
     this.moved();
   }
 
+  get isZoomed() { return Math.abs(this.camera.zoom - 1) > 1e-6; }
+
   moved() {
     const { camera } = this;
     camera.x = Math.min(Math.max(camera.x, 0), 1);
     camera.y = Math.min(Math.max(camera.y, 0), 1);
-    // While all is seen, one finger scrolls the page; afterwards it pans.
-    this.root.classList.toggle("ts-zoomed", Math.abs(camera.zoom - 1) > 1e-6);
+    this.root.classList.toggle("ts-zoomed", this.isZoomed);
     this.invalidate();
   }
 
@@ -2034,8 +2129,10 @@ class View {
       const before = [...fingers.values()], was = fingers.get(event.pointerId), now = pixel(event);
       fingers.set(event.pointerId, now);
       moved += Math.hypot(now[0] - was[0], now[1] - was[1]);
-      if (moved < 5 * arena.ratio) return;
-      this.drag(arena, before, [...fingers.values()], share);
+      // While all is seen, one finger scrolls the page.
+      const isScroll = event.pointerType === "touch" && fingers.size === 1 && !this.isZoomed;
+      if (moved < 5 * arena.ratio || isScroll) return;
+      this.drag(before, [...fingers.values()], share);
     });
     const release = (event) => {
       if (!fingers.delete(event.pointerId) || event.type !== "pointerup" || moved >= 5 * arena.ratio) return;
@@ -2047,8 +2144,9 @@ class View {
   }
 
   // One finger pans, two zoom.
-  drag(arena, before, now, share) {
-    const middle = (points) => [0, 1].map((axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length);
+  drag(before, now, share) {
+    const mean = (points, axis) => points.reduce((sum, point) => sum + point[axis], 0) / points.length;
+    const middle = (points) => [mean(points, 0), mean(points, 1)];
     const apart = ([one, other]) => Math.hypot(one[0] - other[0], one[1] - other[1]);
     const [from, to] = [share(middle(before)), share(middle(now))];
     this.camera.x += from[0] - to[0];
@@ -2061,11 +2159,12 @@ class View {
     const { hovered, tip } = this;
     if (slot === null) tip.hidden = true;
     else {
-      const { scene } = this.tracks[t], { group } = scene.slots[slot], frame = this.frameOf(t);
-      const state = !has(frame, slot, ACTIVE) ? ", inactive" : scene.groups[group].role === "target" ? (has(frame, slot, OBSERVED) ? ", observed" : ", not observed") : "";
-      setText(tip, `${bodyName(scene, slot)}${state}`);
+      const { scene } = this.tracks[t];
+      const states = stateOf(scene, this.frameOf(t), slot).filter((one) => one !== "active");
+      setText(tip, [bodyName(scene, slot), ...states].join(", "));
       tip.hidden = false;
-      tip.style.transform = `translate(${Math.min(event.clientX + 14, innerWidth - tip.offsetWidth - 8)}px, ${event.clientY + 16}px)`;
+      const left = Math.min(event.clientX + 14, innerWidth - tip.offsetWidth - 8);
+      tip.style.transform = `translate(${left}px, ${event.clientY + 16}px)`;
     }
     if (hovered.track === t && hovered.slot === slot) return;
     this.hovered = { track: t, slot };
@@ -2092,7 +2191,8 @@ class View {
       const frame = this.frameOf(t), s = scene.series.indexOf("observed");
       const observed = frame && s >= 0 ? `, observed ${shownValue("observed", frame.value(s))}` : "";
       to.fillStyle = palette.text;
-      to.fillText(`${scene.title}, tick ${Math.round(this.shownTime)}${observed}`, left + 10 * ratio, line / 2, one.width - 20 * ratio);
+      const text = `${scene.title}, tick ${Math.round(this.shownTime)}${observed}`;
+      to.fillText(text, left + 10 * ratio, line / 2, one.width - 20 * ratio);
       left += one.width + gap;
     });
     return new Promise((done) => canvas.toBlob(done, "image/png"));
@@ -2100,8 +2200,8 @@ class View {
 
   async savePicture() {
     this.draw();
-    const name = this.tracks[0].scene.title.replace(/[^\w.=-]+/g, "-").replace(/^-+|-+$/g, "").toLowerCase() || "teamsight";
-    this.download(await this.picture(), `${name}-${Math.round(this.shownTime)}.png`);
+    const words = this.tracks[0].scene.title.toLowerCase().match(/[\w.=]+/g) || ["teamsight"];
+    this.download(await this.picture(), `${words.join("-")}-${Math.round(this.shownTime)}.png`);
   }
 
   download(blob, name) {
@@ -2133,7 +2233,8 @@ async function start(root, data) {
     return view;
   } catch (error) {
     root.dataset.state = "error";
-    root.replaceChildren(make("p", { class: "ts-error", role: "alert" }, `The recording cannot be shown: ${error.message}.`));
+    const text = `The recording cannot be shown: ${error.message}.`;
+    root.replaceChildren(make("p", { class: "ts-error", role: "alert" }, text));
     return null;
   }
 }

@@ -1,0 +1,76 @@
+"""``teamsight watch``: its options, its errors, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from teamsight.cli.options import InputError
+from teamsight.cli.watch import WatchSettings
+
+_MODEL = """
+from teamsight import CMOMMT
+
+def small(robots=3, seed=0):
+    return CMOMMT(robots, seed=seed)
+"""
+
+
+def started(*arguments: str, folder: Path) -> subprocess.Popen[str]:
+    """Start the command and read up to the address."""
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    return subprocess.Popen(
+        [sys.executable, "-m", "teamsight", "watch", "--no-browser", *arguments], cwd=folder, env=environment, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def test_serves_until_ctrl_c(tmp_path: Path) -> None:
+    (tmp_path / "my_worlds.py").write_text(_MODEL, encoding="utf-8")
+    with started("--port", "0", "--model", "my_worlds:small", "--set", "robots=4", folder=tmp_path) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url), process.stderr and process.stderr.read()
+        assert b"<title>teamsight: small</title>" in urllib.request.urlopen(url, timeout=20).read()
+        assert "Ctrl-C" in process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output, errors) == (0, "", "")
+
+
+def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with started("--port", str(taken.getsockname()[1]), folder=tmp_path) as process:
+            output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output) == (2, "")
+    assert errors.count("\n") == 1
+    assert "--port 0" in errors
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"beside": ("policy",)}, "beside='policy': must be NAME=VALUE"), ({"set": ("a=1", "a=2")}, "set='a=2': is given twice"),
+        ({"set": ("robots=3",)}, "give --robots"), ({"port": "70000"}, "port=70000: must be at most 65535"),
+        ({"rate": "0"}, "rate=0"), ({"delta": "8"}, "delta=8: awareness 'pairwise' has no sectors"),
+        ({"every": "0"}, "every=0: must be at least 1"),
+    ],
+)  # fmt: skip
+def test_wrong_options_are_refused(options: dict[str, object], said: str) -> None:
+    with pytest.raises((InputError, ValueError), match=re.escape(said)):
+        WatchSettings(**options)
+
+
+def test_values_of_parameters_are_read() -> None:
+    settings = WatchSettings(beside=("policy=centroid", "robots=3", "robot_speed=0.2", "uniform_target_speed=true"))
+    assert settings.beside == {"policy": "centroid", "robots": 3, "robot_speed": 0.2, "uniform_target_speed": True}

@@ -1,0 +1,269 @@
+"""The server: what it serves, whom it refuses, and that nonsense does not bring it down."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import random
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import live_models
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from teamsight import CMOMMT, Disc, World
+from teamsight.live import LivePage, watch
+from teamsight.live.client import MOST_WRONG
+from teamsight.live.protocol import KINDS, MOST_BYTES
+
+_PATIENCE = 20.0
+
+
+@pytest.fixture
+def live() -> Iterator[Callable[..., LivePage]]:
+    """Serves live pages on free ports, and closes them."""
+    made: list[LivePage] = []
+
+    def serve(model: Any = CMOMMT, parameters: Any = None, **how: Any) -> LivePage:
+        made.append(watch(model, parameters, **{"port": 0, "running": False, "browser": False, "wait": False, **how}))
+        return made[-1]
+
+    yield serve
+    for one in made:
+        one.close()
+
+
+def opened(page: LivePage, **how: Any) -> ClientConnection:
+    """Open a socket as the page does."""
+    base, _, query = page.url.partition("?")
+    address = base.replace("http", "ws") + "socket" + ("?" + query if query else "")
+    return connect(address, **{"origin": base.rstrip("/"), "max_size": None, "proxy": None, **how})
+
+
+def answer(page: LivePage, path: str = "/", **headers: str) -> http.client.HTTPResponse:
+    """Return what the server answers to a request."""
+    connection = http.client.HTTPConnection("127.0.0.1", port_of(page), timeout=_PATIENCE)
+    connection.request("GET", path, headers=headers)
+    return connection.getresponse()
+
+
+def port_of(page: LivePage) -> int:
+    return int(page.url.split(":")[2].partition("/")[0])
+
+
+def until(socket: ClientConnection, kind: str, test: Callable[[dict[str, Any]], bool] = lambda message: True) -> dict[str, Any]:
+    """Read until a message of a kind that passes a test, and acknowledge the frames before it."""
+    while True:
+        data = socket.recv(timeout=_PATIENCE)
+        if isinstance(data, bytes):
+            socket.send(json.dumps({"type": "ack", "frame": int.from_bytes(data[4:8], "little")}))
+            continue
+        message: dict[str, Any] = json.loads(data)
+        if message["type"] == kind and test(message):
+            return message
+
+
+def ask(socket: ClientConnection, kind: str, **fields: Any) -> None:
+    socket.send(json.dumps({"type": kind, **fields}))
+
+
+def test_the_page_allows_itself_only(live: Callable[..., LivePage]) -> None:
+    page = live()
+    found = answer(page)
+    assert found.status == 200
+    policy = found.headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; script-src 'sha256-")
+    assert f"connect-src ws://127.0.0.1:{port_of(page)} " in policy
+    assert "unsafe" not in policy
+    assert found.headers["X-Content-Type-Options"] == "nosniff"
+    assert found.headers["Cache-Control"] == "no-store"
+    body = found.read().decode()
+    # No script or style but those whose digests are named; what the title says is text.
+    assert body.count("<script>") == body.count("</script>") == policy.partition("style-src")[0].count("sha256-")
+    assert "http://" not in body.replace("http://www.w3.org/", "")
+    assert answer(page, "/view.js").status == 404
+    assert answer(page, "/../../etc/passwd").status == 404
+
+
+def test_strangers_are_refused(live: Callable[..., LivePage]) -> None:
+    page = live()
+    assert answer(page, Host="evil.example").status == 403
+    assert answer(page, Origin="http://evil.example").status == 403
+    for origin in ("http://evil.example", None):
+        with pytest.raises(InvalidStatus, match="403"):
+            opened(page, origin=origin)
+    with pytest.raises(InvalidStatus, match="403"):
+        opened(page, additional_headers={"Sec-Fetch-Site": "cross-site"})
+
+
+def test_the_token_opens_the_page(live: Callable[..., LivePage]) -> None:
+    page = live(token="")
+    token = page.url.partition("token=")[2]
+    assert len(token) >= 20
+    assert answer(page).status == 403
+    assert answer(page, f"/?token={token[:-1]}").status == 403
+    assert answer(page, f"/?token={token}").status == 200
+    with opened(page) as socket:
+        until(socket, "scene")
+
+
+def test_a_port_in_use_is_named(live: Callable[..., LivePage]) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(ValueError, match=rf"port={port}: is in use .*--port 0"):
+            live(port=port)
+    with pytest.raises(ValueError, match=r"host='203\.0\.113\.7': is no address of this computer"):
+        live(host="203.0.113.7", token="")
+
+
+def test_sets_steps_and_saves(live: Callable[..., LivePage]) -> None:
+    page = live(parameters={"robots": 4, "seed": 9})
+    with opened(page) as socket:
+        assert until(socket, "scene")["scene"]["seed"] == 9
+        ask(socket, "set", name="policy", value="centroid", track=None)
+        assert until(socket, "controls", lambda one: one["values"][0]["policy"] == "centroid")
+        ask(socket, "step")
+        assert until(socket, "state", lambda one: one["made"] == 1)["running"] is False
+        ask(socket, "save")
+        saved = until(socket, "recording")
+        assert saved["name"].startswith("teamsight-cmommt-")
+        assert saved["name"].endswith("-seed-9.html")
+        assert saved["html"].startswith("<!doctype html>")
+        ask(socket, "set", name="robots", value=7, track=None)
+        state = until(socket, "state", lambda one: "robots 7" in one["note"])
+        assert state["made"] == 0
+    assert len(page.session.worlds.tracks[0].world.robots) == 7
+    assert type(page.session.worlds.tracks[0].world.robots.policy).__name__ == "Centroid"
+
+
+def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> None:
+    """The server stays up, goes on, and answers sense with sense."""
+    page, chance = live(parameters={"robots": 2, "targets": 2}, running=True), random.Random(13)
+    sent = closed = 0
+    while sent < 10_000:
+        with opened(page) as socket:
+            # Answers are read meanwhile, so that neither side waits for the other.
+            reader = threading.Thread(target=_read_quietly, args=(socket,))
+            reader.start()
+            try:
+                while sent < 10_000:
+                    sent += 1
+                    socket.send(nonsense(chance))
+            except ConnectionClosed:
+                closed += 1
+            socket.close()
+            reader.join(timeout=_PATIENCE)
+            assert not reader.is_alive()
+    assert closed > 10_000 // (20 * MOST_WRONG)
+    assert page.session.is_alive()
+    with opened(page) as socket:
+        ask(socket, "reset")
+        ask(socket, "pause")
+        until(socket, "state", lambda one: not one["running"])
+        ask(socket, "step")
+        until(socket, "state", lambda one: not one["running"] and one["made"] > 0)
+
+
+def read_all(socket: ClientConnection) -> None:
+    """Read until the server closes the connection."""
+    while True:
+        socket.recv(timeout=_PATIENCE)
+
+
+def _read_quietly(socket: ClientConnection) -> None:
+    with contextlib.suppress(ConnectionClosed):
+        read_all(socket)
+
+
+def nonsense(chance: random.Random) -> str | bytes:
+    """Return a message that is wrong, or right by chance; none that makes a world of thousands."""
+    kind = chance.choice([0, 0, 0, 1, 1, 1, 2, 2, 3, 3, 3, 4, 4, 4, 5])
+    if kind == 0:
+        return chance.randbytes(chance.randrange(40))
+    if kind == 1:
+        return "".join(chr(chance.randrange(1, 0xD7FF)) for _ in range(chance.randrange(60)))
+    values: list[Any] = [None, True, -1, 0, 3, 1e308, "x", "policy", "os:system", [], {}, "a" * 300, [[]], 10**30, "\0", 2.5]
+    if kind == 2:
+        return json.dumps(chance.choice(values))
+    names = ["type", "name", "value", "track", "frame", "on", "extra", "__class__"]
+    fields = {chance.choice(names): chance.choice(values) for _ in range(chance.randrange(5))}
+    if kind > 3:
+        fields["type"] = chance.choice([*KINDS, "news", "", None])
+    if kind == 5 and isinstance(fields["type"], str) and fields["type"] in KINDS:
+        fields = {"type": fields["type"]} | {name: chance.choice(values) for name in KINDS[fields["type"]]}
+        fields |= {"name": chance.choice(["policy", "delta", "seed", "radius", "nothing"])} if "name" in fields else {}
+    if fields.get("type") == "save" and chance.random() < 0.9:
+        # Right ones take long.
+        fields["more"] = 1
+    text = json.dumps(fields)
+    return text if chance.random() < 0.9 else text[: chance.randrange(len(text))]
+
+
+def test_long_messages_close_the_connection(live: Callable[..., LivePage]) -> None:
+    page = live()
+    with opened(page) as socket, pytest.raises(ConnectionClosed):
+        socket.send(" " * (MOST_BYTES + 1))
+        read_all(socket)
+    with opened(page) as socket:
+        until(socket, "scene")
+
+
+def test_requests_that_are_no_http_are_dropped(live: Callable[..., LivePage]) -> None:
+    page, chance = live(), random.Random(3)
+    for data in (b"", b"\r\n\r\n", b"GET / HTTP/1.1\r\n", b"POST / HTTP/1.1\r\nHost: x\r\n\r\n", chance.randbytes(3000)):
+        with socket.create_connection(("127.0.0.1", port_of(page))) as raw:
+            raw.sendall(data)
+    assert answer(page).status == 200
+
+
+def test_a_connection_that_reads_nothing_holds_nothing_up(live: Callable[..., LivePage]) -> None:
+    page = live(parameters={"robots": 60, "targets": 60}, running=True, rate=None)
+    with opened(page, max_queue=1, close_timeout=0.1) as silent, opened(page) as reading:
+        assert silent
+        for _ in range(3):
+            before = until(reading, "state")["made"]
+            until(reading, "state", lambda one, before=before: one["made"] > before + 100)
+        client = max(page._server.clients, key=lambda one: len(one._under_way))
+        assert len(client._under_way) <= 2
+
+
+def test_models_that_cannot_be_watched_are_refused(live: Callable[..., LivePage]) -> None:
+    for model, parameters, said in (
+        (CMOMMT(), {}, "model=<CMOMMT.*: must be a class or a function"), (3, {}, "model=3: must be a class"),
+        (dict, {}, "model=<class 'dict'>: must be a class"), (lambda seed=0: 3, {}, "builds 3, which is no World"), (lambda seed=0: World(Disc(3.0), seed=seed), {}, "world without agents"),
+        (CMOMMT, {"robot": 3}, "parameter='robot': unknown; did you mean 'robots'"), (CMOMMT, {"robots": 0}, "robots=0"),
+        (live_models.hives, {"hives": 30}, "hives=30: must be at most 20"), (CMOMMT, {"seed": -1}, "-1: must be at least 0"),
+        (lambda robots: CMOMMT(robots), {}, "needs a value for its parameter 'robots'"),
+    ):  # fmt: skip
+        with pytest.raises((TypeError, ValueError), match=said):
+            live(model, parameters)
+    with pytest.raises(TypeError, match="no parameter seed or rng"):
+        live(lambda robots=3: CMOMMT(robots), beside={"robots": 4})
+    with pytest.raises(ValueError, match="beside: has a seed"):
+        live(beside={"seed": 4})
+    with pytest.raises(ValueError, match="rate=0"):
+        live(rate=0)
+
+
+def test_closing_ends_its_threads(live: Callable[..., LivePage]) -> None:
+    before = set(threading.enumerate())
+    page = live(running=True)
+    with opened(page) as socket:
+        until(socket, "scene")
+        page.close()
+        page.close()
+        with pytest.raises(ConnectionClosed):
+            read_all(socket)
+    end = time.monotonic() + _PATIENCE
+    while set(threading.enumerate()) - before:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert "closed" in repr(page)
