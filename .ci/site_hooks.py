@@ -24,6 +24,8 @@ LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
 NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
 # Code is wide, and needs no table of contents.
+# What counts more, or less, among the pages that a search finds.
+BOOSTS = {"how-to/": 4.0, "delta.md": 4.0, "tutorial.md": 1.5, "source/": 0.4, "changelog.md": 0.4, "benchmarks.md": 0.7}
 WIDE = "---\nhide:\n  - navigation\n  - toc\n{}---\n\n"
 
 
@@ -105,8 +107,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Make links to files outside docs/ links to their pages on the site."""
+    """Make links to files outside docs/ links to their pages on the site, and say how much the search counts a page."""
     place = page.file.src_uri
+    for beginning, boost in BOOSTS.items():
+        if place.startswith(beginning):
+            page.meta.setdefault("search", {}).setdefault("boost", boost)
     # Those that were made here have been rewritten, from where their files are.
     if place.startswith("source/") or place in (TOP["CHANGELOG.md"], TOP["CONTRIBUTING.md"]):
         return markdown

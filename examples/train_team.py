@@ -1,8 +1,7 @@
 """Train a policy that all robots share, by an evolution strategy on many worlds at once; then try it on other seeds.
 
-It needs teamsight[env,evolve] and takes a minute or two: python examples/train_team.py [GENERATIONS]. The policy gives
-each of 16 directions a score from what is sensed there and around it, with the same weights for all directions, and
-goes where the scores pull. It draws its learning curve, train_team.png.
+It needs teamsight[env,evolve]: python examples/train_team.py [GENERATIONS]. It draws train_team.png. The policy gives
+16 directions scores from what is sensed around each, with the same weights for all, and goes where the scores pull.
 """
 
 import sys
@@ -34,7 +33,7 @@ def decide(weights, observations):
 
 
 def returns(env, weights, seeds):
-    """Return the mean observed fraction of each world, shape (candidates, seeds); all candidates have the same seeds."""
+    """Return the mean observed fraction of each world, shape (candidates, seeds); all have the same seeds."""
     shape, total = (len(weights), len(seeds), env.robots, -1), np.zeros(env.worlds)
     observations, _ = env.reset([*seeds] * len(weights))
     for _ in range(env.max_cycles):
@@ -73,7 +72,8 @@ def main():
         print(f"{name}: {np.mean(other):.3f}; learned {learned.mean():.3f}, {gain:+.3f} ± {1.984 * error:.3f} (95 %)")
         plt.axhline(np.mean(other), color="grey", linestyle=":" if name == "a-cmommt" else "--", label=name)
     plt.plot(curve, label="learned, mean of a generation")
-    plt.xlabel("generation"), plt.ylabel("observed fraction"), plt.legend(), plt.savefig("train_team.png", dpi=100)
+    plt.xlabel("generation"), plt.ylabel("observed fraction"), plt.legend(loc=(0.4, 0.1))
+    plt.savefig("train_team.png", dpi=100)
 
 
 main()

@@ -116,7 +116,7 @@ class _Reading:
 
     def _numbers(self, size: int, *, is_wide: bool = False) -> Integers:
         """Return the next numbers of each frame, shape (frames, size)."""
-        found = self._stream[self._at[:, None] + np.arange(size)].astype(np.int64)
+        found: Integers = self._stream[self._at[:, None] + np.arange(size)].astype(np.int64)
         self._at = self._at + size
         if is_wide:
             found += self._stream[self._at[:, None] + np.arange(size)].astype(np.int64) << 8
@@ -176,8 +176,9 @@ class _Reading:
             offset = nothing.view(np.int16) if wanted.measured else None
             return [Links(nothing, nothing, offset, offset)] * len(self._ticks)
         frame, source, *others = (np.concatenate(column) for column in zip(*parts, strict=True))
-        if len(parts) > 1 or (np.diff(parts[0][1].astype(np.int64) + (parts[0][0] << 16)) < 0).any():
-            order = np.lexsort((source, frame))
+        place = (frame.astype(np.int64) << 16) + source.astype(np.int64)
+        if (np.diff(place) < 0).any():
+            order = np.argsort(place, kind="stable")
             frame, source, others = frame[order], source[order], [column[order] for column in others]
         ends = np.searchsorted(frame, np.arange(len(self._ticks) + 1)).tolist()
         return [
@@ -229,7 +230,7 @@ def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
 
 def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:
     """Return the sizes of lists that end there, of which only the lowest one or two bytes are known."""
-    return np.diff(ends, axis=1, prepend=0) & (0xFFFF if is_wide else 0xFF)
+    return np.asarray(np.diff(ends, axis=1, prepend=0) & (0xFFFF if is_wide else 0xFF))
 
 
 def _divided(numbers: Integers, sizes: Integers) -> Floats:

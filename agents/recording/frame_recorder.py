@@ -14,6 +14,7 @@ from teamsight.agents.recording.frame_kernel import (
     BODIES,
     FRAMES,
     LINKS,
+    NO_FRAME,
     RECORD_FRAME,
     SLACK,
     BodyArrays,
@@ -206,8 +207,8 @@ class FrameRecorder(Watcher):
         if self.entry is not NO_FRAME:
             self.entry = NO_FRAME
             warnings.warn(
-                f"the recording ends at tick {self._data.timeline.tick:,}: more than {MOST_SLOTS:,} agents have come so "
-                "far, and no more can be recorded; record shorter runs",
+                f"the recording ends at tick {self._data.timeline.tick:,}: more than {MOST_SLOTS:,} agents have come, "
+                "and no more can be recorded; record shorter runs",
                 stacklevel=2,
             )
 

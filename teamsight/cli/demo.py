@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 _WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
 # Their worlds have the same seed, so both teams meet the same targets.
 _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("Random walk, no awareness", {"policy": "random-walk", "awareness": "none"}),
-    ("A-CMOMMT, pairwise awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+    ("Random walk", {"policy": "random-walk", "awareness": "none"}),
+    ("A-CMOMMT with awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
-_TITLE = "Two teams, the same targets"
 # A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
-# Films are large: they show every second step, and so many seconds.
-_FILM_EVERY, _FILM_SECONDS = 2, 10
+# A GIF is large: it shows the beginning, every third step of it, and stays below 2 MB.
+_GIF_STEPS, _GIF_EVERY = 300, 3
+_GIF_SIZE: dict[str, Any] = {"width": 640, "fps": 12.5}
 _FILE = Path("teamsight-demo.html")
 
 
@@ -55,8 +55,9 @@ def demo(settings: DemoSettings) -> None:
         return
     place = settings.record or _FILE
     _prepare(place, settings.force)
-    is_film = place.suffix.lower() in (".gif", ".mp4")
-    _make_recording(settings.seed, is_film=is_film).save(place, force=settings.force)
+    is_gif = place.suffix.lower() == ".gif"
+    steps, every, size = (_GIF_STEPS, _GIF_EVERY, _GIF_SIZE) if is_gif else (_STEPS, 1, {})
+    _make_recording(settings.seed, steps, every).save(place, force=settings.force, **size)
     _say_where(place, is_shown and browsers.show(place.absolute().as_uri()))
 
 
@@ -66,7 +67,7 @@ def _watch(seed: int) -> None:
     from teamsight.live import watch
 
     (_, first), (_, second) = _TEAMS
-    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, pace=_PER_SECOND, port=0, wait=True)
+    watch(CMOMMT, {**_WORLD, **first, "seed": seed}, beside=second, rate=_PER_SECOND, port=0, wait=True)
 
 
 def _prepare(place: Path, force: bool) -> None:
@@ -80,18 +81,14 @@ def _prepare(place: Path, force: bool) -> None:
     check_replaceable(place, force=force)
 
 
-def _make_recording(seed: int, *, is_film: bool = False) -> Replay:
+def _make_recording(seed: int, steps: int, every: int) -> Replay:
     """Run both worlds and return their recording, side by side."""
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.view.replay import Replay
 
-    steps, every = _STEPS, 1
-    if is_film:
-        steps, every = min(steps, _FILM_SECONDS * _FILM_EVERY * _PER_SECOND), _FILM_EVERY
     first, second = (
         CMOMMT(**_WORLD, **team, rng=seed).record(steps=steps, every=every, title=name) for name, team in _TEAMS
     )
-    return Replay([*first.tracks, *second.tracks], title=_TITLE)
+    return first.beside(second)
 
 
 def _say_where(place: Path, is_open: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ _PARTS = 50
 _MOST_EVENTS = 20
 # Options that are no parameters of the model.
 _FAILING = ("failures", "repair")
+_OUTPUT = ("record", "record_every", "save", "save_events", "events", "force")
 
 
 class RunSettings(Settings):
@@ -40,6 +42,8 @@ class RunSettings(Settings):
     repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
+    record: Path | None = values.file("Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.")
+    record_every: int = values.count(1, "Steps from one frame of the recording to the next.")
     save: Path | None = values.file("Write the history, one row per step, to this Parquet file.")
     force: bool = values.force()
 
@@ -49,8 +53,17 @@ class RunSettings(Settings):
 
         limits.check_sectors(self)
         limits.check_failures(self.failures, self.repair, self.robots * self.steps)
-        if self.save and self.save_events and os.path.abspath(self.save) == os.path.abspath(self.save_events):
-            raise ValueError(f"save_events={self.save_events}: is the file of --save too; give another place for one")
+        if self.record:
+            _check_record(self.record)
+        elif "record_every" in self.given:
+            raise ValueError(f"record_every={self.record_every}: has no effect without --record; give --record FILE")
+        files = [name for name in ("record", "save", "save_events") if getattr(self, name)]
+        for one, other in combinations(files, 2):
+            if os.path.abspath(getattr(self, one)) == os.path.abspath(getattr(self, other)):
+                raise ValueError(
+                    f"{other}={getattr(self, other)}: is the file of --{one.replace('_', '-')} too; give another place "
+                    "for one"
+                )
         if self.cycle > 1.0:
             check_run(self.cycle, self.steps)
         limits.check_worlds(
@@ -68,17 +81,21 @@ def run(settings: RunSettings) -> None:
       teamsight run --policy centroid --awareness none --robots 30 --radius 3 --seed 7
       teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
       teamsight run --failures 500 --repair 50 --events
+      teamsight run --record run.html
     """
     from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.cli.show import Watch
 
-    parameters = settings.values(without=("steps", "seed", "save", "save_events", "events", "force", *_FAILING))
+    parameters = settings.values(without=(*_OUTPUT, "steps", "seed", *_FAILING))
     if settings.awareness not in with_option("delta"):
         del parameters["delta"]
     about = parameters | settings.values(("steps", "seed", *_FAILING))
     world = CMOMMT(**parameters, events=_failures(settings), rng=settings.seed)
     _prepare(settings, about)
+    replay = None
+    if settings.record:
+        replay = world.record(settings.record, every=settings.record_every, force=settings.force)
     began = time.perf_counter()
     with Watch() as watch:
         part = -(-settings.steps // _PARTS)
@@ -87,8 +104,22 @@ def run(settings: RunSettings) -> None:
             watch("running", world.tick, settings.steps)
     taken = time.perf_counter() - began
     # Before anything is printed, since printing may fail.
+    if replay is not None:
+        replay.stop()
     _write(world, settings, about)
     _print(world, settings, taken)
+
+
+def _check_record(place: Path) -> None:
+    """Refuse a file of which it is unknown what it is to be, or for which a package is missing."""
+    from teamsight.view.animation import check_video
+    from teamsight.view.replay import check_ending
+
+    try:
+        if check_ending(place) == ".mp4":
+            check_video()
+    except ImportError as error:
+        raise ValueError(f"record={place}: {error}") from error
 
 
 def _failures(settings: RunSettings) -> Failures | None:
@@ -104,6 +135,11 @@ def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
     """Refuse files that must not be replaced, before the work."""
     from teamsight.analysis.runs import files
 
+    if settings.record:
+        from teamsight.view.files import check_replaceable
+
+        files.prepare_folder(settings.record.parent)
+        check_replaceable(settings.record, force=settings.force)
     for place in filter(None, (settings.save, settings.save_events)):
         files.check_replaceable(place, about, force=settings.force)
         files.prepare_folder(place.parent)
@@ -135,6 +171,8 @@ def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
     wide_console().print(table, highlight=False)
     if settings.events:
         _print_events(world)
+    if settings.record:
+        say(f"recording in {settings.record}")
     if settings.save:
         say(f"history in {settings.save}")
     if settings.save_events:

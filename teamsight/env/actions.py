@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -125,8 +125,40 @@ class ActionForm:
         if self.name == "grid":
             return f"must be one of the {len(self.table)} actions of the grid, 0 to {len(self.table) - 1}"
         if self.name == "heading":
-            return "must be finite, and a unit vector (or 0, 0 to keep the heading) before the distance"
+            return "must be finite: a direction x, y (0, 0 keeps the heading) and a distance"
         return "must be finite and between -1 and 1; clip it, as in np.clip(action, -1, 1)"
+
+
+def stacked(actions: Mapping[str, Any], example: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the actions of all agents as one array, shape (1, agents, …).
+
+    Parameters
+    ----------
+    actions : mapping of str to array_like
+        The action of each agent, in the order of the array.
+    example : ndarray
+        A good action.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is not a number or an array of numbers, or has another shape than the example.
+    """
+    shape, listed = example.shape, list(actions.values())
+    if shape and all(type(one) is np.ndarray and one.shape == shape and one.dtype.kind == "f" for one in listed):
+        # The usual case, in a fifth of the time.
+        return np.concatenate(listed).reshape(1, -1, *shape)
+    for agent, action in actions.items():
+        try:
+            array = np.asarray(action)
+        except ValueError:
+            array = np.asarray(None)
+        what, good = f"actions[{agent!r}]", example.tolist()
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {good}")
+        if array.shape != shape:
+            raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {good}")
+    return np.asarray(listed)[np.newaxis]
 
 
 def _kind(given: Any, array: npt.NDArray[Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -70,6 +71,8 @@ class Batch:
         # The worlds whose last step was completed in Python.
         self._in_python: list[int] = []
         self._record: Any = None
+        # mesa 3.3 would keep the worlds of an environment that is never closed.
+        weakref.finalize(self, _close, self._worlds)
 
     def __len__(self) -> int:
         return len(self._worlds)
@@ -89,6 +92,7 @@ class Batch:
         TypeError, ValueError
             If a seed is not a whole number of at least 0, or the model refuses its parameters.
         """
+        self._record = None
         for place, given in zip(places, seeds, strict=True):
             self._set_begun(place, False)
             one = self._worlds[place]
@@ -99,7 +103,6 @@ class Batch:
             self.cycles[place] = 0
             self._set_begun(place, True)
             self._note(place)
-        self._record = None
 
     def _check_like_first(self, one: SteppedWorld, robots: int) -> None:
         found = one.observation()
@@ -133,6 +136,10 @@ class Batch:
         form.take(actions, self._given, names)
         if not self._have_all_begun:
             self._check_begun(waits)
+        if self._settings.is_kept:
+            for place, one in enumerate(self._worlds):
+                if self._has_begun[place] and one.has_changed:
+                    self._quiet_until[place] = 0
         if self._record is None:
             self._bind()
         self._status[:] = DONE if waits is None else waits
@@ -143,6 +150,9 @@ class Batch:
         self._in_python = np.flatnonzero(self._status > WAITS).tolist() if result else []
         for place in self._in_python:
             self._go_on(place)
+        if self._settings.is_kept:
+            for one in self._worlds:
+                one.sync()
         self.cycles += 1 if waits is None else ~waits
 
     def _check_begun(self, waits: npt.NDArray[np.bool_] | None) -> None:
@@ -222,5 +232,9 @@ class Batch:
     def close(self) -> None:
         """Release the worlds. Idempotent."""
         self._has_begun[:] = self._have_all_begun = False
-        for one in self._worlds:
-            one.close()
+        _close(self._worlds)
+
+
+def _close(worlds: list[SteppedWorld]) -> None:
+    for one in worlds:
+        one.close()

@@ -31,7 +31,8 @@ class Facts:
     sensed : ndarray, shape (worlds, robots)
         The number of targets that each robot senses.
     gained, lost : ndarray, shape (worlds, robots)
-        Of these, those that it did not sense before the step; and those that it senses no longer.
+        Of these, those that it did not sense before the step; and those that it senses no longer. Both are 0 after a
+        step in which bodies came or left.
     alone, alone_gained, alone_lost : ndarray, shape (worlds, robots)
         The same for targets that the robot senses and no teammate does.
     team_sensed, team_gained, team_lost : ndarray, shape (worlds, robots)

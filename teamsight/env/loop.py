@@ -19,6 +19,8 @@ from teamsight.world.motion import is_action, move_at
 _SENSED, _GAINED, _LOST, _ALONE, _ALONE_GAINED, _ALONE_LOST, _TEAM = range(7)
 _SHARE, _NEIGHBOURS, _TRAVELLED, _ACTIVE = range(9, 13)
 _COUNTS, _TEAMMATES = 1, 2
+# Lengths of directions; squares of others would lose digits.
+_SHORTEST, _LONGEST = 1e-100, 1e100
 
 
 @kernel
@@ -161,8 +163,13 @@ def _steer_one(batch: Any, given: Any, steering: Any) -> bool:
     if batch.form == HEADING:
         for part in range(3):
             steering[part] = given[part]
-        # A distance that is infinite is limited by the speed, but is a mistake.
-        return bool(is_action(given[0], given[1], given[2]) and abs(given[2]) < math.inf)
+        if not is_action(given[0], given[1], given[2]):
+            # Any direction is good, but a unit vector is carried out to the last bit.
+            length = math.sqrt(given[0] * given[0] + given[1] * given[1])
+            steering[0] = given[0] / length if length > _SHORTEST else 0.0
+            steering[1] = given[1] / length if length > _SHORTEST else 0.0
+        # A distance that is infinite would be limited by the speed, but is a mistake.
+        return bool(abs(given[0]) < _LONGEST and abs(given[1]) < _LONGEST and abs(given[2]) < math.inf)
     if batch.form == GRID:
         if not 0.0 <= given[0] < batch.table.shape[0]:
             return False

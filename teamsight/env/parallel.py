@@ -15,7 +15,7 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.model import World
 from teamsight.core import checks
-from teamsight.env.actions import ActionLike
+from teamsight.env.actions import ActionLike, stacked
 from teamsight.env.batch import Batch
 from teamsight.env.facts import OF_ROBOTS
 from teamsight.env.observations import LayoutLike
@@ -134,7 +134,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         """
         self._check_agents(actions)
         batch = self._batch
-        given = self._stacked(actions)
+        given = stacked({agent: actions[agent] for agent in self.possible_agents}, self._none)
         batch.step(given, None, self._name)
         observations, infos, names = self._observations(), self._infos(), self.possible_agents
         rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
@@ -157,27 +157,6 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
             strange = [agent for agent in actions if agent not in self._known]
             wrong = f"has no action for {missing[0]!r}" if missing else f"has an action for {strange[0]!r}"
             raise ValueError(f"actions: {wrong}; give one to each of the {len(self.agents)} agents, and to no other")
-
-    def _stacked(self, actions: dict[str, Any]) -> Array:
-        """Return the actions as one array, shape (1, robots, …)."""
-        listed, shape = [actions[agent] for agent in self.possible_agents], self._none.shape
-        if shape and all(type(one) is np.ndarray and one.shape == shape and one.dtype.kind == "f" for one in listed):
-            # The usual case, in a fifth of the time.
-            return np.concatenate(listed).reshape(1, -1, *shape)
-        for agent, one in zip(self.possible_agents, listed, strict=True):
-            self._check_action(agent, one)
-        return np.asarray(listed)[np.newaxis]
-
-    def _check_action(self, agent: str, action: Any) -> None:
-        what, shape = f"actions[{agent!r}]", self._none.shape
-        try:
-            array = np.asarray(action)
-        except ValueError:
-            array = np.asarray(None)
-        if array.dtype.kind not in "iuf":
-            raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {self._none.tolist()}")
-        if array.shape != shape:
-            raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {self._none.tolist()}")
 
     def _name(self, world: int, robot: int) -> str:
         return "actions" if robot < 0 else f"actions[{self.possible_agents[robot]!r}]"
@@ -268,7 +247,8 @@ def parallel_env(
         of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
     action : {"continuous", "grid", "heading"} or ActionGrid
         The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
-        action of a grid; or heading x, y and distance [length], carried out to the last bit.
+        action of a grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
+        keeps the heading, are carried out to the last bit, and others are normalised.
     reward : str, mapping of str to float, or callable
         A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
         robots); see `Facts`.

@@ -30,7 +30,6 @@ def _others(facts: Facts) -> int:
     return max(int(facts.sensed.shape[1]) - 1, 1)
 
 
-#: The rewards by name. All but those of gains are shares.
 REWARDS: dict[str, Reward] = {
     "observed": lambda facts: facts.observed_fraction,
     "share": lambda facts: facts.share / np.maximum(facts.targets, 1.0),
@@ -42,6 +41,7 @@ REWARDS: dict[str, Reward] = {
     "neighbours": lambda facts: facts.neighbours / _others(facts),
     "travelled": lambda facts: facts.travelled,
 }
+"""The rewards by name: functions of the facts of a step. All but those of gains are shares, in [0, 1]."""
 
 
 def reward_of(value: RewardLike) -> Reward:

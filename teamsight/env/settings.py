@@ -7,19 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
-from teamsight.agents.resolve import awareness_of
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core import checks
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of
 from teamsight.env.rewards import Reward, RewardLike, reward_of
-from teamsight.policies.steered import Steered
 
 #: What `CMOMMT` takes by default, if no model is given.
 SIZES: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 5.0}
@@ -68,6 +66,11 @@ class Settings:
     reward: Reward
     max_cycles: int
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether the user's model may have kept its worlds, so that they can change between steps."""
+        return self.model is not CMOMMT
+
     def begin(self, worlds: ReusedWorlds, seed: int) -> tuple[World, Group]:
         """Return a world before its first step, and the group that is steered.
 
@@ -90,7 +93,7 @@ class Settings:
         if world.tick:
             raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
         group = self._group_of(world)
-        if not isinstance(group.policy, Steered):
+        if group.policy != self.form.policy or self.degree not in (None, group.awareness):
             world.adjust(group, policy=self.form.policy, awareness=self.degree)
         return world, group
 
@@ -128,8 +131,10 @@ def settings_of(
     given: dict[str, Any] = dict(parameters)
     if model is None:
         _check_parameters(given)
-        given = {**sizes, **given, "policy": form.policy, "awareness": degree or awareness_named("ring", {})}
+        given = {**sizes, **given, "policy": form.policy}
+        given |= {} if degree is None else {"awareness": degree}
     else:
+        _check_call(model, given)
         for name, value in sizes.items():
             if value != SIZES[name]:
                 raise ValueError(f"{name}={checks.shown(value)}: is for CMOMMT; let your model set it")
@@ -147,14 +152,25 @@ def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
     if isinstance(observation, str):
         if observation != "ring" and delta != _DELTA:
             raise ValueError(f"delta={delta}: applies to observation='ring'; leave it out")
-        return awareness_named(checks.choice("observation", observation, _degrees()), {"delta": ring.delta})
-    return awareness_of(observation)
+        return awareness_named(checks.choice("observation", observation, AWARENESS), {"delta": ring.delta})
+    if not isinstance(observation, Awareness):
+        raise TypeError(
+            f"observation={checks.shown(observation)}: must be a degree of awareness, such as RingAwareness(8), or one "
+            f"of {', '.join(AWARENESS)}"
+        )
+    return observation
 
 
-def _degrees() -> Any:
-    from teamsight.agents.awareness import AWARENESS
-
-    return AWARENESS
+def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
+    """Refuse a model that does not take its parameters."""
+    try:
+        inspect.signature(model).bind(**given, rng=0)
+    except TypeError as error:
+        called = ", ".join([*(f"{name}=…" for name in given), "rng=…"])
+        raise TypeError(f"model={checks.shown(model)}: is called as model({called}), and refuses it: {error}") from None
+    except ValueError:
+        # Some functions that are not written in Python have no signature.
+        return
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:

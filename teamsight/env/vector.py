@@ -75,6 +75,8 @@ class TeamVectorEnv:
         The numbers of worlds, and of robots in each.
     observation_space, action_space : gymnasium.spaces.Box, gymnasium.Space
         The spaces of one robot.
+    batched_action_space : gymnasium.Space
+        That of all, whose samples `step` takes.
     max_cycles : int
         The number of steps of an episode.
     """

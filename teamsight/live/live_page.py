@@ -11,8 +11,7 @@ from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
-from teamsight.core import checks
-from teamsight.live import browser as browsers
+from teamsight.core import browsers, checks
 from teamsight.live import protocol
 from teamsight.live.cmommt_controls import controls_for
 from teamsight.live.controls import Control
@@ -68,6 +67,9 @@ class LivePage:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _repr_html_(self) -> str:
+        return f'<a href="{self.url}" target="_blank" rel="noopener">{self.url}</a>'
 
     def __repr__(self) -> str:
         return f"<LivePage: {self.url}{', closed' if self._closed.is_set() else ''}>"

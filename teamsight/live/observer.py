@@ -9,7 +9,7 @@ from teamsight.agents.model import World
 from teamsight.agents.recording.frame_kernel import RECORD_FRAME
 from teamsight.agents.recording.frame_recorder import FrameRecorder
 from teamsight.view.frame import Frame
-from teamsight.view.scene import Scene
+from teamsight.view.scene import MOST_SLOTS, Scene
 
 # Ticks between frames that are recorded unasked: none is.
 _NEVER = 2**62
@@ -41,8 +41,16 @@ class Observer(FrameRecorder):
         del self._chunks[:-1]
 
     def frame(self) -> Frame:
-        """Return the present frame."""
+        """Return the present frame.
+
+        Raises
+        ------
+        ValueError
+            If more agents have come so far than frames can number.
+        """
         self._engine.prepare()
+        if self.entry is not RECORD_FRAME:
+            raise ValueError(f"agents: more than {MOST_SLOTS:,} have come, and a page can number no more; watch fewer")
         chunk = self._chunks[-1]
         chunk.state[:2] = 0
         RECORD_FRAME(self.record)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
@@ -108,6 +108,10 @@ class Session:
         """Return whether messages wait or are being carried out."""
         return self._is_busy or bool(self._commands)
 
+    def history(self) -> list[str | bytes]:
+        """Return messages by which a new page learns what was so far; for other threads, while the worlds go on."""
+        return self._display.history(self.worlds.tracks)
+
     def recording(self) -> Saved:
         """Return what is kept as a page that plays anywhere; for other threads, while the worlds go on."""
         tracks = [_Recorded(*track.recorded()) for track in self.worlds.tracks]
@@ -118,10 +122,19 @@ class Session:
     def _work(self) -> None:
         while not self._is_closing:
             for message in self._commands.take(self._patience()):
-                self._carry_out(message)
+                self._try(lambda message=message: self._carry_out(message))  # type: ignore[misc]
                 self._commands.done()
             if self._is_running and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
-                self._advance()
+                self._try(self._advance)
+
+    def _try(self, act: Callable[[], None]) -> None:
+        """Do something; an error is shown on the pages, and the worlds stay as they are."""
+        try:
+            act()
+        except (Exception, SystemExit) as error:  # of a model, for whatever reason
+            self._is_running = self._is_busy = False
+            self._left = 0
+            self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
 
     def _patience(self) -> float | None:
         """Return how long to wait for messages [s]; None for as long as it takes."""
@@ -167,7 +180,7 @@ class Session:
     def _carry_out(self, message: Message) -> None:
         try:
             getattr(self, f"_on_{message.type}")(**message.fields)
-        except Exception as error:  # of a model that refuses its arguments, for whatever reason
+        except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
             self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
             # The page shows the values that hold, not the one that was refused.
             self._display.controls(self.worlds.tracks, self.worlds.seed)
@@ -200,6 +213,8 @@ class Session:
 
     def _on_every(self, value: int) -> None:
         self._pacer.every = value
+        for track in self.worlds.tracks:
+            track.draw_every(value)
 
     def _on_compare(self, on: bool) -> None:
         settings = self.worlds.settings

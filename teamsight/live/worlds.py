@@ -75,7 +75,7 @@ class Worlds:
         for track in self.tracks:
             try:
                 track.run(max(target - track.made, 0))
-            except Exception as error:  # whatever the code of a user raises
+            except (Exception, SystemExit) as error:  # whatever the code of a user raises
                 self._catch_up()
                 raise StoppedError(f"The model failed at tick {track.world.tick}: {failure(error)}") from error
             if track.made < target:

@@ -53,8 +53,8 @@ class Replay:
         for track in tracks:
             if not (hasattr(track, "scene") and hasattr(track, "frames")):
                 raise TypeError(
-                    f"tracks: {shown(track)} has no scene and no frames; record a World by world.record(), whose agents "
-                    "have positions in an arena (a plain mesa model has none)"
+                    f"tracks: {shown(track)} has no scene and no frames; record a World by world.record(): its agents "
+                    "have positions in an arena, and those of a plain mesa model have none"
                 )
         self.tracks: tuple[Track, ...] = tuple(tracks)
         self._title = title
@@ -78,7 +78,7 @@ class Replay:
             with open_regular(path) as file:
                 content = file.read()
         except OSError as error:
-            raise ValueError(f"{name}: cannot be read ({error.strerror}); give a page that replay.save wrote") from error
+            raise ValueError(f"{name}: cannot be read ({error.strerror}); give a saved page") from error
         try:
             found = tracks_in(content.decode("utf-8"))
             return Replay([RecordedTrack(scene, frames) for scene, frames in found])
@@ -144,7 +144,8 @@ class Replay:
         ----------
         path : path
             The file. Its ending says what it is: ``.html`` is a page that plays in any browser without network,
-            ``.gif`` and ``.mp4`` are films, and ``.png`` is a picture of one frame. A file that is there is replaced
+            ``.gif`` and ``.mp4`` are films, and ``.png`` is a picture of one frame. A GIF has at most 300 frames: of
+            more it shows every second, third and so on. A file that is there is replaced
             only if teamsight has written it as a recording.
         force : bool
             Replace any regular file.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import webbrowser
 from pathlib import Path
@@ -24,6 +25,7 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str,
 def _short_and_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(demo, "_STEPS", 4)
+    monkeypatch.setattr(demo, "_GIF_STEPS", 6)
     monkeypatch.setattr(browsers, "has_browser", lambda: False)
 
 
@@ -68,8 +70,8 @@ def test_without_a_browser_the_recording_is_written(capsys: pytest.CaptureFixtur
     assert (status, err) == (0, "")
     assert out.splitlines()[:2] == ["the recording is in teamsight-demo.html", f"open it in a browser: {place.as_uri()}"]
     page = place.read_text(encoding="utf-8")
-    assert "Random walk, no awareness" in page
-    assert "A-CMOMMT, pairwise awareness" in page
+    assert "Random walk" in page
+    assert "A-CMOMMT with awareness" in page
 
 
 def test_both_teams_meet_the_same_targets(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -118,7 +120,7 @@ def test_a_recording_may_be_a_picture(capsys: pytest.CaptureFixture[str], tmp_pa
 def test_an_unknown_ending_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(demo, "_make_recording", lambda *given, **how: pytest.fail("the work began"))
+    monkeypatch.setattr(demo, "_make_recording", lambda *given: pytest.fail("the work began"))
     status, _, err = call(capsys, "demo", "--record", "run.htm")
     assert (status, err.count("\n")) == (2, 1)
     assert ".html" in err
@@ -163,13 +165,15 @@ def test_the_live_page_shows_both_teams_with_one_seed(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
     asked: list[tuple[object, dict[str, object], dict[str, object]]] = []
+    inspect.signature(live.watch).bind(CMOMMT, {}, rate=20, port=0, wait=True)
     monkeypatch.setattr(live, "watch", lambda model, given, **how: asked.append((model, given, how)))
     assert call(capsys, "demo", "--seed", "3")[0] == 0
     ((model, given, how),) = asked
     assert model is CMOMMT
     assert (given["seed"], given["policy"], given["awareness"]) == (3, "random-walk", "none")
-    assert how["beside"] == {"policy": "a-cmommt", "awareness": "pairwise"}
-    assert how["port"] == 0, "a port that is in use must not stop the demo"
+    assert how.pop("beside") == {"policy": "a-cmommt", "awareness": "pairwise"}
+    # A port that is in use does not stop the demo.
+    assert how == {"rate": 20, "port": 0, "wait": True}
     assert list(tmp_path.iterdir()) == []
 
 

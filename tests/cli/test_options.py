@@ -119,7 +119,7 @@ def test_the_help_shows_each_option_with_its_default(command: click.Command) -> 
             default = f"[default: {option.default_text()}]" if option.default_text() else ""
             assert record == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
             # Without a default, leaving the option out means that there is no such thing.
-            assert default or option.required or option.many or name in ("preset", "out", "save", "save_events", "trajectories", "training", "further")
+            assert default or option.required or option.many or name in ("preset", "out", "record", "save", "save_events", "trajectories", "training", "further")
 
 
 class Sample(Settings):

@@ -8,8 +8,8 @@ from pathlib import Path
 import pages
 import pytest
 
-# Its commands are killed and continued; see test_studies.py.
-ELSEWHERE = {"studies.md"}
+# The commands of studies.md are killed and continued, see test_studies.py; the gallery is below.
+ELSEWHERE = {"studies.md", "gallery.md"}
 WITH_CODE = [
     page
     for page in sorted(pages.DOCS.rglob("*.md"))
@@ -68,6 +68,15 @@ def test_what_is_printed_is_shown(page: Path) -> None:
         if block.language == "python" and re.search(r"^ *print\(", block.content, re.MULTILINE):
             assert after is not None
             assert after.language == "text", f"{page.name}:{block.line}"
+
+
+@pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
+def test_the_gallery_makes_the_recordings_that_it_shows(tmp_path: Path) -> None:
+    page = pages.DOCS / "gallery.md"
+    shown = re.findall(r'<iframe src="gallery/([^"]+)" title="[^"]+" loading="lazy"', page.read_text(encoding="utf-8"))
+    assert len(shown) >= 8
+    list(pages.run_page(page, tmp_path))
+    assert {file.name for file in tmp_path.glob("*.html")} == set(shown)
 
 
 def test_no_page_with_code_is_left_out() -> None:

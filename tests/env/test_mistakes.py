@@ -58,9 +58,8 @@ def test_missing_actions() -> None:
         ("grid", 16, "=16: must be one of the 16 actions of the grid, 0 to 15"),
         ("grid", -1, "=-1: must be one of the 16 actions"),
         ("grid", 0.5, "whole numbers"),
-        ("heading", [1.0, 1.0, 0.0], r"=\[1.0, 1.0, 0.0\]: must be finite, and a unit vector"),
-        ("heading", [1.0, 0.0, np.inf], "must be finite, and a unit vector"),
-        ("heading", [np.nan, 0.0, 0.0], "must be finite, and a unit vector"),
+        ("heading", [1.0, 0.0, np.inf], r"=\[1.0, 0.0, inf\]: must be finite: a direction x, y .* and a distance"),
+        ("heading", [np.nan, 0.0, 0.0], "must be finite: a direction"),
     ],
 )
 def test_other_forms_are_checked_too(form: Any, bad: Any, message: str) -> None:
@@ -78,6 +77,9 @@ def test_steps_at_the_wrong_time() -> None:
         env.step(actions(env))
     with pytest.raises(RuntimeError, match=r"no episode has begun; call reset\(\) first"):
         env.world  # noqa: B018
+    for one in (env, vector_env(2)):
+        with pytest.raises(RuntimeError, match=r"state\(\): no episode has begun; call reset\(\) first"):
+            one.state()
     env.reset(seed=1)
     env.step(actions(env))
     *_, truncations, _ = env.step(actions(env))

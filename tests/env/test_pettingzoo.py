@@ -18,11 +18,13 @@ KINDS: list[dict[str, Any]] = [
     {},
     {"observation": "none", "action": "grid"},
     {"observation": "pairwise", "action": ActionGrid(4, (0.0, 0.5, 1.0)), "reward": "share"},
+    {"observation": None, "action": "heading", "robots": 4},
     {"observation": "shared", "layout": Nearest(3, 2, 4), "reward": {"observed": 1.0, "neighbours": -0.1}},
     {"observation": "ring", "delta": 4, "layout": "nearest", "events": Failures(20, 10), "reward": "gain"},
 ]
 
 
+@pytest.mark.short
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_passes_the_tests_of_pettingzoo(kind: dict[str, Any]) -> None:
     parallel_api_test(parallel_env(**kind, max_cycles=60), 100)

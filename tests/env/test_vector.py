@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import gymnasium
 import numpy as np
 import pytest
@@ -128,7 +131,9 @@ def test_gymnasium_wraps_robots_as_sub_environments() -> None:
 
 def test_gymnasium_gets_final_observations() -> None:
     env = gymnasium_env(2, robots=3, max_cycles=2)
-    assert env.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.SAME_STEP
+    # Gymnasium 1.0 has no modes.
+    modes = getattr(gymnasium.vector, "AutoresetMode", None)
+    assert env.metadata.get("autoreset_mode") == (modes and modes.SAME_STEP)
     env.reset(seed=1)
     env.step(np.zeros((6, 2)))
     observations, *_, infos = env.step(np.zeros((6, 2)))
@@ -136,3 +141,12 @@ def test_gymnasium_gets_final_observations() -> None:
     assert infos["final_obs"][5].shape == observations[5].shape
     assert not np.array_equal(infos["final_obs"][5], observations[5])
     env.reset(options={"reset_mask": np.repeat([True, False], 3)})
+
+
+def test_worlds_of_a_forgotten_environment_are_released() -> None:
+    env = vector_env(2, robots=2)
+    env.reset(seed=1)
+    worlds = [weakref.ref(env.world(place)) for place in range(2)]
+    del env
+    gc.collect()
+    assert [world() for world in worlds] == [None, None]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import matplotlib.pyplot
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from teamsight import Box, Circle, Obstructed, Polygon, Robot, Target, World
 from teamsight.env import parallel_env
@@ -60,6 +62,24 @@ def test_without_a_display_the_error_names_the_cure() -> None:
     env.reset(seed=1)
     with pytest.raises(RuntimeError, match="there is no display; use render_mode='rgb_array'"):
         env.render()
+    assert not matplotlib.pyplot.get_fignums()
+
+
+def test_a_window_shows_each_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    matplotlib.pyplot.switch_backend("agg")
+    # Stands for a canvas with a display: pictures are drawn into it, and nobody sees it.
+    monkeypatch.setattr(FigureCanvasAgg, "required_interactive_framework", "headless", raising=False)
+    monkeypatch.setattr(Figure, "show", lambda figure: None)
+    env = parallel_env(robots=2, render_mode="human", max_cycles=10)
+    env.reset(seed=1)
+    shown = []
+    for _ in range(2):
+        env.step({agent: np.ones(2) for agent in env.agents})
+        shown.append(matplotlib.pyplot.gcf().axes[0].images[0].get_array().copy())
+    assert not np.array_equal(*shown)
+    matplotlib.pyplot.close("all")
+    env.step({agent: np.ones(2) for agent in env.agents})
+    env.close()
     assert not matplotlib.pyplot.get_fignums()
 
 

@@ -62,6 +62,8 @@ _FACTS = {
 
 _LONGEST = 250
 _NUMBA = str(Path(numba.__file__).parent)
+# numba colours its errors if colorama is installed, on no terminal too.
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _PLACES = re.compile(r'File "([^"]+)", line (\d+):|\bat (\S+) \((\d+)\)')
 
 
@@ -75,9 +77,10 @@ def explained(entry: Callable[..., Any], error: BaseException) -> str:
     error : BaseException
         The error that numba raised.
     """
-    text = " ".join(str(error).split())
+    said = _COLOURS.sub("", str(error))
+    text = " ".join(said.split())
     what, place = _what(entry, text)
-    place = place or _place(str(error), entry) or _place_of_traceback(error, entry) or _first_kernel(entry)
+    place = place or _place(said, entry) or _place_of_traceback(error, entry) or _first_kernel(entry)
     if len(what) > _LONGEST:
         what = what[: _LONGEST - 1] + "…"
     return f"{place}: {what}"

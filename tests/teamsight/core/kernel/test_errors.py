@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 
 from teamsight.core.kernel import kernel
+from teamsight.core.kernel.errors import explained
 from teamsight.policies import CompiledPolicy
 
 HERE = Path(__file__).name
@@ -228,3 +230,8 @@ def test_a_kernel_without_a_source_file_is_named_as_well() -> None:
     names: dict[str, Any] = {"kernel": kernel}
     exec("@kernel\ndef made(percept, arrays, noise, action):\n    action.distance[0] = percpt.speed[0]\n", names)
     assert re.search(r"<string>:3: name 'percpt' is not defined", str(refused(names["made"])))
+
+
+def test_the_colours_of_numba_hide_nothing() -> None:
+    coloured = NumbaError("\x1b[1m\x1b[31mcannot index array(float64, \x1b[0m1d, C) with 2 indices\x1b[0m")
+    assert explained(helper, coloured).endswith(": an array of 1 dimension is given 2 indices")

@@ -1,0 +1,212 @@
+"""Frames drawn by matplotlib: the arena of each track, and below them what is observed against time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.figure import Figure
+
+from teamsight.core.checks import shown
+from teamsight.view.frame import ACTIVE, OBSERVED, PRESENT, Frame
+from teamsight.view.page import Track
+from teamsight.view.scene import Scene
+
+Floats = npt.NDArray[np.float64]
+
+_DPI = 100
+_INK, _PALE, _GREY = "#1b1f24", "#d0d7de", "#8c959f"
+# Beyond these numbers of bodies, links and trails are not drawn, since they would cover each other.
+_MOST_LINKED, _MOST_TRAILED = 400, 400
+_TRAIL = 12
+# The heights of the chart and of the titles [pixels], and the width of a letter of a title.
+_CHART, _HEAD, _LETTER = 90, 44, 6.4
+
+
+class Drawing:
+    """A figure that draws one frame of each track after the other.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        One run, or two side by side.
+    width : int
+        The width of the figure [pixels].
+    """
+
+    def __init__(self, tracks: Sequence[Track], width: int) -> None:
+        self._tracks = [(track.scene, list(track.frames)) for track in tracks]
+        self.frames = max(len(frames) for _, frames in self._tracks)
+        self.figure = Figure(figsize=(width / _DPI, _height(tracks, width) / _DPI), dpi=_DPI)
+        self._canvas = FigureCanvasAgg(self.figure)
+        height = self.figure.get_figheight() * _DPI
+        bottom, top = _CHART / height, 1 - _HEAD / height
+        share = 1 / len(tracks)
+        self._arenas = [
+            _Arena(self.figure.add_axes((k * share, bottom, share, top - bottom)), *track, width * share)
+            for k, track in enumerate(self._tracks)
+        ]
+        left, low = 42 / width, 20 / height
+        chart = self.figure.add_axes((left, low, 1 - left - 12 / width, bottom - low - 8 / height))
+        self._cursor = _chart(chart, self._tracks)
+        self._moving: list[Artist] = [self._cursor, *(one for arena in self._arenas for one in arena.artists)]
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        self._still: Any = self._canvas.copy_from_bbox(self.figure.bbox)  # type: ignore[no-untyped-call]
+
+    def show(self, number: int) -> npt.NDArray[np.uint8]:
+        """Draw a frame; return the picture, shape (height, width, 3).
+
+        Parameters
+        ----------
+        number : int
+            The number of the frame, from 0; a run that has ended before shows its last one.
+        """
+        self._set(number)
+        self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
+        for artist in self._moving:
+            if artist.axes is not None:
+                artist.axes.draw_artist(artist)
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()  # type: ignore[no-untyped-call]
+
+    def save(self, file: Any, number: int, software: str) -> None:
+        """Write a frame as a PNG picture."""
+        self._set(number)
+        for artist in self._moving:
+            artist.set_animated(False)
+        self.figure.savefig(file, format="png", metadata={"Software": software})
+
+    def _set(self, number: int) -> None:
+        for arena, (_, frames) in zip(self._arenas, self._tracks, strict=True):
+            arena.show(min(number, len(frames) - 1))
+        longest = max((frames for _, frames in self._tracks), key=len)
+        self._cursor.set_xdata([longest[number].time] * 2)
+
+
+class _Arena:
+    """The arena of one track."""
+
+    def __init__(self, axes: Axes, scene: Scene, frames: list[Frame], width: float) -> None:
+        self._scene, self._frames = scene, frames
+        self._name = shown(scene.title, max(int(width / _LETTER), 8)).strip("'")
+        _draw_walls(axes, scene)
+        self._title = axes.set_title(" ", fontsize=8.5, color=_INK, pad=4)
+        groups = scene.groups
+        self._group = np.array([slot.group for slot in scene.slots], np.int64)
+        self._is_robot = np.array([groups[slot.group].role == "robot" for slot in scene.slots], bool)
+        self._colours = np.array([groups[slot.group].colour for slot in scene.slots])
+        self._reach = np.array([slot.sensing_range for slot in scene.slots])
+        self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
+        self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
+        self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
+        self._noses = LineCollection([], linewidths=1.3, zorder=4)
+        self.artists: list[Artist] = [self._ranges, self._trails, self._links, self._noses]
+        for collection in (self._ranges, self._trails, self._links, self._noses):
+            axes.add_collection(collection, autolim=False)
+        size = 26.0 if len(scene.slots) <= 200 else 6.0
+        self._dots = axes.scatter([], [], s=size, linewidths=1.0, zorder=5)
+        self.artists += [self._dots, self._title]
+
+    def show(self, number: int) -> None:
+        """Set what is drawn to a frame."""
+        scene, frame = self._scene, self._frames[number]
+        place, angle = frame.positions(scene.bounds), frame.angles()
+        there = (frame.flags & PRESENT) > 0
+        active, observed = (frame.flags & ACTIVE) > 0, (frame.flags & OBSERVED) > 0
+        colours = self._colours[: len(frame)].copy()
+        colours[~active] = _GREY
+        is_robot = self._is_robot[: len(frame)]
+        self._dots.set_offsets(place[there])
+        fills = np.where(is_robot | observed, colours, "none")
+        self._dots.set_facecolor(fills[there].tolist())
+        self._dots.set_edgecolor(colours[there].tolist())
+        facing = there & active & is_robot
+        nose = 0.028 * max(scene.bounds[2] - scene.bounds[0], scene.bounds[3] - scene.bounds[1])
+        ahead = place + nose * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        self._noses.set_segments(list(np.stack([place, ahead], axis=1)[facing]))
+        self._noses.set_color(list(colours[facing]))
+        self._show_ranges(place, facing)
+        if len(scene.slots) <= _MOST_LINKED:
+            self._links.set_segments(_lines_of_links(scene, frame, place))
+        if len(scene.slots) <= _MOST_TRAILED:
+            self._show_trails(number, there)
+        value = dict(zip(scene.series, frame.series.tolist(), strict=True)).get("observed", float("nan"))
+        seen = f" · {100 * value:.0f} % observed" if value == value else ""
+        self._title.set_text(f"{self._name}\ntick {frame.time:,.0f}{seen}")
+
+    def _show_ranges(self, place: Floats, facing: npt.NDArray[np.bool_]) -> None:
+        diameter = 2 * self._reach[: len(place)][facing]
+        self._ranges.set_offsets(place[facing])
+        self._ranges._widths = self._ranges._heights = diameter / 2  # type: ignore[attr-defined]
+        self._ranges._angles = np.zeros(len(diameter))  # type: ignore[attr-defined]
+        self._ranges.set_facecolor(list(self._colours[: len(place)][facing]))
+
+    def _show_trails(self, number: int, there: npt.NDArray[np.bool_]) -> None:
+        """Draw where bodies were; a jump, as across the seam of a torus, ends a trail."""
+        scene, size = self._scene, len(there)
+        past = self._frames[max(number - _TRAIL, 0) : number + 1]
+        past = [one for one in past if len(one) == size]
+        places = np.stack([one.positions(scene.bounds) for one in past])
+        was = np.stack([(one.flags & PRESENT) > 0 for one in past]).all(axis=0) & there
+        x0, y0, x1, y1 = scene.bounds
+        jumps = np.abs(np.diff(places, axis=0)) > 0.4 * np.array([x1 - x0, y1 - y0])
+        was &= ~jumps.any(axis=(0, 2))
+        self._trails.set_segments(list(places[:, was].transpose(1, 0, 2)))
+        self._trails.set_color(list(self._colours[:size][was]))
+
+
+def _lines_of_links(scene: Scene, frame: Frame, place: Floats) -> list[Floats]:
+    """Return the links of teammates as lines, by the shortest way where the arena repeats."""
+    found: list[Floats] = []
+    for about, links in zip(scene.links, frame.links, strict=True):
+        if about.channel == "teammates":
+            start = place[links.source]
+            way = place[links.target] - start
+            for axis, period in enumerate(scene.wraps or ()):
+                way[:, axis] -= period * np.rint(way[:, axis] / period) if period else 0.0
+            found += list(np.stack([start, start + way], axis=1))
+    return found
+
+
+def _draw_walls(axes: Axes, scene: Scene) -> None:
+    x0, y0, x1, y1 = scene.bounds
+    margin = 0.03 * max(x1 - x0, y1 - y0)
+    axes.set(xlim=(x0 - margin, x1 + margin), ylim=(y0 - margin, y1 + margin), aspect="equal")
+    axes.set_axis_off()
+    for line in scene.obstacles:
+        axes.fill(*zip(*line, strict=True), color=_PALE, zorder=0.5)
+    for line in scene.walls:
+        axes.plot(*zip(*line, strict=True), color=_INK, linewidth=1.2, linestyle="--" if scene.wraps else "-", zorder=3)
+
+
+def _chart(axes: Axes, tracks: list[tuple[Scene, list[Frame]]]) -> Any:
+    """Draw the observed fraction against time; return the cursor."""
+    for number, (scene, frames) in enumerate(tracks):
+        if "observed" in scene.series:
+            column = scene.series.index("observed")
+            values = [frame.series[column] for frame in frames]
+            colour = ("#1f77b4", "#d1242f")[number]
+            axes.plot([frame.time for frame in frames], values, color=colour, label=scene.title, linewidth=1.0)
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_yticks([0.0, 1.0])
+    axes.tick_params(labelsize=7, colors=_INK)
+    axes.set_ylabel("observed", fontsize=8, color=_INK)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.margins(x=0.01)
+    if len(tracks) > 1:
+        axes.legend(fontsize=6, frameon=False, loc="lower right", ncols=2)
+    return axes.axvline(tracks[0][1][0].time, color=_INK, linewidth=0.8)
+
+
+def _height(tracks: Sequence[Track], width: int) -> int:
+    """Return the height of a figure that fits its arenas [pixels], an even number."""
+    ratios = [(s.bounds[3] - s.bounds[1]) / (s.bounds[2] - s.bounds[0]) for s in (track.scene for track in tracks)]
+    arena = width / len(tracks) * min(max(*ratios, 0.2), 2.0)
+    return 2 * round((arena + _CHART + _HEAD) / 2)

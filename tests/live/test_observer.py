@@ -1,0 +1,86 @@
+"""What the live page shows of a world is what a recording of it holds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Robot, Target, Torus, World
+from teamsight.agents.components.failures import Failures
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.live.observer import Observer
+from teamsight.view.frame import Frame
+
+
+def failing() -> World:
+    world = World(Torus(6, 5), seed=4)
+    robots = world.add(Robot, 7, policy="a-cmommt", awareness="pairwise")
+    targets = world.add(Target, 6, policy="random-walk")
+    world.senses(robots, targets, sensor=Sensor(range_noise=0.1))
+    world.attach(Failures(5, 3), robots)
+    return world
+
+
+def growing() -> World:
+    world = World(Box(6, 5), seed=4)
+    robots = world.add(Robot, 5, policy="random-walk", awareness_range=2.0)
+    world.senses(robots, world.add(Target, 3, policy="random-walk"))
+    world.clock.at(7, lambda: robots.add(4))
+    world.clock.at(12, lambda: robots[0].remove())
+    return world
+
+
+WORLDS = {"cmommt": lambda: CMOMMT(6, 5, seed=3), "failing": failing, "growing": growing}
+
+
+@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("every", [1, 3])
+def test_frames_are_those_of_a_recording(name: str, every: int) -> None:
+    recorded, watched = WORLDS[name](), WORLDS[name]()
+    replay, observer = recorded.record(), Observer(watched, every)
+    for _ in range(18 // every + 1):
+        assert_same(observer.frame(), replay.frames[-1])
+        watched.run(every)
+        recorded.run(every)
+    replay.stop()
+    assert observer.present.slots == replay.scene.slots
+    assert observer.present.every == every
+
+
+def assert_same(one: Frame, other: Frame) -> None:
+    assert one.time == other.time
+    for name in ("series", "x", "y", "heading", "flags"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=f"{name} at {one.time}")
+    for mine, theirs in zip(one.links, other.links, strict=True):
+        np.testing.assert_array_equal(mine.source, theirs.source)
+        np.testing.assert_array_equal(mine.target, theirs.target)
+
+
+def test_the_scene_is_the_same_object_until_it_changes() -> None:
+    world = CMOMMT(6, 5, seed=3)
+    observer = Observer(world, 1)
+    observer.frame()
+    before = observer.present
+    for _ in range(5):
+        world.run(3)
+        observer.frame()
+        assert observer.present is before
+    changes: Any = {"awareness_range": 2.0, "awareness": "ring", "policy": "centroid"}
+    for name, value in changes.items():
+        setattr(world, name, value)
+        observer.frame()
+        assert observer.present is not before
+        before = observer.present
+
+
+def test_looking_changes_nothing() -> None:
+    looked, plain = (CMOMMT(6, 5, seed=3) for _ in range(2))
+    observer = Observer(looked, 1)
+    for _ in range(10):
+        observer.frame()
+        looked.run(2)
+    plain.run(20)
+    np.testing.assert_array_equal(looked.robots.position, plain.robots.position)
+    np.testing.assert_array_equal(looked.recording.history, plain.recording.history)
