@@ -186,7 +186,7 @@ function fromBase64(text) {
 
 async function inflated(bytes) {
   if (typeof DecompressionStream === "undefined") {
-    throw new Error("this browser cannot unpack the recording; use Chrome 80, Firefox 113, Safari 16.4 or newer");
+    throw new Error("this browser cannot unpack the recording; use Chrome 93, Firefox 113, Safari 16.4 or newer");
   }
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
