@@ -144,6 +144,7 @@ def test_rewards_that_are_none_are_refused(reward: Any, error: type[Exception], 
         (None, "returned None; it must be .1, 10."),
         (np.zeros(10), r"returned the shape \(10,\); it must be \(1, 10\), as facts.sensed is"),
         (np.full((1, 10), np.inf), "is inf for robot 0 of world 0; return a finite number, 0 for none"),
+        (1j * np.ones((1, 10)), "returned ndarray; it must return one number for each robot"),
         ("much", "returned str; it must return one number for each robot"),
     ],
 )
