@@ -27,10 +27,6 @@ def _gain(facts: Facts, scope: str) -> Floats:
     return np.where(gained, 1.0, -1.0 * lost)
 
 
-def _others(facts: Facts) -> int:
-    return max(int(facts.sensed.shape[1]) - 1, 1)
-
-
 REWARDS: dict[str, Reward] = {
     "observed": lambda facts: facts.observed_fraction,
     "share": lambda facts: facts.share / np.maximum(facts.targets, 1.0),
@@ -39,7 +35,7 @@ REWARDS: dict[str, Reward] = {
     "gain": lambda facts: _gain(facts, ""),
     "team-gain": lambda facts: _gain(facts, "team_"),
     "alone-gain": lambda facts: _gain(facts, "alone_"),
-    "neighbours": lambda facts: facts.neighbours / _others(facts),
+    "neighbours": lambda facts: facts.neighbours / np.maximum(facts.teammates, 1.0),
     "travelled": lambda facts: facts.travelled,
 }
 """The rewards by name: functions of the facts of a step. All but those of gains are shares, in [0, 1]."""
