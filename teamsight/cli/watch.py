@@ -25,6 +25,8 @@ class WatchSettings(Settings):
     delta: int = values.sectors(16)
     awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     preset: str | None = values.preset()
+    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
+    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
     seed: int = values.seed(0, "Seed of the world.")
     model: str | None = values.text(
         "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
@@ -49,6 +51,7 @@ class WatchSettings(Settings):
         """Refuse settings that do not go together, and worlds that are too large."""
         if not self.beside:
             limits.check_sectors(self)
+        limits.check_failures(self.failures, self.repair, self.robots)
         limits.check_worlds(
             self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
         )
@@ -64,12 +67,17 @@ def watch(settings: WatchSettings) -> None:
       teamsight watch
       teamsight watch --robots 30 --awareness ring --delta 8
       teamsight watch --policy a-cmommt --beside policy=centroid
+      teamsight watch --failures 500 --repair 50
       teamsight watch --model my_package.my_module:MyWorld --set hives=3
       teamsight watch --port 0 --no-browser
     """
     from teamsight.live import watch as serve
 
     parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
+    if settings.failures is not None:
+        from teamsight.agents.components.failures import Failures
+
+        parameters["events"] = Failures(settings.failures, settings.repair)
     page = serve(
         _model(settings.model), {**parameters, **settings.set, **_seed(settings)}, beside=settings.beside or None,
         rate=settings.rate, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,

@@ -23,8 +23,9 @@ class Control:
         What stands beside it, under which heading, and what it means.
     least, most : float, optional
         The limits of numbers.
-    step : float, optional
-        The step of the slider of a number; without one it is a field.
+    step, reach : float, optional
+        The step of the slider of a number, without which it is a field, and the largest value of the slider; by default
+        `most`. Larger ones can be typed.
     choices : mapping of str to object
         The values of a choice by what the page shows; a page can only name them.
     live : bool
@@ -44,6 +45,7 @@ class Control:
     choices: Mapping[str, Any] = field(default_factory=dict)
     live: bool = False
     only: str = ""
+    reach: float | None = None
 
     def checked(self, value: Any) -> Any:
         """Return the value of the parameter for what a page has sent.
@@ -75,6 +77,7 @@ class Control:
         return {
             "name": self.name, "kind": self.kind, "label": self.label or self.name.replace("_", " "),
             "section": self.section, "help": self.help, "least": self.least, "most": self.most, "step": self.step,
+            "reach": self.most if self.reach is None else self.reach,
             "choices": list(self.choices), "live": self.live, "only": self.only,
         }  # fmt: skip
 

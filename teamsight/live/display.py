@@ -13,6 +13,10 @@ from teamsight.live.track import LiveTrack
 from teamsight.view.scene import Scene
 
 
+# Bytes of the frames of each world that a new page gets.
+_MOST_HISTORY = 4 * 2**20
+
+
 class Display:
     """Writes frames, scenes, the state, the controls and the event logs to a board.
 
@@ -55,14 +59,26 @@ class Display:
         messages = tuple(protocol.frame_message(i, self._number, block) for i, block in enumerate(blocks))
         self._board.post_frames(Frames(self._number, self._version, messages))
 
+    def history(self, tracks: list[LiveTrack]) -> list[str | bytes]:
+        """Return the messages of what a new page has missed: the scenes, then the newest frames; for other threads.
+
+        If the worlds are built anew meanwhile, the scenes that follow make the page drop them.
+        """
+        messages: list[str | bytes] = []
+        run, newest = self._run_name, [track.newest(_MOST_HISTORY) for track in tracks]
+        for i, (scene, _) in enumerate(newest):
+            messages.append(_scene_message(scene, i, len(tracks), run))
+        messages += [protocol.history_message(i, blocks) for i, (_, blocks) in enumerate(newest) if blocks]
+        return messages
+
+    @property
+    def _run_name(self) -> str:
+        return f"{self._server}-{self._run}"
+
     def _post_scenes(self, scenes: list[Scene]) -> None:
         self._version += 1
         self._scenes = scenes
-        run = f"{self._server}-{self._run}"
-        texts = tuple(
-            protocol.text("scene", track=i, tracks=len(scenes), run=run, scene=scene.as_json())
-            for i, scene in enumerate(scenes)
-        )
+        texts = tuple(_scene_message(scene, i, len(scenes), self._run_name) for i, scene in enumerate(scenes))
         self._board.post_scenes(Scenes(self._version, self._run, texts))
 
     def state(self, tracks: list[LiveTrack], facts: dict[str, Any]) -> None:
@@ -98,3 +114,7 @@ class Display:
     def error(self, message: str) -> None:
         """Show an error on all pages."""
         self._board.post("error", protocol.text("error", message=" ".join(message.split())))
+
+
+def _scene_message(scene: Scene, track: int, tracks: int, run: str) -> str:
+    return protocol.text("scene", track=track, tracks=tracks, run=run, scene=scene.as_json())

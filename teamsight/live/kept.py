@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from itertools import accumulate, takewhile
 
 #: Of each world: frames, and bytes of memory.
 MOST_FRAMES, MOST_BYTES = 20_000, 64 * 2**20
@@ -36,6 +37,10 @@ class Kept:
         self._blocks.clear()
         self._bytes = 0
 
-    def blocks(self) -> list[bytes]:
-        """Return the frames, the oldest first."""
-        return list(self._blocks)
+    def blocks(self, most: int | None = None) -> list[bytes]:
+        """Return the frames, the oldest first, or the newest of them that have at most so many bytes."""
+        blocks = list(self._blocks)
+        if most is not None and self._bytes > most:
+            sizes = accumulate(map(len, reversed(blocks)))
+            blocks = blocks[len(blocks) - sum(1 for _ in takewhile(lambda size: size <= most, sizes)) :]
+        return blocks

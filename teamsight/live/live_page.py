@@ -68,6 +68,9 @@ class LivePage:
     ) -> None:
         self.close()
 
+    def _repr_html_(self) -> str:
+        return f'<a href="{self.url}" target="_blank" rel="noopener">{self.url}</a>'
+
     def __repr__(self) -> str:
         return f"<LivePage: {self.url}{', closed' if self._closed.is_set() else ''}>"
 

@@ -20,7 +20,7 @@ LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
 _LONGEST_TEXT = 200
-_FRAME = 1
+_FRAME, _HISTORY = 1, 2
 _HEAD = struct.Struct("<BBHI")
 
 
@@ -136,3 +136,19 @@ def frame_message(track: int, number: int, block: bytes) -> bytes:
         The frame.
     """
     return _HEAD.pack(_FRAME, track, 0, number % 2**32) + block
+
+
+def history_message(track: int, blocks: list[bytes]) -> bytes:
+    """Return the binary message of the frames before: a head with their number, then the size of each and its block.
+
+    Parameters
+    ----------
+    track : int
+        0, or 1 for the world on the right.
+    blocks : list of bytes
+        The frames, the oldest first.
+    """
+    parts = [_HEAD.pack(_HISTORY, track, 0, len(blocks))]
+    for block in blocks:
+        parts += [len(block).to_bytes(4, "little"), block]
+    return b"".join(parts)

@@ -163,6 +163,8 @@ class Server:
 
     async def _send_news(self, connection: ServerConnection, client: Client) -> None:
         try:
+            for message in await asyncio.to_thread(self._session.history):
+                await connection.send(message)
             while True:
                 for message in await client.news():
                     await connection.send(message)

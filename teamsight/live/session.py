@@ -108,6 +108,10 @@ class Session:
         """Return whether messages wait or are being carried out."""
         return self._is_busy or bool(self._commands)
 
+    def history(self) -> list[str | bytes]:
+        """Return messages by which a new page learns what was so far; for other threads, while the worlds go on."""
+        return self._display.history(self.worlds.tracks)
+
     def recording(self) -> Saved:
         """Return what is kept as a page that plays anywhere; for other threads, while the worlds go on."""
         tracks = [_Recorded(*track.recorded()) for track in self.worlds.tracks]
@@ -209,6 +213,8 @@ class Session:
 
     def _on_every(self, value: int) -> None:
         self._pacer.every = value
+        for track in self.worlds.tracks:
+            track.draw_every(value)
 
     def _on_compare(self, on: bool) -> None:
         settings = self.worlds.settings

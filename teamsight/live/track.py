@@ -66,9 +66,19 @@ class LiveTrack:
 
     def recorded(self) -> tuple[Scene, list[Frame]]:
         """Return the scene and the frames that are kept; other threads may call it."""
-        with self._lock:
-            scene, blocks = self.scene, self.kept.blocks()
+        scene, blocks = self.newest()
         return scene, [from_raw(block, scene) for block in blocks]
+
+    def newest(self, most: int | None = None) -> tuple[Scene, list[bytes]]:
+        """Return the scene and the frames that are kept as raw blocks, or the newest of them; for other threads too."""
+        with self._lock:
+            return self.scene, self.kept.blocks(most)
+
+    def draw_every(self, every: int) -> None:
+        """Change what the scene says about the ticks from one frame to the next."""
+        with self._lock:
+            self._observer.shown_every = every
+            self._observer.changed()
 
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""

@@ -156,3 +156,9 @@ def test_selecting_is_announced(growing: Page) -> None:
     growing.keyboard.press("Escape")
     assert growing.evaluate("chosen") == [0, 1, None]
     assert growing.evaluate("document.getElementById('ts-status').textContent").startswith("robots 2. Senses ")
+
+
+def test_the_inspector_shows_the_last_frame_that_came(growing: Page, track: Recorded) -> None:
+    growing.evaluate("add(0, 5); view.select(0, 0); view.draw(); add(5, 50)")
+    x, y = track.frames[54].positions(track.scene.bounds)[0]
+    until(growing, f"document.querySelector('.ts-inspector').innerText.includes('({x:.3f}, {y:.3f})')")

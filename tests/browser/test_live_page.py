@@ -14,6 +14,7 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.live import LivePage, pacing, watch
+from teamsight.live.protocol import Message
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -98,7 +99,7 @@ def test_plays_and_shows_what_the_model_holds(page: Page, live: Callable[..., Li
     assert state["most"] == world.max_neighbours
     # The graph says what the neighbour lists hold.
     links = len(world.neighbours.identity)
-    assert f"12 robots, {links} links" in page.locator(".tl-graph-text").inner_text()
+    page.get_by_text(f"12 robots, {links} links").wait_for()
 
 
 def test_run_pause_step_reset(page: Page, live: Callable[..., LivePage]) -> None:
@@ -355,3 +356,35 @@ def test_everything_can_be_reached_by_keyboard(page: Page, live: Callable[..., L
     page.locator("#tl-seed").focus()
     page.keyboard.press("Space")
     assert not server.session.is_running
+
+
+def test_a_page_that_comes_later_shows_what_was_before(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(beside={"policy": "centroid"}, rate=500.0, running=True)
+    until(lambda: world_of(server).tick > 200)
+    server.session.ask(Message("pause", {}))
+    until(lambda: not server.session.is_running)
+    shown(page, server)
+    for track in (0, 1):
+        times = page.evaluate("i => teamsight.view.tracks[i].frames.map(({ time }) => time)", track)
+        assert times[0] == 0
+        assert times[-1] == world_of(server).tick
+        assert times == sorted(set(times))
+        assert len(times) == server.session.worlds.tracks[track].state()["kept"]
+        assert_same_places(page, world_of(server, track), track)
+    # The past can be looked at while the worlds go on.
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.locator(".ts-scrub").focus()
+    page.keyboard.press("Home")
+    tick = world_of(server).tick
+    until(lambda: world_of(server).tick > tick + 20)
+    assert page.evaluate("() => teamsight.view.shownTime") == 0
+
+
+def test_reduced_motion_begins_at_rest(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live(running=True)
+    page = new_page(reduced_motion=True)
+    page.goto(server.url)
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    page.get_by_role("button", name="Run", exact=True).click()
+    until(lambda: server.session.is_running)

@@ -53,23 +53,7 @@ def test_the_readme_records_a_run_and_steps_an_environment(tmp_path: Path, monke
     assert (tmp_path / "run.html").stat().st_size < 3_000_000
 
 
-<<<<<<< HEAD
-WITH_CODE = [
-    "agents", "arenas", "awareness", "contacts", "events", "extending", "learning", "model", "notebooks", "policies",
-    "recordings", "sensors", "time",
-]  # fmt: skip
-
-
-@pytest.mark.short
-@pytest.mark.parametrize("name", WITH_CODE)
-def test_the_code_of_a_page_runs(name: str, tmp_path: Path) -> None:
-    run("\n".join(blocks(ROOT / "docs" / f"{name}.md")), tmp_path)
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-=======
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
->>>>>>> issue-13
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
         if link.startswith("http"):

@@ -33,13 +33,13 @@ def test_controls_of_cmommt_are_its_parameters() -> None:
 
 
 def test_limits_hold_what_is_given() -> None:
-    controls = named(CMOMMT, {"robots": 500, "radius": 70.0, "awareness_range": 0.01, "delta": 200})
-    assert controls["robots"].checked(500) == 500
+    controls = named(CMOMMT, {"robots": 5000, "radius": 70.0, "awareness_range": 0.001, "delta": 200})
+    assert controls["robots"].checked(5000) == 5000
     assert controls["radius"].checked(70.0) == 70.0
-    assert controls["awareness_range"].checked(0.01) == 0.01
+    assert controls["awareness_range"].checked(0.001) == 0.001
     assert controls["delta"].checked(200) == 200
-    with pytest.raises(ValueError, match="robots=501: must be at most 500"):
-        controls["robots"].checked(501)
+    with pytest.raises(ValueError, match="robots=5001: must be at most 5000"):
+        controls["robots"].checked(5001)
 
 
 def test_objects_that_are_given_can_be_chosen_again() -> None:

@@ -9,7 +9,7 @@
 (() => {
 
 const { View, decodeFrame } = window.teamsight;
-const FRAME = 1, HEAD = 8;
+const FRAME = 1, HISTORY = 2, HEAD = 8;
 const FIRST_WAIT = 250, LONGEST_WAIT = 5000;
 
 function make(tag, attributes = {}, ...children) {
@@ -84,13 +84,24 @@ class Link {
   }
 
   receiveFrame(data) {
-    const head = new DataView(data, 0, HEAD);
-    if (head.getUint8(0) !== FRAME) return;
+    const head = new DataView(data, 0, HEAD), kind = head.getUint8(0);
+    if (kind === HISTORY) this.receiveHistory(data, head);
+    if (kind !== FRAME) return;
     this.received += 1;
     this.drawn = head.getUint32(4, true);
     // A hidden page draws nothing, acknowledges nothing, and so gets nothing more until somebody looks at it.
     requestAnimationFrame(() => this.acknowledge());
     this.page.onFrame(head.getUint8(1), new Uint8Array(data, HEAD));
+  }
+
+  // What was before this page: a size and a block for each frame.
+  receiveHistory(data, head) {
+    const sizes = new DataView(data), track = head.getUint8(1);
+    for (let k = 0, at = HEAD; k < head.getUint32(4, true); k++) {
+      const size = sizes.getUint32(at, true);
+      this.page.onFrame(track, new Uint8Array(data, at + 4, size));
+      at += 4 + size;
+    }
   }
 
   acknowledge() {
@@ -143,7 +154,7 @@ class Controls {
 
   buildRun() {
     const { page } = this;
-    this.runButton = this.button("Run", "Run (space)", () => page.view.toggle());
+    this.runButton = this.button("Run", "Run (space)", () => page.runOrPause());
     this.runButton.classList.add("tl-run");
     this.note = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
     this.ticks = make("p", { class: "tl-ticks" });
@@ -266,7 +277,7 @@ class Controls {
     number.addEventListener("change", send);
     number.addEventListener("input", () => { delete number.dataset.sent; });
     if (control.step === null) return { box: [number], show: (value) => { number.value = value; } };
-    const slider = make("input", { type: "range", ...limits, "aria-label": control.label });
+    const slider = make("input", { type: "range", ...limits, max: control.reach, "aria-label": control.label });
     slider.addEventListener("input", () => {
       number.value = slider.value;
       if (control.live) this.soon(control.name, send);
@@ -522,6 +533,13 @@ class Page {
     view.draw = (...times) => { draw(...times); this.graph.soon(); };
   }
 
+  runOrPause() {
+    if (this.transport.running) return this.pause();
+    // Who runs the model wants to see it.
+    this.view.show(this.view.frameCount - 1);
+    return this.link.send("run");
+  }
+
   play() {
     if (!this.view.following) return false;
     return this.link.send("run");
@@ -580,6 +598,8 @@ class Page {
   }
 
   on_state(state) {
+    // Motion that nobody has asked for.
+    if (!this.state && state.running && matchMedia("(prefers-reduced-motion: reduce)").matches) this.link.send("pause");
     this.state = state;
     this.setRunning(state.running);
     this.controls.showState(state);

@@ -471,8 +471,8 @@ function bodyIcon(shape, colour, look, ground) {
 const LEAST_ZOOM = 0.5, MOST_ZOOM = 60;
 // Of more bodies, less is drawn unasked.
 const MANY = 250, VERY_MANY = 1500;
-// Frames of a trail: of few bodies, of many, of very many, and of the selected one.
-const TRAILS = [24, 8, 4], LONG_TRAIL = 150;
+// Frames of a trail: of few bodies, of many, of very many, and of the selected one; and the most ticks of these.
+const TRAILS = [24, 8, 4], LONG_TRAIL = 150, TRAIL_TICKS = 48, LONG_TRAIL_TICKS = 300;
 
 class Arena {
   // `camera` is shared by all tracks: {zoom, x, y}, where x and y are the middle as shares of the box around the arena.
@@ -704,18 +704,13 @@ class Arena {
 
   drawTrails(frame, shown, at) {
     const { to, ratio, layout } = this, bands = frame.n > MANY ? 1 : 3;
-    const length = TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)];
-    const frames = [frame];
-    for (let k = 1; k <= length; k++) {
-      const one = shown.before(k);
-      if (!one) break;
-      frames.push(one.plain);
-    }
+    const frames = this.framesBack(frame, shown, TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)], TRAIL_TICKS);
+    const length = frames.length - 1;
     layout.scene.groups.forEach((group, g) => {
       to.strokeStyle = this.colours[g];
       to.lineWidth = (group.role === "robot" ? 2 : 1.3) * ratio;
       for (let band = 0; band < bands; band++) {
-        const from = Math.floor((band * length) / bands), until = Math.floor(((band + 1) * length) / bands);
+        const from = Math.round((band * length) / bands), until = Math.round(((band + 1) * length) / bands);
         to.globalAlpha = 0.36 - 0.11 * band;
         to.beginPath();
         this.each(g, (s) => this.addTrail(frames, from, until, s, at));
@@ -723,6 +718,17 @@ class Arena {
       }
     });
     to.globalAlpha = 1;
+  }
+
+  // A frame and those before it: at least two if there are, and no more than `ticks` allow.
+  framesBack(frame, shown, length, ticks) {
+    const frames = [frame], most = Math.min(length, Math.max(Math.floor(ticks / this.layout.scene.every), 2));
+    for (let k = 1; k <= most; k++) {
+      const one = shown.before(k);
+      if (!one) break;
+      frames.push(one.plain);
+    }
+    return frames;
   }
 
   // The way of a body over frames `from` to `until`, from the newest back; frame 0 is where it is drawn.
@@ -826,12 +832,7 @@ class Arena {
   }
 
   drawLongTrail(frame, s, at, shown) {
-    const { to, ratio, layout } = this, frames = [frame];
-    for (let k = 1; k <= LONG_TRAIL; k++) {
-      const one = shown.before(k);
-      if (!one) break;
-      frames.push(one.plain);
-    }
+    const { to, ratio, layout } = this, frames = this.framesBack(frame, shown, LONG_TRAIL, LONG_TRAIL_TICKS);
     to.beginPath();
     this.addTrail(frames, 0, LONG_TRAIL, s, at);
     to.strokeStyle = faded(this.colours[layout.group[s]], 0.5);
@@ -1356,7 +1357,7 @@ class Inspector {
     const { scene } = layout, { teammates } = found, count = teammates.length;
     const measured = layout.teammates >= 0 && scene.links[layout.teammates].measured ? "as measured" : "";
     if (found.degree === "ring") {
-      const note = section("Neighbours", count, "which the ring does not identify");
+      const note = section("Neighbours", count, count ? "not identified by the ring" : "");
       return [...this.ring(layout, group, one, found, measured), note, sensedTable(scene, teammates)];
     }
     const parts = [section("Neighbours", count, measured), sensedTable(scene, teammates)];
@@ -1472,6 +1473,8 @@ function table(header, rows) {
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 // Frames a second at speed 1.
 const PACE = 20;
+// Over more ticks than these the way between two frames is not straight.
+const SMOOTH_EVERY = 5;
 const KEPT_FRAMES = 20000, KEPT_BYTES = 96e6;
 const ICONS = {
   play: "M5 3l11 7-11 7z", pause: "M5 3h3.5v14H5zM11.5 3H15v14h-3.5z",
@@ -1797,7 +1800,8 @@ class View {
       const swatch = isPair ? make("span", { class: `ts-swatch ts-swatch-${t}` }) : null;
       track.caption.replaceChildren(...[swatch, track.scene.title].filter(Boolean));
     });
-    setText(this.heading, this.title || tracks[0].scene.title);
+    this.heading.title = this.title || tracks[0].scene.title;
+    setText(this.heading, this.heading.title);
     this.root.classList.toggle("ts-many", this.bodyCount > VERY_MANY);
     this.buildChips();
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
@@ -1933,7 +1937,8 @@ class View {
   draw(now = performance.now()) {
     if (!this.tracks.length) return;
     // Between frames bodies are drawn on the way, unless frames follow each other faster than pictures anyway.
-    const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still();
+    const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still()
+      && this.tracks.every(({ scene }) => scene.every <= SMOOTH_EVERY);
     const share = isSmooth ? this.at - this.position : 0;
     this.tracks.forEach((track, t) => this.drawTrack(track, t, share));
     this.drawings += 1;
@@ -1941,7 +1946,7 @@ class View {
     this.isGrown = false;
     for (const chart of this.charts) chart.moveCursor();
     this.showClock();
-    if (!this.playing && !this.following || now - this.lastInspected > 120) this.inspectNow(now);
+    this.inspectSoon(now);
     if (now - this.lastSaid > 10000) this.say();
   }
 
@@ -1979,7 +1984,16 @@ class View {
     setText(this.clockText, text);
   }
 
+  // At once while nothing moves; else a few times a second, and a last time after the last frame.
+  inspectSoon(now) {
+    const isMoving = this.playing || this.following, wait = this.lastInspected + 120 - now;
+    if (!isMoving || wait <= 0) this.inspectNow(now);
+    else if (!this.inspectLater) this.inspectLater = setTimeout(() => this.inspectNow(performance.now()), wait);
+  }
+
   inspectNow(now) {
+    clearTimeout(this.inspectLater);
+    this.inspectLater = 0;
     this.lastInspected = now;
     const { track, slot } = this.selected.slot === null ? this.hovered : this.selected;
     this.inspector.update(track, slot);
