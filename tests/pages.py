@@ -17,17 +17,23 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
 class Block(NamedTuple):
-    """A block of a page: its language, its content and the line on which it begins."""
+    """A block of a page: its language, its content, the line on which it begins, and whether it follows another at once."""
 
     language: str
     content: str
     line: int
+    follows: bool
 
 
 def blocks_of(page: Path) -> list[Block]:
     """Return the blocks of a page, in order."""
     text = page.read_text(encoding="utf-8")
-    return [Block(found[1], found[2], text.count("\n", 0, found.start(2))) for found in FENCE.finditer(text)]
+    blocks, end = [], 0
+    for found in FENCE.finditer(text):
+        follows = bool(blocks) and not text[end : found.start()].strip()
+        blocks.append(Block(found[1], found[2], text.count("\n", 0, found.start(2)), follows))
+        end = found.end()
+    return blocks
 
 
 def matches(printed: str, shown: str) -> bool:
@@ -102,12 +108,16 @@ class Session:
 
 
 def run_page(page: Path, folder: Path) -> Iterator[tuple[Block, str, Block]]:
-    """Run a page; yield each block that shows an output, what was printed, and the block that printed it."""
+    """Run a page; yield each block that shows an output, what was printed, and the block that printed it.
+
+    A block of text directly below another one shows its output.
+    """
     session = Session("page_" + re.sub(r"\W", "_", page.stem), folder)
     printed, by = "", None
     for block in blocks_of(page):
-        if block.language == "text" and by:
-            yield block, printed, by
+        if block.language == "text":
+            if block.follows and by:
+                yield block, printed, by
         elif block.language in ("python", "sh", "toml"):
             try:
                 printed, by = session.run(block), block

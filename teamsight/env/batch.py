@@ -136,6 +136,10 @@ class Batch:
         form.take(actions, self._given, names)
         if not self._have_all_begun:
             self._check_begun(waits)
+        if self._settings.is_kept:
+            for place, one in enumerate(self._worlds):
+                if self._has_begun[place] and one.has_changed:
+                    self._quiet_until[place] = 0
         if self._record is None:
             self._bind()
         self._status[:] = DONE if waits is None else waits
@@ -146,6 +150,9 @@ class Batch:
         self._in_python = np.flatnonzero(self._status > WAITS).tolist() if result else []
         for place in self._in_python:
             self._go_on(place)
+        if self._settings.is_kept:
+            for one in self._worlds:
+                one.sync()
         self.cycles += 1 if waits is None else ~waits
 
     def _check_begun(self, waits: npt.NDArray[np.bool_] | None) -> None:

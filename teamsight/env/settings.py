@@ -7,13 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
-from teamsight.agents.resolve import awareness_of
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core import checks
 from teamsight.env.actions import ActionForm, ActionLike
@@ -66,6 +65,11 @@ class Settings:
     form: ActionForm
     reward: Reward
     max_cycles: int
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the user's model may have kept its worlds, so that they can change between steps."""
+        return self.model is not CMOMMT
 
     def begin(self, worlds: ReusedWorlds, seed: int) -> tuple[World, Group]:
         """Return a world before its first step, and the group that is steered.
@@ -130,6 +134,7 @@ def settings_of(
         given = {**sizes, **given, "policy": form.policy}
         given |= {} if degree is None else {"awareness": degree}
     else:
+        _check_call(model, given)
         for name, value in sizes.items():
             if value != SIZES[name]:
                 raise ValueError(f"{name}={checks.shown(value)}: is for CMOMMT; let your model set it")
@@ -147,14 +152,25 @@ def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
     if isinstance(observation, str):
         if observation != "ring" and delta != _DELTA:
             raise ValueError(f"delta={delta}: applies to observation='ring'; leave it out")
-        return awareness_named(checks.choice("observation", observation, _degrees()), {"delta": ring.delta})
-    return awareness_of(observation)
+        return awareness_named(checks.choice("observation", observation, AWARENESS), {"delta": ring.delta})
+    if not isinstance(observation, Awareness):
+        raise TypeError(
+            f"observation={checks.shown(observation)}: must be a degree of awareness, such as RingAwareness(8), or one "
+            f"of {', '.join(AWARENESS)}"
+        )
+    return observation
 
 
-def _degrees() -> Any:
-    from teamsight.agents.awareness import AWARENESS
-
-    return AWARENESS
+def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
+    """Refuse a model that does not take its parameters."""
+    try:
+        inspect.signature(model).bind(**given, rng=0)
+    except TypeError as error:
+        called = ", ".join([*(f"{name}=…" for name in given), "rng=…"])
+        raise TypeError(f"model={checks.shown(model)}: is called as model({called}), and refuses it: {error}") from None
+    except ValueError:
+        # Some functions that are not written in Python have no signature.
+        return
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:

@@ -34,11 +34,13 @@ class StateView:
 
     def __init__(self, batch: Batch) -> None:
         self._batch = batch
-        self._bodies = sum(map(len, batch.groups(0)))
+        self._bodies = sum(batch.groups(0).values())
         self.space = gymnasium.spaces.Box(-1.0, 1.0, (self._bodies * PER_BODY,), np.float32)
 
     def read(self, place: int) -> npt.NDArray[np.float32]:
-        """Return the state of a world, shape (bodies, 5), float32."""
+        """Return the state of a world, shape (bodies, 5), float32; an error before its first episode."""
+        if not self._batch.has_begun(place):
+            raise RuntimeError("state(): no episode has begun; call reset() first")
         arena = self._batch.arena(place)
         low, high = np.asarray(arena.bounds, float)
         middle, half = (low + high) / 2, (high - low).max() / 2

@@ -114,10 +114,18 @@ class SteppedWorld:
         """Whether nothing has stopped the world."""
         return bool(self._world.running)
 
+    @property
+    def has_changed(self) -> bool:
+        """Whether a world that the user has was changed or stepped since the last step of the environment."""
+        world, engine = self._world, self._world._engine
+        is_same = engine.is_bound and engine.is_seen and world.running and world._data.timeline.tick == self._tick
+        return not is_same or bool(engine._changes)
+
     def sync(self) -> None:
         """Let Python know of the steps that compiled code has made."""
         world, engine = self._world, self._world._engine
-        if not engine.is_bound:
+        # Python makes all steps of a world that the user has asked for, and the user may make some too.
+        if self._is_shared or self._bound is None:
             return
         engine._read_back()
         tick, rows = world._data.timeline.tick, engine.stretch.rows
@@ -135,7 +143,8 @@ class SteppedWorld:
         steering : ndarray, shape (robots, 3), float64
             The actions, for `Steered`.
         """
-        self.sync()
+        if not self._settings.is_kept:
+            self.sync()
         self._check_robots()
         self._group.policy_state.floats[:, 0] = steering
         # mesa's wrapper, which counts the step.

@@ -19,7 +19,7 @@ CHECK = runpy.run_path(str(ROOT / ".ci" / "check_site.py"))
 PUBLIC = (
     "teamsight", "teamsight.agents", "teamsight.agents.awareness", "teamsight.agents.components",
     "teamsight.agents.events", "teamsight.agents.sensing", "teamsight.analysis.contacts", "teamsight.analysis.delta",
-    "teamsight.env", "teamsight.policies", "teamsight.world",
+    "teamsight.env", "teamsight.live", "teamsight.policies", "teamsight.view", "teamsight.world",
 )  # fmt: skip
 NEEDED = ("mkdocs", "material", "mkdocstrings")
 
@@ -36,6 +36,9 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     assert CHECK["main"](site) == 0, capsys.readouterr().out
     page = (site / "how-to" / "write-a-sensor.html").read_text(encoding="utf-8")
     assert 'href="../reference/sensors.html#teamsight.agents.sensing.View"' in page
+    worlds = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
+    for method in ("add", "run", "step", "record", "senses", "attach"):
+        assert f'id="teamsight.World.{method}"' in worlds
     assert (site / "source" / "examples" / "predators.py.html").is_file()
     shown = (site / "gallery.html").read_text(encoding="utf-8")
     for name in re.findall(r'<iframe[^>]* src="(gallery/[^"]+)"', shown):

@@ -77,6 +77,9 @@ def test_steps_at_the_wrong_time() -> None:
         env.step(actions(env))
     with pytest.raises(RuntimeError, match=r"no episode has begun; call reset\(\) first"):
         env.world  # noqa: B018
+    for one in (env, vector_env(2)):
+        with pytest.raises(RuntimeError, match=r"state\(\): no episode has begun; call reset\(\) first"):
+            one.state()
     env.reset(seed=1)
     env.step(actions(env))
     *_, truncations, _ = env.step(actions(env))

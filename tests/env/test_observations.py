@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from naive import environments as naive
 
-from teamsight import Sensor
+from teamsight import CMOMMT, Sensor
 from teamsight.agents.awareness import RingAwareness
 from teamsight.env import Nearest, parallel_env
 
@@ -99,6 +99,10 @@ def test_the_state_has_all_bodies() -> None:
         ({"target_polcy": "evasive"}, ValueError, "target_policy"),
         ({"model": 3}, TypeError, "model=3: must be a function or a class that returns a World"),
         ({"model": lambda rng: None}, TypeError, "returned NoneType; it must return a World"),
+        ({"model": lambda rng: None, "robots": 3}, ValueError, "robots=3: is for CMOMMT; let your model set it"),
+        ({"model": lambda seed: None, "size": 3}, TypeError, r"is called as model\(size=…, rng=…\), and refuses it"),
+        ({"model": lambda rng: CMOMMT(rng=rng), "group": "men"}, ValueError, "no such group; it has 'robots', 'targets'"),
+        ({"observation": 3}, TypeError, "observation=3: must be a degree of awareness, such as .* one of none, ring, pairwise"),
         ({"action": "discrete"}, ValueError, "action='discrete'.*grid"),
     ],
 )

@@ -24,6 +24,7 @@ KINDS: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.short
 @pytest.mark.parametrize("kind", KINDS, ids=str)
 def test_passes_the_tests_of_pettingzoo(kind: dict[str, Any]) -> None:
     parallel_api_test(parallel_env(**kind, max_cycles=60), 100)

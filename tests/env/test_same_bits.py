@@ -61,6 +61,7 @@ def situations(model: World) -> np.ndarray:
     return group.perception.situate(group.awareness, (model.tick, model._engine.searches))
 
 
+@pytest.mark.short
 @pytest.mark.parametrize("policy", ["random-walk", "centroid", "evolved"])
 def test_so_do_those_of_other_policies(policy: str) -> None:
     model = CMOMMT(policy=policy, seed=3)
@@ -168,6 +169,43 @@ def test_a_world_of_the_users_own() -> None:
         given = np.column_stack([action.heading, action.distance])
         env.step(dict(zip(env.agents, given, strict=True)))
     assert_same_world(model, env.world)
+
+
+def test_a_world_that_the_users_model_keeps_may_be_changed() -> None:
+    kept: list[World] = []
+
+    def keeps(rng: int | None = None) -> World:
+        kept.append(hunt(rng, 3))
+        return kept[-1]
+
+    env, given = parallel_env(model=keeps, group="hunters"), np.full((3, 2), 0.5)
+    env.reset(seed=1)
+    for tick in range(6):
+        if tick == 2:
+            kept[-1].groups[1][0].active = False
+        if tick == 3:
+            kept[-1].step()
+        if tick == 4:
+            kept[-1].groups[1][1].position = (0.0, 0.0)
+            kept[-1].groups[0][0].remove()
+        before = kept[-1].groups[1].position.copy()
+        *_, infos = env.step(dict(zip(env.agents, given, strict=True)))
+        moved = np.hypot(*(kept[-1].groups[1].position - before).T) > 0
+        assert moved.tolist() == [tick < 2, True, True]
+        assert infos["robot_0"]["active"] == (tick < 2)
+        assert kept[-1].steps == kept[-1].tick == tick + 1 + (tick >= 3)
+    assert len(kept[-1].recording.history) == 7
+
+
+def test_the_user_may_step_the_world_too() -> None:
+    env = parallel_env(robots=3)
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step({agent: np.zeros(2) for agent in env.agents})
+        env.world.step()
+        env.world.run(2)
+    assert env.world.steps == env.world.tick == len(env.world.recording.history) == 12
+    assert len(collected(env.world)) == 13
 
 
 def test_a_world_that_the_user_looks_at_goes_on_as_before() -> None:

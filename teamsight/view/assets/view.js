@@ -186,7 +186,7 @@ function fromBase64(text) {
 
 async function inflated(bytes) {
   if (typeof DecompressionStream === "undefined") {
-    throw new Error("this browser cannot unpack the recording; use Chrome 80, Firefox 113, Safari 16.4 or newer");
+    throw new Error("this browser cannot unpack the recording; use Chrome 93, Firefox 113, Safari 16.4 or newer");
   }
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -471,8 +471,8 @@ function bodyIcon(shape, colour, look, ground) {
 const LEAST_ZOOM = 0.5, MOST_ZOOM = 60;
 // Of more bodies, less is drawn unasked.
 const MANY = 250, VERY_MANY = 1500;
-// Frames of a trail: of few bodies, of many, of very many, and of the selected one.
-const TRAILS = [24, 8, 4], LONG_TRAIL = 150;
+// Frames of a trail: of few bodies, of many, of very many, and of the selected one; and the most ticks of these.
+const TRAILS = [24, 8, 4], LONG_TRAIL = 150, TRAIL_TICKS = 48, LONG_TRAIL_TICKS = 300;
 
 class Arena {
   // `camera` is shared by all tracks: {zoom, x, y}, where x and y are the middle as shares of the box around the arena.
@@ -704,18 +704,13 @@ class Arena {
 
   drawTrails(frame, shown, at) {
     const { to, ratio, layout } = this, bands = frame.n > MANY ? 1 : 3;
-    const length = TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)];
-    const frames = [frame];
-    for (let k = 1; k <= length; k++) {
-      const one = shown.before(k);
-      if (!one) break;
-      frames.push(one.plain);
-    }
+    const frames = this.framesBack(frame, shown, TRAILS[(frame.n > MANY) + (frame.n > VERY_MANY)], TRAIL_TICKS);
+    const length = frames.length - 1;
     layout.scene.groups.forEach((group, g) => {
       to.strokeStyle = this.colours[g];
       to.lineWidth = (group.role === "robot" ? 2 : 1.3) * ratio;
       for (let band = 0; band < bands; band++) {
-        const from = Math.floor((band * length) / bands), until = Math.floor(((band + 1) * length) / bands);
+        const from = Math.round((band * length) / bands), until = Math.round(((band + 1) * length) / bands);
         to.globalAlpha = 0.36 - 0.11 * band;
         to.beginPath();
         this.each(g, (s) => this.addTrail(frames, from, until, s, at));
@@ -723,6 +718,17 @@ class Arena {
       }
     });
     to.globalAlpha = 1;
+  }
+
+  // A frame and those before it: at least two if there are, and no more than `ticks` allow.
+  framesBack(frame, shown, length, ticks) {
+    const frames = [frame], most = Math.min(length, Math.max(Math.floor(ticks / this.layout.scene.every), 2));
+    for (let k = 1; k <= most; k++) {
+      const one = shown.before(k);
+      if (!one) break;
+      frames.push(one.plain);
+    }
+    return frames;
   }
 
   // The way of a body over frames `from` to `until`, from the newest back; frame 0 is where it is drawn.
@@ -826,12 +832,7 @@ class Arena {
   }
 
   drawLongTrail(frame, s, at, shown) {
-    const { to, ratio, layout } = this, frames = [frame];
-    for (let k = 1; k <= LONG_TRAIL; k++) {
-      const one = shown.before(k);
-      if (!one) break;
-      frames.push(one.plain);
-    }
+    const { to, ratio, layout } = this, frames = this.framesBack(frame, shown, LONG_TRAIL, LONG_TRAIL_TICKS);
     to.beginPath();
     this.addTrail(frames, 0, LONG_TRAIL, s, at);
     to.strokeStyle = faded(this.colours[layout.group[s]], 0.5);
@@ -1073,35 +1074,25 @@ class Chart {
   // Draws what has been added. All is drawn anew only where the axes must change.
   extend() {
     const lines = this.lines;
-    let last = -Infinity, first = Infinity, high = this.difference ? 0.05 : 0;
+    let high = 0;
     lines.forEach((line, l) => {
-      if (!line.length) return;
-      first = Math.min(first, line.time(0));
-      last = Math.max(last, line.time(line.length - 1));
       for (let k = Math.max((this.drawnTo[l] || 0) - 1, 0); k < line.length; k++) {
         const value = Math.abs(line.at(k));
         if (value > high) high = value;
       }
     });
-    const isSame = last <= this.domain[1] && high <= this.top && first >= this.domain[0]
-      && first <= this.domain[0] + 0.25 * (this.domain[1] - this.domain[0]);
-    if (!isSame || !this.drawnTo.length) this.redraw();
+    if (high > this.top || !this.drawnTo.length || this.domain !== this.view.domain) this.redraw();
     else this.drawLines(lines);
   }
 
   redraw() {
     const { to, canvas, ratio, view } = this, lines = this.lines;
     if (!ratio) return;
-    let [first, last, high] = [Infinity, -Infinity, this.difference ? 0.05 : 0];
+    let high = this.difference ? 0.05 : 0;
     for (const line of lines) {
       for (let k = 0; k < line.length; k++) high = Math.max(high, Math.abs(line.at(k)) || 0);
-      if (line.length) [first, last] = [Math.min(first, line.time(0)), Math.max(last, line.time(line.length - 1))];
     }
-    if (first > last) [first, last] = [0, 1];
-    // A run that still grows has room to the right, so that the axis changes rarely.
-    const span = Math.max(last - first, 1);
-    this.domain = [first, view.live ? first + Math.max(roundUp(span / 4) * 4, 100) : first + span];
-    if (view.live && this.domain[1] < last) this.domain[1] = first + 1.3 * span;
+    this.domain = view.domain;
     // Half of it is a mark too.
     this.top = isShare(this.name) && !this.difference ? 1 : roundUp(high || 2, [1, 2, 4, 6, 8, 10]);
     to.setTransform(1, 0, 0, 1, 0, 0);
@@ -1356,7 +1347,7 @@ class Inspector {
     const { scene } = layout, { teammates } = found, count = teammates.length;
     const measured = layout.teammates >= 0 && scene.links[layout.teammates].measured ? "as measured" : "";
     if (found.degree === "ring") {
-      const note = section("Neighbours", count, "which the ring does not identify");
+      const note = section("Neighbours", count, count ? "not identified by the ring" : "");
       return [...this.ring(layout, group, one, found, measured), note, sensedTable(scene, teammates)];
     }
     const parts = [section("Neighbours", count, measured), sensedTable(scene, teammates)];
@@ -1472,6 +1463,8 @@ function table(header, rows) {
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
 // Frames a second at speed 1.
 const PACE = 20;
+// Over more ticks than these the way between two frames is not straight.
+const SMOOTH_EVERY = 5;
 const KEPT_FRAMES = 20000, KEPT_BYTES = 96e6;
 const ICONS = {
   play: "M5 3l11 7-11 7z", pause: "M5 3h3.5v14H5zM11.5 3H15v14h-3.5z",
@@ -1533,7 +1526,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true,
+      isSeen: true, domain: [0, 1],
     });
     this.build();
     this.listen();
@@ -1589,9 +1582,14 @@ class View {
     track.frames.length = 0;
     track.bytes = 0;
     this.at = this.following ? Math.max(this.frameCount - 1, 0) : 0;
+    this.redrawCharts();
+    this.invalidate();
+  }
+
+  // Lines that grew piece by piece are drawn anew as a whole.
+  redrawCharts() {
     for (const chart of this.charts) chart.drawnTo = [];
     this.isGrown = true;
-    this.invalidate();
   }
 
   // Only the last track can go.
@@ -1625,6 +1623,7 @@ class View {
 
   pause() {
     this.at = this.position;
+    if (this.live && this.following) this.redrawCharts();
     this.playing = false;
     if (this.live) this.following = this.at >= this.frameCount - 1;
     this.showState();
@@ -1679,6 +1678,17 @@ class View {
     return isAfter ? after : before;
   }
 
+  // The times that charts show. Those of a run that still grows have room to the right, so that axes change rarely.
+  fitDomain() {
+    const ends = this.tracks.flatMap(({ frames }) => (frames.length ? [frames[0].time, frames.at(-1).time] : []));
+    const first = ends.length ? Math.min(...ends) : 0, last = ends.length ? Math.max(...ends) : 1;
+    const [from, until] = this.domain, quarter = from + (until - from) / 4;
+    if (this.live && first >= from && first <= quarter && last >= quarter && last <= until) return;
+    const span = Math.max(last - first, 1), room = roundUp(Math.max(1.1 * span, 100), [1, 1.5, 2, 3, 5, 7, 10]);
+    const end = first + (this.live ? room : span);
+    if (first !== from || end !== until) this.domain = [first, end];
+  }
+
   // Drops the oldest frames in tenths, so that appending stays quick.
   forget(track, i) {
     const { frames } = track;
@@ -1686,7 +1696,7 @@ class View {
     const count = Math.min(Math.max(Math.ceil(frames.length / 10), frames.length - this.keep), frames.length - 1);
     for (const frame of frames.splice(0, count)) track.bytes -= frame.bytes || 0;
     if (i === this.clock) this.at = Math.max(this.at - count, 0);
-    for (const chart of this.charts) chart.drawnTo = [];
+    this.redrawCharts();
   }
 
   // Building.
@@ -1797,7 +1807,8 @@ class View {
       const swatch = isPair ? make("span", { class: `ts-swatch ts-swatch-${t}` }) : null;
       track.caption.replaceChildren(...[swatch, track.scene.title].filter(Boolean));
     });
-    setText(this.heading, this.title || tracks[0].scene.title);
+    this.heading.title = this.title || tracks[0].scene.title;
+    setText(this.heading, this.heading.title);
     this.root.classList.toggle("ts-many", this.bodyCount > VERY_MANY);
     this.buildChips();
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
@@ -1933,15 +1944,19 @@ class View {
   draw(now = performance.now()) {
     if (!this.tracks.length) return;
     // Between frames bodies are drawn on the way, unless frames follow each other faster than pictures anyway.
-    const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still();
+    const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still()
+      && this.tracks.every(({ scene }) => scene.every <= SMOOTH_EVERY);
     const share = isSmooth ? this.at - this.position : 0;
     this.tracks.forEach((track, t) => this.drawTrack(track, t, share));
     this.drawings += 1;
-    if (this.isGrown) for (const chart of this.charts) chart.extend();
+    if (this.isGrown) {
+      this.fitDomain();
+      for (const chart of this.charts) chart.extend();
+    }
     this.isGrown = false;
     for (const chart of this.charts) chart.moveCursor();
     this.showClock();
-    if (!this.playing && !this.following || now - this.lastInspected > 120) this.inspectNow(now);
+    this.inspectSoon(now);
     if (now - this.lastSaid > 10000) this.say();
   }
 
@@ -1979,7 +1994,16 @@ class View {
     setText(this.clockText, text);
   }
 
+  // At once while nothing moves; else a few times a second, and a last time after the last frame.
+  inspectSoon(now) {
+    const isMoving = this.playing || this.following, wait = this.lastInspected + 120 - now;
+    if (!isMoving || wait <= 0) this.inspectNow(now);
+    else if (!this.inspectLater) this.inspectLater = setTimeout(() => this.inspectNow(performance.now()), wait);
+  }
+
   inspectNow(now) {
+    clearTimeout(this.inspectLater);
+    this.inspectLater = 0;
     this.lastInspected = now;
     const { track, slot } = this.selected.slot === null ? this.hovered : this.selected;
     this.inspector.update(track, slot);
@@ -2225,6 +2249,7 @@ async function start(root, data) {
       view.setScene(t, scene);
       view.tracks[t].frames = frames[t];
     });
+    view.fitDomain();
     for (const chart of view.charts) chart.resize();
     view.show(0);
     view.say();
