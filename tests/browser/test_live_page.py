@@ -238,7 +238,7 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
 def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(live_models.Failing, running=True, rate=200.0)
     page.goto(server.url)
-    page.get_by_role("alert").get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").wait_for()
+    page.get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").first.wait_for()
     assert not server.session.is_running
     page.locator("#tl-breaks_at").fill("1000")
     page.locator("#tl-breaks_at").press("Enter")
