@@ -94,7 +94,12 @@ def period(default: float, help: str) -> Any:
 
 def steps(default: int, help: str = "Number of steps of each run.") -> Any:
     """Declare a number of steps."""
-    return count(default, help, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
+
+    def check(name: str, value: Any) -> int:
+        checks.count(name, value)  # the cure of too many is none of too few
+        return checks.count(name, value, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
+
+    return Option(_numeric(check), default, help, "INTEGER")
 
 
 def seed(default: int, help: str) -> Any:

@@ -54,6 +54,12 @@ def test_what_is_too_much_is_refused_with_its_count(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_cure_of_too_many_steps_is_not_given_for_too_few(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--steps", "0"])
+    assert capsys.readouterr().err == "teamsight: steps=0: must be at least 1\n"
+
+
 @pytest.mark.short
 def test_a_long_error_keeps_its_beginning_and_its_cure() -> None:
     described = "a worker ended with exit code -9 in " + "array([0.1, 0.2]), " * 10_000 + "; the cure"

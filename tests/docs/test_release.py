@@ -70,3 +70,9 @@ def test_the_checklist_names_files_that_exist() -> None:
     assert {".ci/run", ".ci/check_build.py", ".ci/check_site.py", "teamsight/core/version.py"} <= set(named)
     for name in named:
         assert (ROOT / name).exists(), name
+
+
+def test_the_sdist_holds_what_its_tests_and_its_site_need() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    held = project["tool"]["hatch"]["build"]["targets"]["sdist"]["only-include"]
+    assert {"tests", "docs", "examples", "mkdocs.yml", ".ci"} <= set(held)
