@@ -1,10 +1,30 @@
-"""An extension of griffe: the comment `#:` before a constant is its docstring in the reference."""
+"""An extension of griffe: the comment `#:` before a constant is its docstring in the reference.
+
+Parameters that share an entry of a docstring are shown with the default of each, where griffe shows that of the first.
+"""
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import griffe
+
+ENTRY = re.compile(r"^(\w+(?:, \w+)+)( : .*\n)((?:[ \t]+.*\n?)*)", re.MULTILINE)
+
+
+def separated(text: str, parameters: griffe.Parameters) -> str:
+    """Return a docstring in which each parameter has an entry of its own, if those of an entry have other defaults."""
+
+    def entries(found: re.Match[str]) -> str:
+        names = found[1].split(", ")
+        defaults = {str(parameters[name].default) for name in names if name in parameters}
+        if len(defaults) < 2:
+            return found[0]
+        rest = found[2] + found[3].rstrip("\n")
+        return "\n".join(name + rest for name in names) + "\n" * (len(found[3]) - len(found[3].rstrip("\n")))
+
+    return ENTRY.sub(entries, text)
 
 
 class Constants(griffe.Extension):
@@ -21,3 +41,13 @@ class Constants(griffe.Extension):
         text = " ".join(line.lstrip().removeprefix("#:").strip() for line in lines[first : attr.lineno - 1])
         if text:
             attr.docstring = griffe.Docstring(text, lineno=first + 1, parent=attr)
+
+    def on_function_instance(self, *, func: griffe.Function, **_: Any) -> None:
+        """Separate the parameters of a function that have other defaults."""
+        if func.docstring:
+            func.docstring.value = separated(func.docstring.value, func.parameters)
+
+    def on_class_members(self, *, cls: griffe.Class, **_: Any) -> None:
+        """Separate the parameters of a class that have other defaults."""
+        if cls.docstring and not cls.is_alias and "__init__" in cls.members:
+            cls.docstring.value = separated(cls.docstring.value, cls.members["__init__"].parameters)

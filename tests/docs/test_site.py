@@ -39,6 +39,9 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     worlds = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
     for method in ("add", "run", "step", "record", "senses", "attach"):
         assert f'id="teamsight.World.{method}"' in worlds
+    # Parameters that share an entry have the default of each.
+    environments = (site / "reference" / "environments.html").read_text(encoding="utf-8")
+    assert re.search(r"<b><code>targets</code></b>[^–]*default:\s*<code>15</code>", environments)
     assert (site / "source" / "examples" / "predators.py.html").is_file()
     shown = (site / "gallery.html").read_text(encoding="utf-8")
     for name in re.findall(r'<iframe[^>]* src="(gallery/[^"]+)"', shown):
