@@ -1,4 +1,4 @@
-"""The recordings of the gallery: MkDocs runs the code of docs/gallery.md and puts the pages that it writes on the site."""
+"""The gallery: MkDocs runs the code of docs/gallery.md and puts the recordings that it writes on the site."""
 
 from __future__ import annotations
 

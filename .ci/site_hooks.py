@@ -23,9 +23,11 @@ LINK = re.compile(r"(\]\()([^)\s#]+)(#[^)\s]*)?(\))")
 # Addresses that the scripts of the theme would load if a page had a diagram, a repository, or an old browser.
 FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
 NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
-# Code is wide, and needs no table of contents.
 # What counts more, or less, among the pages that a search finds.
-BOOSTS = {"how-to/": 4.0, "delta.md": 4.0, "tutorial.md": 1.5, "source/": 0.4, "changelog.md": 0.4, "benchmarks.md": 0.7}
+BOOSTS = {
+    "how-to/": 4.0, "delta.md": 4.0, "tutorial.md": 1.5, "benchmarks.md": 0.7, "source/": 0.4, "changelog.md": 0.4,
+}  # fmt: skip
+# Code is wide, and needs no table of contents.
 WIDE = "---\nhide:\n  - navigation\n  - toc\n{}---\n\n"
 
 

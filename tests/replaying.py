@@ -3,38 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.model import World
-from teamsight.agents.recording.frame_recorder import FrameRecorder
-from teamsight.view.frame import Frame
+from teamsight.view import Replay
 from teamsight.view.page import page as page_of
-from teamsight.view.scene import Scene
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 
-@dataclass
-class Recorded:
-    """A track: one scene and its frames."""
-
-    scene: Scene
-    frames: list[Frame]
-
-
-def recorded(world: World, steps: int, title: str | None = None) -> Recorded:
+def recorded(world: World, steps: int, title: str | None = None) -> Replay:
     """Run a world and return what was recorded."""
-    recorder = FrameRecorder(world._data, world._engine, type(world).__name__, title=title)
-    recorder.begin()
-    world.run(steps)
-    recorder.end()
-    return Recorded(recorder.scene, recorder.frames)
+    return world.record(steps=steps, title=title)
 
 
-def written(folder: Path, *tracks: Recorded, title: str = "A recording") -> Path:
+def written(folder: Path, *tracks: Replay, title: str = "A recording") -> Path:
     """Write the page of tracks, and return its path."""
     file = folder / "recording.html"
     file.write_text(page_of(tracks, title=title), "utf-8")

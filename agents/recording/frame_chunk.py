@@ -24,6 +24,11 @@ Words = npt.NDArray[np.uint16]
 SERIES = ("observed", "mean_neighbours", "max_neighbours")
 _FEWEST_FRAMES = 8
 
+# Memory of recordings that have ended, for the next ones, since to use memory for the first time costs more than to
+# record; and the largest size of all of it [bytes].
+_spare: list[npt.NDArray[np.uint8]] = []
+_MOST_SPARE = 2**24
+
 
 class Space(NamedTuple):
     """The box around an arena, shape (2,) and (2,), and its period [length]."""
@@ -51,9 +56,10 @@ class Chunk:
     def __init__(self, layout: Layout, most: int, room: int, earlier: int) -> None:
         self.layout, self.most = layout, most
         width = 4 * len(layout.slots)
-        frames = max(room // (2 * max(2 * width, 1)), _FEWEST_FRAMES)
-        # One array, which is large enough for large pages; no memory is used before something is written there.
-        base = np.empty(2 * width * frames + max(room // 2, 2 * most) + SLACK, np.uint8)
+        # Half of it for what each frame has, half for the links.
+        need = 2 * max(2 * width * _FEWEST_FRAMES, 2 * most + SLACK)
+        self._memory = base = _memory(max(need, room))
+        frames = max(len(base) // (4 * max(width, 1)), _FEWEST_FRAMES)
         self.fixed = base[: 2 * width * frames].view(np.int16).reshape(frames, width)
         self.stream = base[2 * width * frames :]
         self.ticks, self.begins = np.empty(frames, np.int64), np.empty(frames + 1, np.int64)
@@ -75,6 +81,16 @@ class Chunk:
         self.fixed, self.ticks = self.fixed[:frames].copy(), self.ticks[:frames].copy()
         self.begins = self.begins[: frames + 1].copy()
         self.stream = self.stream[: self.begins[frames]].copy()
+        self._memory = np.empty(0, np.uint8)
+
+    def release(self) -> None:
+        """Give the memory to the next chunk; this one is empty then."""
+        self.state[:] = 0
+        self._made = ((), [])
+        spare, self._memory = self._memory, np.empty(0, np.uint8)
+        self.fixed, self.stream = self.fixed[:0].copy(), self.stream[:0].copy()
+        if len(spare) + sum(map(len, _spare)) <= _MOST_SPARE:
+            _spare.append(spare)
 
     def cut(self, tick: int) -> None:
         """Drop the frames from a tick on."""
@@ -226,6 +242,15 @@ def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
         )
         for name in names
     )  # fmt: skip
+
+
+def _memory(size: int) -> npt.NDArray[np.uint8]:
+    """Return at least so many bytes: the largest spare ones, or new ones."""
+    fitting = [number for number, one in enumerate(_spare) if len(one) >= size]
+    if not fitting:
+        # Not of zeros: a page of it takes memory when something is written there.
+        return np.empty(size, np.uint8)
+    return _spare.pop(max(fitting, key=lambda number: len(_spare[number])))
 
 
 def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:

@@ -86,6 +86,12 @@ class FrameRecorder(Watcher):
         """Record no more."""
         self._engine.unwatch(self)
 
+    def release(self) -> None:
+        """Forget all frames, after the end."""
+        for chunk in self._chunks:
+            chunk.release()
+        self._chunks = []
+
     def close(self) -> None:
         """Record no more, since the world is closed."""
         self.when_closed()

@@ -71,7 +71,7 @@ class WorldReplay(Replay):
     @property
     def is_recording(self) -> bool:
         """Whether it still grows."""
-        return self._recorder is not None
+        return self._recorder is not None and self._recorder.is_recording
 
     def stop(self) -> Self:
         """Record no more, and write the file, if there is one. Idempotent.
@@ -90,11 +90,23 @@ class WorldReplay(Replay):
         recorder.end()
         self._recorder = None
         self.tracks = (RecordedTrack(recorder.scene, recorder.frames),)
-        if self._place:
-            if _open.get(self._place) is self:
-                del _open[self._place]
-            self.save(self._place, force=self._force)
+        recorder.release()
+        place = self._place
+        self._forget_file()
+        if place:
+            self.save(place, force=self._force)
         return self
+
+    def discard(self) -> None:
+        """Record no more, and write no file. Idempotent."""
+        self._forget_file()
+        if self._recorder is not None:
+            self._recorder.end()
+
+    def _forget_file(self) -> None:
+        if _open.get(self._place) is self:
+            del _open[self._place]
+        self._place = ""
 
     def __enter__(self) -> Self:
         return self

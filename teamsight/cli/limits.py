@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from pathlib import Path
 from typing import Any
 
 #: Runs of each cell of `reproduce`, which has thousands of cells.
@@ -24,6 +25,8 @@ _MOST_NEIGHBOURS = 2e8
 _MOST_BYTES = 5e9
 # Radius of the arena: beyond it the sensing range, which is 1, or the speeds would exceed the limits of a world.
 _LEAST_RADIUS, _MOST_RADIUS = 1e-3, 1e8
+# Agents × frames of a recording: a page of about 200 MB. Frames of a film: hours of drawing.
+_MOST_RECORDED, _MOST_FILMED = 20_000_000, 20_000
 _FACTS, _OWN = 9, 16
 
 
@@ -143,4 +146,30 @@ def check_sectors(settings: Any) -> None:
         raise ValueError(
             f"delta={settings.delta}: awareness {settings.awareness!r} has no sectors; leave --delta out, or give "
             f"--awareness {' or '.join(having)}"
+        )
+
+
+def check_recording(place: Path, agents: int, steps: int, every: int) -> None:
+    """Refuse a recording that no browser could open, or a film that takes hours to draw.
+
+    Parameters
+    ----------
+    place : path
+        The file of the recording.
+    agents, steps, every : int
+        The number of agents and of steps, and the steps from one frame to the next.
+
+    Raises
+    ------
+    ValueError
+        If it is too large.
+    """
+    frames = steps // every
+    most = _MOST_RECORDED // agents
+    if place.suffix.lower() in (".gif", ".mp4"):
+        most = min(most, _MOST_FILMED)
+    if frames > most:
+        raise ValueError(
+            f"record={place}: would have {frames:,} frames of {agents:,} agents, at most {most:,}; give "
+            f"--record-every {-(-steps // max(most, 1))}, or fewer steps"
         )

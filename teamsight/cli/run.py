@@ -55,6 +55,7 @@ class RunSettings(Settings):
         limits.check_failures(self.failures, self.repair, self.robots * self.steps)
         if self.record:
             _check_record(self.record)
+            limits.check_recording(self.record, self.robots + self.targets, self.steps, self.record_every)
         elif "record_every" in self.given:
             raise ValueError(f"record_every={self.record_every}: has no effect without --record; give --record FILE")
         files = [name for name in ("record", "save", "save_events") if getattr(self, name)]
@@ -85,7 +86,6 @@ def run(settings: RunSettings) -> None:
     """
     from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.cli.show import Watch
 
     parameters = settings.values(without=(*_OUTPUT, "steps", "seed", *_FAILING))
     if settings.awareness not in with_option("delta"):
@@ -97,17 +97,30 @@ def run(settings: RunSettings) -> None:
     if settings.record:
         replay = world.record(settings.record, every=settings.record_every, force=settings.force)
     began = time.perf_counter()
-    with Watch() as watch:
-        part = -(-settings.steps // _PARTS)
-        for start in range(0, settings.steps, part):
-            world.run(min(part, settings.steps - start))
-            watch("running", world.tick, settings.steps)
+    try:
+        _simulate(world, settings.steps)
+    except BaseException:
+        # An interrupted command leaves no file.
+        if replay is not None:
+            replay.discard()
+        raise
     taken = time.perf_counter() - began
     # Before anything is printed, since printing may fail.
     if replay is not None:
         replay.stop()
     _write(world, settings, about)
     _print(world, settings, taken)
+
+
+def _simulate(world: CMOMMT, steps: int) -> None:
+    """Make the steps, and show how many are made."""
+    from teamsight.cli.show import Watch
+
+    with Watch() as watch:
+        part = -(-steps // _PARTS)
+        for start in range(0, steps, part):
+            world.run(min(part, steps - start))
+            watch("running", world.tick, steps)
 
 
 def _check_record(place: Path) -> None:

@@ -12,7 +12,6 @@ from teamsight.live.controls import Control
 from teamsight.live.track import LiveTrack
 from teamsight.view.scene import Scene
 
-
 # Bytes of the frames of each world that a new page gets.
 _MOST_HISTORY = 4 * 2**20
 

@@ -46,7 +46,7 @@ class LivePage:
         """Wait until the page is closed, or Ctrl-C is pressed, which closes it too."""
         try:
             # Without a timeout, Ctrl-C would not be noticed on Windows.
-            while not self._closed.wait(0.5):
+            while not self._closed.wait(0.5) and self._server.is_alive():
                 pass
         except KeyboardInterrupt:
             # The usual way to end it, and no error.

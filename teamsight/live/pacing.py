@@ -30,8 +30,12 @@ class Pacer:
     def __init__(self, rate: float | None, every: int) -> None:
         self.rate, self.every = rate, every
         self._due = -1.0
-        # Seconds that a step takes, as measured.
-        self._cost = 1e-4
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what steps cost, since the worlds are others now."""
+        # Seconds that a step takes, as measured; a slow one at first, so that the first part is short.
+        self._cost = _PART
 
     def stretch(self) -> int:
         """Return the number of steps from this frame to the next, a multiple of `every`."""

@@ -32,6 +32,11 @@ class Access:
     host: str
     token: str | None
 
+    @property
+    def address(self) -> str:
+        """The address to listen at: "localhost" may be two, each with a port of its own."""
+        return "127.0.0.1" if self.host == "localhost" else self.host
+
     def refusal(self, path: str, host: str | None, origin: str | None, site: str | None, *, is_socket: bool) -> str:
         """Return why a request is refused; an empty text if it is not.
 

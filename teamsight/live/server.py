@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import logging
 import threading
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 _MISSING = "the live page needs a package that is not installed: pip install 'teamsight[live]'"
 #: Pages at once.
 MOST_CLIENTS = 32
-_FOREIGN = 4403
+# Seconds in which a page that sends nonsense can learn that it is closed.
+_LAST_WORD = 0.05
 # Browsers send data that is no HTTP, close while they are answered, and so on; a user can do nothing about it.
 _LOGGER = logging.getLogger("teamsight.live")
 _LOGGER.addHandler(logging.NullHandler())
@@ -87,6 +89,10 @@ class Server:
         token = f"?token={self._access.token}" if self._access.token else ""
         return f"http://{name}:{self.port}/{token}"
 
+    def is_alive(self) -> bool:
+        """Return whether the page is being served."""
+        return self._thread.is_alive()
+
     def close(self) -> None:
         """Close all connections and free the port. Idempotent."""
         if self._thread.is_alive():
@@ -98,7 +104,7 @@ class Server:
         if isinstance(error, OverflowError) or not isinstance(error, OSError):
             return error
         if error.errno == errno.EADDRINUSE:
-            return ValueError(f"port={port}: is in use by another program; give another one, or --port 0 for any")
+            return ValueError(f"port={port}: is in use by another program; give another port, or 0 for any that is free (--port 0)")
         if error.errno in (errno.EACCES, errno.EPERM):
             return ValueError(f"port={port}: may not be used by this user; give one from 1024 on, or --port 0 for any")
         return ValueError(f"host={checks.shown(host)}: is no address of this computer ({error.strerror or error})")
@@ -107,7 +113,7 @@ class Server:
         self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()
         try:
             server: SocketServer = await self._websockets.asyncio.server.serve(
-                self._connection, self._access.host, self.port, process_request=self._answer, compression=None,
+                self._connection, self._access.address, self.port, process_request=self._answer, compression=None,
                 max_size=protocol.MOST_BYTES, max_queue=8, write_limit=2**16, close_timeout=2, logger=_LOGGER,
                 server_header=None,
             )  # fmt: skip
@@ -185,7 +191,7 @@ class Server:
                 client.wrong += 1
                 await connection.send(protocol.text("error", message=str(error)))
                 if client.wrong > MOST_WRONG:
-                    await connection.close(1008, "too many wrong messages")
+                    await _drop(connection)
                     return
 
     async def _save(self, connection: ServerConnection) -> None:
@@ -205,3 +211,11 @@ def _plain(connection: ServerConnection, status: int, text: str) -> Response:
     for name, value in page.SAFE.items():
         response.headers[name] = value
     return response
+
+
+async def _drop(connection: ServerConnection) -> None:
+    """Close a connection whose page may never read that."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(_LAST_WORD):
+            await connection.close(1008, "too many wrong messages")
+    connection.transport.abort()

@@ -252,6 +252,7 @@ class Session:
     def _begin(self, note: str) -> None:
         """Show worlds that have just been built."""
         self._left, self._note, self._reported_steps = 0, note, 0
+        self._pacer.forget()
         self._display.controls(self.worlds.tracks, self.worlds.seed)
         self._display.begin(self.worlds.tracks)
         self._report()

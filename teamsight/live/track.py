@@ -80,6 +80,13 @@ class LiveTrack:
             self._observer.shown_every = every
             self._observer.changed()
 
+    def entitle(self, title: str | None) -> None:
+        """Change the title of the scene; None for its own."""
+        if title != self._observer.title:
+            with self._lock:
+                self._observer.title = title
+                self._observer.changed()
+
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""
         return self.parameters[name] if name in self.parameters else value_of(self._model, name)

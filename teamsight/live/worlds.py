@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from teamsight.agents.model import World
+from teamsight.core import checks
 from teamsight.core.references import failure
+from teamsight.live.signature_controls import model_name
 from teamsight.live.track import LiveTrack
 
 
@@ -44,6 +46,7 @@ class Worlds:
         self._model, self.seed = model, seed
         self.made = 0
         self.tracks = [LiveTrack(model, one, seed, every) for one in settings]
+        self._entitle()
 
     @property
     def settings(self) -> list[dict[str, Any]]:
@@ -60,6 +63,7 @@ class Worlds:
         """
         built = [LiveTrack(self._model, one, seed, every) for one in settings]
         before, self.tracks, self.seed, self.made = self.tracks, built, seed, 0
+        self._entitle()
         for track in before:
             track.close()
 
@@ -101,10 +105,21 @@ class Worlds:
                 for earlier, old in zip(tracks[:number], before, strict=False):
                     earlier.set(name, old)
                 raise
+        self._entitle()
 
     def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[dict[str, Any]]:
         """Return the arguments of all worlds, with another value of a parameter in some of them."""
         return [{**one.parameters, name: value} if one in tracks else one.parameters for one in self.tracks]
+
+    def _entitle(self) -> None:
+        """Let the titles of two worlds say in what they differ."""
+        names = dict.fromkeys(name for track in self.tracks for name in track.parameters)
+        shown = [{name: checks.shown(track.value(name)).strip("'") for name in names} for track in self.tracks]
+        differing = [name for name in names if len({one[name] for one in shown}) > 1]
+        for track, values in zip(self.tracks, shown, strict=True):
+            parts = [f"{name} {values[name]}" for name in differing]
+            title = ", ".join([model_name(self._model), *parts, f"seed {track.world.seed_used}"])
+            track.entitle(title if differing else None)
 
     def _catch_up(self) -> None:
         # Worlds that did not come as far as others follow before the next step.

@@ -29,7 +29,8 @@ Picture = npt.NDArray[np.uint8]
 _MARK = f"{SOFTWARE} {__version__}"
 _WIDTHS = {".gif": 480, ".mp4": 800, ".png": 800}
 _MOST_WIDTH, _LEAST_WIDTH = 4_000, 160
-_MOST_FRAMES = 20_000
+# More frames would take hours to draw.
+MOST_FRAMES = 20_000
 # Of more frames a GIF shows every second, or third, and so on: it would take tens of megabytes.
 _MOST_IN_GIF = 300
 _COLOURS = 64
@@ -92,8 +93,8 @@ def rendered(
         content = io.BytesIO()
         Drawing(tracks, pixels).save(content, chosen, _MARK)
         return content.getvalue()
-    if longest > _MOST_FRAMES:
-        raise ValueError(f"frames: {longest:,} are too many for a film, at most {_MOST_FRAMES:,}; record with every=10")
+    if longest > MOST_FRAMES:
+        raise ValueError(f"frames: {longest:,} are too many for a film, at most {MOST_FRAMES:,}; record with every=10")
     if ending == ".gif":
         return _gif(Drawing(tracks, pixels), checks.number("fps", fps, above=0, most=50))
     check_video()
@@ -104,8 +105,8 @@ def _gif(drawing: Drawing, fps: float) -> bytes:
     from PIL import Image
 
     count = drawing.frames
-    # One palette for all, so that what does not move stays as it is. `optimize` then leaves it out, and the file is smaller
-    # by two fifths.
+    # One palette for all, so that what does not move stays as it is. `optimize` then leaves it out, and the file is
+    # smaller by two fifths.
     samples = [drawing.show(number) for number in sorted({0, count // 2, count - 1})]
     palette = Image.fromarray(np.concatenate(samples)).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
 

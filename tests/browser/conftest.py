@@ -44,6 +44,18 @@ def _started() -> Iterator[tuple[Browser, asyncio.AbstractEventLoop]]:
         yield found
 
 
+@pytest.fixture(scope="session")
+def _compiled(_started: object) -> None:
+    """Compile first what worlds of pages need: on an empty cache that takes longer than a test waits for a page."""
+    from teamsight import CMOMMT
+    from teamsight.agents.awareness.registry import AWARENESS
+
+    small = {"robots": 2, "targets": 2, "rng": 1}
+    policies = ("a-cmommt", "centroid", "random-walk", "stationary")
+    for settings in (*({"policy": name} for name in policies), *({"awareness": name} for name in AWARENESS)):
+        CMOMMT(**small, **settings).record(steps=1)
+
+
 @pytest.fixture
 def chromium(_started: tuple[Browser, asyncio.AbstractEventLoop]) -> Iterator[Browser]:
     """The browser, which this worker started once."""
@@ -60,7 +72,7 @@ def problems() -> browsing.Problems:
 
 @pytest.fixture
 def new_page(
-    chromium: Browser, problems: browsing.Problems, request: pytest.FixtureRequest, tmp_path: Path
+    chromium: Browser, _compiled: None, problems: browsing.Problems, request: pytest.FixtureRequest, tmp_path: Path
 ) -> Iterator[browsing.Pages]:
     """Makes further pages: ``new_page(size=browsing.PHONE, dark=True, reduced_motion=True)``."""
     pages = browsing.Pages(chromium, problems)

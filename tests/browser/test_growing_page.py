@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from replaying import Recorded, drawn, recorded, until
+from replaying import drawn, recorded, until
 
 from teamsight import CMOMMT
+from teamsight.view import Replay
 from teamsight.view.packing import raw
 from teamsight.view.page import asset
 
@@ -34,17 +35,17 @@ function add(from, count) {
 """
 
 
-def run() -> Recorded:
+def run() -> Replay:
     return recorded(CMOMMT(robots=8, targets=8, rng=3, awareness="ring", delta=8), STEPS)
 
 
 @pytest.fixture
-def track() -> Recorded:
+def track() -> Replay:
     return run()
 
 
 @pytest.fixture
-def growing(page: Page, tmp_path: Path, track: Recorded) -> Page:
+def growing(page: Page, tmp_path: Path, track: Replay) -> Page:
     """A live page without a frame; ``add(from, count)`` adds frames."""
     blocks = [base64.b64encode(raw(frame, track.scene)).decode() for frame in track.frames]
     script = _SCRIPT.replace("BLOCKS", json.dumps(blocks)).replace("SCENE", json.dumps(track.scene.as_json()))
@@ -63,7 +64,7 @@ def shown(page: Page) -> float:
     return found
 
 
-def test_the_newest_frame_is_shown_until_one_looks_back(growing: Page, track: Recorded) -> None:
+def test_the_newest_frame_is_shown_until_one_looks_back(growing: Page, track: Replay) -> None:
     growing.evaluate("add(0, 30)")
     assert shown(growing) == 29
     growing.keyboard.press("ArrowLeft")
@@ -84,7 +85,7 @@ def test_it_plays_on_to_the_newest_frame(growing: Page) -> None:
     until(growing, "view.following && view.position === 29")
 
 
-def test_frames_read_as_they_were_written(growing: Page, track: Recorded) -> None:
+def test_frames_read_as_they_were_written(growing: Page, track: Replay) -> None:
     growing.evaluate("add(0, 61)")
     for number in (0, 33, STEPS):
         frame = track.frames[number]
@@ -158,7 +159,7 @@ def test_selecting_is_announced(growing: Page) -> None:
     assert growing.evaluate("document.getElementById('ts-status').textContent").startswith("robots 2. Senses ")
 
 
-def test_the_inspector_shows_the_last_frame_that_came(growing: Page, track: Recorded) -> None:
+def test_the_inspector_shows_the_last_frame_that_came(growing: Page, track: Replay) -> None:
     growing.evaluate("add(0, 5); view.select(0, 0); view.draw(); add(5, 50)")
     x, y = track.frames[54].positions(track.scene.bounds)[0]
     until(growing, f"document.querySelector('.ts-inspector').innerText.includes('({x:.3f}, {y:.3f})')")

@@ -362,6 +362,31 @@ def test_a_phone_selects_by_touch(new_page: browsing.Pages, tmp_path: Path) -> N
     assert "robots · 4" in page.get_by_label("Inspector").inner_text()
 
 
+def test_two_fingers_zoom_where_they_are(new_page: browsing.Pages, tmp_path: Path) -> None:
+    page = opened(new_page(size=browsing.PHONE), written(tmp_path, recorded(team(), STEPS)))
+    fingers = page.context.new_cdp_session(page)
+
+    def touch(kind: str, *places: float) -> None:
+        points = [{"x": x, "y": 250, "id": number} for number, x in enumerate(places)]
+        fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", 160, 200)
+    for apart in range(5, 45, 5):
+        touch("touchMove", 160 - apart, 200 + apart)
+    touch("touchEnd")
+    until(page, "Math.abs(teamsight.view.camera.zoom - 3) < 0.01")
+    assert page.evaluate("teamsight.view.selected.slot") is None
+
+
+def test_the_page_follows_the_colours_of_the_system(replay: Page) -> None:
+    corner = """() => { teamsight.view.draw();
+        return [...teamsight.view.tracks[0].canvas.getContext("2d").getImageData(2, 2, 1, 1).data].slice(0, 3); }"""
+    assert min(replay.evaluate(corner)) > 200
+    replay.emulate_media(color_scheme="dark")
+    until(replay, "teamsight.view.palette.page === '#14171b'")
+    assert max(replay.evaluate(corner)) < 50
+
+
 def test_links_cross_the_seam_of_a_torus(page: Page, tmp_path: Path) -> None:
     opened(page, written(tmp_path, recorded(torus(), STEPS)))
     longest, crossing = (
@@ -399,7 +424,7 @@ def test_broken_data_are_said_in_the_page(page: Page, tmp_path: Path, old: str, 
 def test_a_browser_that_cannot_unpack_says_so(page: Page, tmp_path: Path) -> None:
     page.add_init_script("delete window.DecompressionStream")
     opened(page, written(tmp_path, recorded(team(), 3)), state="error")
-    assert "Chrome 80" in page.get_by_role("alert").inner_text()
+    assert "Chrome 93" in page.get_by_role("alert").inner_text()
 
 
 def test_one_frame_is_a_recording(page: Page, tmp_path: Path) -> None:

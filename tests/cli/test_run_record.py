@@ -44,6 +44,8 @@ def test_the_run_is_recorded(capsys: pytest.CaptureFixture[str], tmp_path: Path)
         (["--record-every", "5"], "has no effect without --record"),
         (["--record", "a.html", "--save", "./a.html"], "save=a.html: is the file of --record too"),
         (["--record", "a.html", "--record-every", "0"], "record_every=0"),
+        (["--record", "a.gif", "--steps", "100000"], "at most 20,000; give --record-every 5"),
+        (["--record", "a.html", "--steps", "9000000"], "at most 2,857,142; give --record-every 4"),
     ],
 )
 def test_what_cannot_be_recorded_is_refused(

@@ -558,6 +558,7 @@ class Page {
 
   connected(isOpen) {
     this.banner.hidden = isOpen;
+    this.view.slot("controls").inert = !isOpen;
     document.documentElement.dataset.connected = String(isOpen);
     if (!isOpen) {
       this.setRunning(false);

@@ -186,7 +186,7 @@ function fromBase64(text) {
 
 async function inflated(bytes) {
   if (typeof DecompressionStream === "undefined") {
-    throw new Error("this browser cannot unpack the recording; use Chrome 80, Firefox 113, Safari 16.4 or newer");
+    throw new Error("this browser cannot unpack the recording; use Chrome 93, Firefox 113, Safari 16.4 or newer");
   }
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
@@ -1074,35 +1074,25 @@ class Chart {
   // Draws what has been added. All is drawn anew only where the axes must change.
   extend() {
     const lines = this.lines;
-    let last = -Infinity, first = Infinity, high = this.difference ? 0.05 : 0;
+    let high = 0;
     lines.forEach((line, l) => {
-      if (!line.length) return;
-      first = Math.min(first, line.time(0));
-      last = Math.max(last, line.time(line.length - 1));
       for (let k = Math.max((this.drawnTo[l] || 0) - 1, 0); k < line.length; k++) {
         const value = Math.abs(line.at(k));
         if (value > high) high = value;
       }
     });
-    const isSame = last <= this.domain[1] && high <= this.top && first >= this.domain[0]
-      && first <= this.domain[0] + 0.25 * (this.domain[1] - this.domain[0]);
-    if (!isSame || !this.drawnTo.length) this.redraw();
+    if (high > this.top || !this.drawnTo.length || this.domain !== this.view.domain) this.redraw();
     else this.drawLines(lines);
   }
 
   redraw() {
     const { to, canvas, ratio, view } = this, lines = this.lines;
     if (!ratio) return;
-    let [first, last, high] = [Infinity, -Infinity, this.difference ? 0.05 : 0];
+    let high = this.difference ? 0.05 : 0;
     for (const line of lines) {
       for (let k = 0; k < line.length; k++) high = Math.max(high, Math.abs(line.at(k)) || 0);
-      if (line.length) [first, last] = [Math.min(first, line.time(0)), Math.max(last, line.time(line.length - 1))];
     }
-    if (first > last) [first, last] = [0, 1];
-    // A run that still grows has room to the right, so that the axis changes rarely.
-    const span = Math.max(last - first, 1);
-    this.domain = [first, view.live ? first + Math.max(roundUp(span / 4) * 4, 100) : first + span];
-    if (view.live && this.domain[1] < last) this.domain[1] = first + 1.3 * span;
+    this.domain = view.domain;
     // Half of it is a mark too.
     this.top = isShare(this.name) && !this.difference ? 1 : roundUp(high || 2, [1, 2, 4, 6, 8, 10]);
     to.setTransform(1, 0, 0, 1, 0, 0);
@@ -1536,7 +1526,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true,
+      isSeen: true, domain: [0, 1],
     });
     this.build();
     this.listen();
@@ -1592,9 +1582,14 @@ class View {
     track.frames.length = 0;
     track.bytes = 0;
     this.at = this.following ? Math.max(this.frameCount - 1, 0) : 0;
+    this.redrawCharts();
+    this.invalidate();
+  }
+
+  // Lines that grew piece by piece are drawn anew as a whole.
+  redrawCharts() {
     for (const chart of this.charts) chart.drawnTo = [];
     this.isGrown = true;
-    this.invalidate();
   }
 
   // Only the last track can go.
@@ -1628,6 +1623,7 @@ class View {
 
   pause() {
     this.at = this.position;
+    if (this.live && this.following) this.redrawCharts();
     this.playing = false;
     if (this.live) this.following = this.at >= this.frameCount - 1;
     this.showState();
@@ -1682,6 +1678,17 @@ class View {
     return isAfter ? after : before;
   }
 
+  // The times that charts show. Those of a run that still grows have room to the right, so that axes change rarely.
+  fitDomain() {
+    const ends = this.tracks.flatMap(({ frames }) => (frames.length ? [frames[0].time, frames.at(-1).time] : []));
+    const first = ends.length ? Math.min(...ends) : 0, last = ends.length ? Math.max(...ends) : 1;
+    const [from, until] = this.domain, quarter = from + (until - from) / 4;
+    if (this.live && first >= from && first <= quarter && last >= quarter && last <= until) return;
+    const span = Math.max(last - first, 1), room = roundUp(Math.max(1.1 * span, 100), [1, 1.5, 2, 3, 5, 7, 10]);
+    const end = first + (this.live ? room : span);
+    if (first !== from || end !== until) this.domain = [first, end];
+  }
+
   // Drops the oldest frames in tenths, so that appending stays quick.
   forget(track, i) {
     const { frames } = track;
@@ -1689,7 +1696,7 @@ class View {
     const count = Math.min(Math.max(Math.ceil(frames.length / 10), frames.length - this.keep), frames.length - 1);
     for (const frame of frames.splice(0, count)) track.bytes -= frame.bytes || 0;
     if (i === this.clock) this.at = Math.max(this.at - count, 0);
-    for (const chart of this.charts) chart.drawnTo = [];
+    this.redrawCharts();
   }
 
   // Building.
@@ -1942,7 +1949,10 @@ class View {
     const share = isSmooth ? this.at - this.position : 0;
     this.tracks.forEach((track, t) => this.drawTrack(track, t, share));
     this.drawings += 1;
-    if (this.isGrown) for (const chart of this.charts) chart.extend();
+    if (this.isGrown) {
+      this.fitDomain();
+      for (const chart of this.charts) chart.extend();
+    }
     this.isGrown = false;
     for (const chart of this.charts) chart.moveCursor();
     this.showClock();
@@ -2239,6 +2249,7 @@ async function start(root, data) {
       view.setScene(t, scene);
       view.tracks[t].frames = frames[t];
     });
+    view.fitDomain();
     for (const chart of view.charts) chart.resize();
     view.show(0);
     view.say();

@@ -246,9 +246,10 @@ def test_many_bodies_have_indices_of_two_bytes() -> None:
 
 
 def test_recording_changes_no_result_and_fills_several_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    from teamsight.agents.recording import frame_recorder
+    from teamsight.agents.recording import frame_chunk, frame_recorder
 
     monkeypatch.setattr(frame_recorder, "_FIRST", 4_000)
+    monkeypatch.setattr(frame_chunk, "_spare", [])
     plain, recorded = (CMOMMT(rng=4, robots=10, targets=8, radius=3.0) for _ in range(2))
     replay = recorded.record()
     twin = Twin(recorded)
@@ -282,3 +283,15 @@ def test_all_agents_may_leave_and_others_come() -> None:
     check(world, replay, twin)
     assert [int((frame.flags & PRESENT).sum()) for frame in replay.stop().frames] == [5, 3, 0, 2, 2]
     world.close()
+
+
+def test_memory_that_is_used_again_holds_nothing_of_earlier_recordings() -> None:
+    first = CMOMMT(rng=4, robots=10, targets=8, radius=3.0).record(steps=50)
+    kept = [frame.x.copy() for frame in first.frames]
+    CMOMMT(rng=5, robots=7, targets=9, radius=2.0).record(steps=80)
+    for frame, x in zip(first.frames, kept, strict=True):
+        np.testing.assert_array_equal(frame.x, x)
+    again = CMOMMT(rng=4, robots=10, targets=8, radius=3.0).record(steps=50)
+    for one, other in zip(first.frames, again.frames, strict=True):
+        np.testing.assert_array_equal(one.links[1].target, other.links[1].target)
+        np.testing.assert_array_equal(one.heading, other.heading)

@@ -89,6 +89,30 @@ def test_stop_and_close_write_once(page: Path, tmp_path: Path) -> None:
     assert times(Replay.open(tmp_path / "other.html")) == [0, 4, 8]
 
 
+def test_what_is_discarded_is_not_written(page: Path) -> None:
+    model = world()
+    replay = model.record(page)
+    model.run(3)
+    replay.discard()
+    replay.stop()
+    model.close()
+    assert not page.exists()
+    assert times(replay) == [0, 1, 2, 3]
+
+
+def test_groups_that_are_added_later_are_recorded() -> None:
+    model = world()
+    replay = model.record()
+    model.run(2)
+    others = model.add(Robot, 2, policy="stationary", name="others")
+    model.senses(others, model.targets, as_="seen")
+    model.run(2)
+    assert [group.name for group in replay.scene.groups] == ["robots", "targets", "others"]
+    assert [len(frame) for frame in replay.frames] == [7, 7, 9, 9, 9]
+    assert [[len(frame.links) for frame in replay.frames]] == [[3] * 5]
+    assert len(replay.frames[0].links[2]) == 0
+
+
 def test_the_end_of_the_program_writes_what_is_left(page: Path) -> None:
     script = (
         "from teamsight import CMOMMT\n"
