@@ -6,7 +6,7 @@ from measure import Row
 
 
 def measure_view(rounds: int, quick: bool) -> list[Row]:
-    """Measure all three; what needs a package or a browser that is missing is left out, and says so.
+    """Measure all of it; what needs a package or a browser that is missing is left out, and says so.
 
     Parameters
     ----------
@@ -19,5 +19,7 @@ def measure_view(rounds: int, quick: bool) -> list[Row]:
     from environments import measure_environments
     from live import measure_live
     from recordings import measure_recordings
+    from replay_page import measure_replay_page
 
-    return [*measure_recordings(rounds), *measure_live(quick), *measure_environments(rounds)]
+    pages = [*measure_replay_page(quick), *measure_live(quick)]
+    return [*measure_recordings(rounds), *pages, *measure_environments(rounds)]

@@ -5,14 +5,17 @@ It needs teamsight[env,evolve]: python examples/train_team.py [GENERATIONS]. It 
 """
 
 import sys
+from collections.abc import Sequence
 
 import cma
 import matplotlib.pyplot as plt
 import numpy as np
+import numpy.typing as npt
 
 from teamsight import CMOMMT
-from teamsight.env import vector_env
+from teamsight.env import TeamVectorEnv, vector_env
 
+Floats = npt.NDArray[np.float64]
 SECTORS, WORLDS, STEPS, TRIALS = 16, 4, 300, 100
 DIRECTIONS = np.exp(2j * np.pi * np.arange(SECTORS) / SECTORS)
 # For each direction, the sectors in the order of their angle from it; to both sides they weigh the same.
@@ -21,7 +24,7 @@ SIDE = np.minimum(np.arange(SECTORS), SECTORS - np.arange(SECTORS))
 SIZE = 3 * (SECTORS // 2 + 1)
 
 
-def decide(weights, observations):
+def decide(weights: Floats, observations: npt.NDArray[np.float32]) -> Floats:
     """Return actions, shape (candidates, …, 2), for weights (candidates, SIZE), observations (candidates, …, 32)."""
     of_targets, of_teammates, ahead = np.split(weights, 3, axis=-1)
     near = 1 - observations.reshape(len(weights), -1, 2 * SECTORS)
@@ -32,7 +35,7 @@ def decide(weights, observations):
     return actions.reshape(*observations.shape[:-1], 2)
 
 
-def returns(env, weights, seeds):
+def returns(env: TeamVectorEnv, weights: Floats, seeds: Sequence[int]) -> Floats:
     """Return the mean observed fraction of each world, shape (candidates, seeds); all have the same seeds."""
     shape, total = (len(weights), len(seeds), env.robots, -1), np.zeros(env.worlds)
     observations, _ = env.reset([*seeds] * len(weights))
@@ -40,29 +43,30 @@ def returns(env, weights, seeds):
         actions = decide(weights, observations.reshape(shape)).reshape(env.worlds, env.robots, 2)
         observations, _, _, _, info = env.step(actions)
         total += info["observed"]
-    return total.reshape(len(weights), len(seeds)) / env.max_cycles
+    mean: Floats = total.reshape(len(weights), len(seeds)) / env.max_cycles
+    return mean
 
 
-def train(generations):
+def train(generations: int) -> tuple[Floats, list[float]]:
     """Return the mean of the last distribution of weights, and the mean return of each generation."""
     strategy = cma.CMAEvolutionStrategy(np.zeros(SIZE), 0.3, {"seed": 1, "verbose": -9})
     env = vector_env(strategy.popsize * WORLDS, max_cycles=STEPS, autoreset="disabled")
-    curve = []
+    curve: list[float] = []
     for first in range(0, generations * WORLDS, WORLDS):
         candidates = strategy.ask()
         # New worlds in each generation, so that none is learned by heart.
         found = returns(env, np.array(candidates), range(first, first + WORLDS)).mean(axis=1)
         strategy.tell(candidates, -found)
-        curve.append(found.mean())
+        curve.append(float(found.mean()))
     return strategy.result.xfavorite, curve
 
 
-def observed(model):
+def observed(model: CMOMMT) -> float:
     model.run(600)
     return model.observed_fraction
 
 
-def main():
+def main() -> None:
     weights, curve = train(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
     seeds = range(1_000_000, 1_000_000 + TRIALS)
     learned = returns(vector_env(TRIALS, max_cycles=600, autoreset="disabled"), weights[None], seeds)[0]
@@ -70,7 +74,7 @@ def main():
         other = [observed(CMOMMT(policy=name, awareness="ring", seed=seed)) for seed in seeds]
         gain, error = np.mean(learned - other), np.std(learned - other, ddof=1) / TRIALS**0.5
         print(f"{name}: {np.mean(other):.3f}; learned {learned.mean():.3f}, {gain:+.3f} ± {1.984 * error:.3f} (95 %)")
-        plt.axhline(np.mean(other), color="grey", linestyle=":" if name == "a-cmommt" else "--", label=name)
+        plt.axhline(float(np.mean(other)), color="grey", linestyle=":" if name == "a-cmommt" else "--", label=name)
     plt.plot(curve, label="learned, mean of a generation")
     plt.xlabel("generation"), plt.ylabel("observed fraction"), plt.legend(loc=(0.4, 0.1))
     plt.savefig("train_team.png", dpi=100)

@@ -105,7 +105,8 @@ class Server:
         if isinstance(error, OverflowError) or not isinstance(error, OSError):
             return error
         if error.errno == errno.EADDRINUSE:
-            return ValueError(f"port={port}: is in use by another program; give another port, or 0 for any that is free (--port 0)")
+            cure = "give another port, or 0 for any that is free (--port 0)"
+            return ValueError(f"port={port}: is in use by another program; {cure}")
         if error.errno in (errno.EACCES, errno.EPERM):
             return ValueError(f"port={port}: may not be used by this user; give one from 1024 on, or --port 0 for any")
         return ValueError(f"host={checks.shown(host)}: is no address of this computer ({error.strerror or error})")

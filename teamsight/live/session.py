@@ -71,7 +71,7 @@ class Session:
         self._display = Display(self.board, self._controls.values())
         self._pacer = Pacer(rate, every)
         self._is_running, self._is_busy, self._is_closing = running, False, False
-        self._note = ""
+        self._note, self._is_failed = "", False
         # Steps that are left to the next frame.
         self._left = 0
         self._reported = self._reported_steps = 0.0
@@ -165,9 +165,9 @@ class Session:
         try:
             self.worlds.run(steps)
         except StoppedError as error:
+            self._is_failed = True
             self._pause(f"{error}; Reset starts again.")
             self._display.frames(self.worlds.tracks)
-            self._display.error(self._note)
             return False
         if self.worlds.made // MOST_STEPS > before // MOST_STEPS:
             self._pause(f"Paused after {self.worlds.made:,} steps, whose history is in memory; Run goes on.")
@@ -190,7 +190,7 @@ class Session:
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
             raise ValueError("run: the model has stopped; Reset starts again")
-        self._is_running, self._note = True, ""
+        self._is_running, self._note, self._is_failed = True, "", False
 
     def _on_pause(self) -> None:
         was_between, self._left = bool(self._left), 0
@@ -253,6 +253,7 @@ class Session:
         """Show worlds that have just been built."""
         self._left, self._note, self._reported_steps = 0, note, 0
         self._pacer.forget()
+        self._is_failed = False
         self._display.controls(self.worlds.tracks, self.worlds.seed)
         self._display.begin(self.worlds.tracks)
         self._report()
@@ -264,6 +265,7 @@ class Session:
         self._reported, self._reported_steps = now, made
         facts = {
             "running": self._is_running, "busy": self._is_busy, "rate": self._pacer.rate, "every": self._pacer.every,
-            "seed": self.worlds.seed, "note": self._note, "measured": max(measured, 0.0), "made": made,
+            "seed": self.worlds.seed, "note": self._note, "failed": self._is_failed,
+            "measured": max(measured, 0.0), "made": made,
         }  # fmt: skip
         self._display.state(self.worlds.tracks, facts)

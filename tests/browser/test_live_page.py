@@ -113,6 +113,7 @@ def test_run_pause_step_reset(page: Page, live: Callable[..., LivePage]) -> None
     until(lambda: world_of(server).tick == 2)
     press(page, "Space")
     until(lambda: world_of(server).tick > 8)
+    page.wait_for_function("() => teamsight.live.transport.running")
     press(page, "Space")
     until(lambda: not server.session.is_running)
     settled(page, server)
@@ -231,6 +232,7 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
     assert type(world_of(server, 0).robots.policy).__name__ == "ACmommt"
     press(page, "Space")
     until(lambda: world_of(server).tick > 20)
+    page.wait_for_function("() => teamsight.live.transport.running")
     press(page, "Space")
     until(lambda: not server.session.is_running)
     settled(page, server)
@@ -259,7 +261,7 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
 def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(live_models.Failing, running=True, rate=200.0)
     page.goto(server.url)
-    page.get_by_role("alert").get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").wait_for()
+    page.get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").first.wait_for()
     assert not server.session.is_running
     page.locator("#tl-breaks_at").fill("1000")
     page.locator("#tl-breaks_at").press("Enter")

@@ -22,7 +22,7 @@ from teamsight.live import LivePage, watch
 from teamsight.live.client import MOST_WRONG
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
-_PATIENCE = 20.0
+_PATIENCE = 60.0
 
 
 @pytest.fixture

@@ -607,6 +607,8 @@ class Page {
   on_state(state) {
     // Motion that nobody has asked for.
     if (!this.state && state.running && matchMedia("(prefers-reduced-motion: reduce)").matches) this.link.send("pause");
+    // Also on a page that is opened later.
+    if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
     this.state = state;
     this.setRunning(state.running);
     this.controls.showState(state);
