@@ -188,7 +188,11 @@ def _lines_of_links(scene: Scene, frame: Frame, place: Floats) -> list[Floats]:
             way = place[links.target] - start
             for axis, period in enumerate(scene.wraps or ()):
                 way[:, axis] -= period * np.rint(way[:, axis] / period) if period else 0.0
+            end = place[links.target]
             found += list(np.stack([start, start + way], axis=1))
+            # A line that leaves across the seam also arrives on the other side.
+            crosses = np.abs(start + way - end).max(axis=1, initial=0.0) > 1e-9
+            found += list(np.stack([end - way, end], axis=1)[crosses])
     return found
 
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Box, Robot, Sensor, Target, World
-from teamsight.view.drawing import Drawing
+from teamsight import CMOMMT, Box, Robot, Sensor, Target, Torus, World
+from teamsight.view.drawing import Drawing, _lines_of_links
 
 
 @pytest.mark.parametrize("angle", [math.radians(90), math.radians(300), 2 * math.pi])
@@ -35,3 +35,13 @@ def test_two_runs_show_the_same_tick() -> None:
         drawing.show(number)
         found = [axes.get_title().splitlines()[1].split(" · ")[0] for axes in drawing.figure.axes[:2]]
         assert found == [f"tick {tick}" for tick in ticks]
+
+
+def test_a_link_across_the_seam_leaves_and_arrives() -> None:
+    world = World(Torus(4.0, 4.0), rng=1)
+    robots = world.add(Robot, 2, policy="stationary", awareness_range=[0.5, 1.5])
+    robots[0].position, robots[1].position = (-1.5, 0.0), (1.5, 0.0)
+    replay = world.record(steps=0)
+    frame, scene = replay.frames[0], replay.scene
+    found = np.array(_lines_of_links(scene, frame, frame.positions(scene.bounds)))
+    np.testing.assert_allclose(found[:, :, 0], [[1.5, 2.5], [-2.5, -1.5]], atol=1e-3)
