@@ -62,7 +62,8 @@ class Batch:
         self.observations = np.zeros((worlds, self.robots, self.observation.width), np.float32)
         self.of_robots = np.zeros((worlds, self.robots, len(OF_ROBOTS)))
         self.of_worlds = np.zeros((worlds, len(OF_WORLDS)))
-        self.facts = Facts(self.of_robots, self.of_worlds)
+        self._teammates = np.zeros((worlds, 1))
+        self.facts = Facts(self.of_robots, self.of_worlds, self._teammates)
         self.cycles = np.zeros(worlds, np.int64)
         self._given = np.zeros((worlds, self.robots, settings.form.none.size))
         self._steering = np.zeros((worlds, self.robots, 3))
@@ -100,7 +101,7 @@ class Batch:
             self._check_like_first(one, len(group))
             shown = Shown(self.observations[place], self.of_robots[place], self.of_worlds[place])
             one.show_in(shown, self.observation)
-            self.cycles[place] = 0
+            self.cycles[place], self._teammates[place] = 0, self.observation.teammates
             self._set_begun(place, True)
             self._note(place)
 

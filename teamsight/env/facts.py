@@ -53,6 +53,8 @@ class Facts:
         The sum of the numbers of neighbours of all teams, and the largest of them.
     robots : ndarray, shape (worlds, 1)
         The number of active robots of all teams.
+    teammates : ndarray, shape (worlds, 1)
+        The number of teammates of a robot, in range or not, at the start of the episode.
     mean_neighbours : ndarray, shape (worlds, 1)
         The mean number of neighbours of active robots; 0 without robots.
     observed_fraction : ndarray, shape (worlds, 1)
@@ -77,10 +79,12 @@ class Facts:
     neighbours_in_all: Floats
     max_neighbours: Floats
     robots: Floats
+    teammates: Floats
 
-    def __init__(self, robots: Floats, worlds: Floats) -> None:
-        """Show arrays of shape (worlds, robots, `OF_ROBOTS`) and (worlds, `OF_WORLDS`)."""
-        for names, array in ((OF_ROBOTS, robots), (OF_WORLDS, worlds[:, np.newaxis])):
+    def __init__(self, robots: Floats, worlds: Floats, teammates: Floats) -> None:
+        """Show arrays of shape (worlds, robots, `OF_ROBOTS`), (worlds, `OF_WORLDS`) and (worlds, 1)."""
+        others = teammates[..., np.newaxis]
+        for names, array in ((OF_ROBOTS, robots), (OF_WORLDS, worlds[:, np.newaxis]), (("teammates",), others)):
             shown = array.view()
             shown.flags.writeable = False
             for column, name in enumerate(names):

@@ -153,6 +153,8 @@ class Observation:
     ----------
     width : int
         The number of values of an observation.
+    teammates : int
+        The number of teammates of a robot.
     perceive : Entry or None
         The kernel that must run before `show`, on the group's own record; None if there is none.
     show : Entry
@@ -161,6 +163,7 @@ class Observation:
 
     def __init__(self, group: Group, team_size: int, layout: Nearest | None) -> None:
         self._layout, self._degree = layout, group.awareness
+        self.teammates = max(team_size - 1, 0)
         self.width = check_width(group.awareness, max(team_size, 1)) if layout is None else layout.width
         needs_lists = layout is not None and (layout.teammates or layout.relayed)
         self.perceive = perceive_entry(group.awareness) if needs_lists else None

@@ -57,6 +57,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         if render_mode is not None:
             checks.choice("render_mode", render_mode, RENDER_MODES)
         self.render_mode, self.max_cycles = render_mode, settings.max_cycles
+        self._settings = settings
         self._batch = batch = Batch(settings, 1)
         self.possible_agents = [f"robot_{number}" for number in range(batch.robots)]
         self.agents: list[str] = []
@@ -65,6 +66,10 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         self.action_spaces = {agent: settings.form.space() for agent in self.possible_agents}
         self._none = settings.form.none
         self._states, self._views = StateView(batch), Views(render_mode)
+
+    def __reduce__(self) -> tuple[type[TeamParallelEnv], tuple[Settings, str | None]]:
+        # As PettingZoo's EzPickle: a copy is a new environment of these settings, which `reset` begins.
+        return type(self), (self._settings, self.render_mode)
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Any]:
         """Return the space of the observations of an agent, always the same object."""

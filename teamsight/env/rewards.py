@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,10 +27,6 @@ def _gain(facts: Facts, scope: str) -> Floats:
     return np.where(gained, 1.0, -1.0 * lost)
 
 
-def _others(facts: Facts) -> int:
-    return max(int(facts.sensed.shape[1]) - 1, 1)
-
-
 REWARDS: dict[str, Reward] = {
     "observed": lambda facts: facts.observed_fraction,
     "share": lambda facts: facts.share / np.maximum(facts.targets, 1.0),
@@ -38,7 +35,7 @@ REWARDS: dict[str, Reward] = {
     "gain": lambda facts: _gain(facts, ""),
     "team-gain": lambda facts: _gain(facts, "team_"),
     "alone-gain": lambda facts: _gain(facts, "alone_"),
-    "neighbours": lambda facts: facts.neighbours / _others(facts),
+    "neighbours": lambda facts: facts.neighbours / np.maximum(facts.teammates, 1.0),
     "travelled": lambda facts: facts.travelled,
 }
 """The rewards by name: functions of the facts of a step. All but those of gains are shares, in [0, 1]."""
@@ -58,7 +55,7 @@ def reward_of(value: RewardLike) -> Reward:
         If a name is unknown, a weight is not a finite number, or it is none of these.
     """
     if isinstance(value, str):
-        return REWARDS[checks.choice("reward", value, REWARDS)]
+        return _Weighted(((checks.choice("reward", value, REWARDS), 1.0),))
     if isinstance(value, Mapping):
         return _weighted(value)
     if isinstance(value, type):
@@ -74,15 +71,20 @@ def reward_of(value: RewardLike) -> Reward:
 def _weighted(weights: Mapping[Any, Any]) -> Reward:
     if not weights:
         raise ValueError("reward={}: must have a term; give names with weights, as in {'observed': 1.0}")
-    terms = [
-        (REWARDS[checks.choice("reward", name, REWARDS)], checks.number(f"reward[{name!r}]", weight))
+    return _Weighted(tuple(
+        (checks.choice("reward", name, REWARDS), checks.number(f"reward[{name!r}]", weight))
         for name, weight in weights.items()
-    ]
+    ))  # fmt: skip
 
-    def total(facts: Facts) -> Floats:
-        return np.asarray(sum(weight * np.asarray(term(facts)) for term, weight in terms))
 
-    return total
+@dataclass(frozen=True)
+class _Weighted:
+    """A weighted sum of rewards by name: an object, since functions made in functions cannot be pickled."""
+
+    terms: tuple[tuple[str, float], ...]
+
+    def __call__(self, facts: Facts) -> Floats:
+        return np.asarray(sum(weight * np.asarray(REWARDS[name](facts)) for name, weight in self.terms))
 
 
 def rewards_of(reward: Reward, facts: Facts) -> Floats:
@@ -107,7 +109,9 @@ def rewards_of(reward: Reward, facts: Facts) -> Floats:
     """
     answer, shape = reward(facts), facts.sensed.shape
     try:
-        given = np.asarray(answer, float)
+        array = np.asarray(answer)
+        # A part of complex numbers would be lost.
+        given = array.astype(float, casting="unsafe" if array.dtype.kind != "c" else "same_kind", copy=False)
     except (TypeError, ValueError):
         kind = type(answer).__name__
         raise TypeError(f"reward {_name(reward)}: returned {kind}; it must return one number for each robot") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -41,6 +42,11 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {"render_modes": [], **_mode(team.autoreset)}
+
+    def __reduce__(self) -> tuple[Callable[..., SharedPolicyEnv], tuple[Any, ...]]:
+        # A copy has worlds of its own, a shallow one too.
+        make, given = self.team.__reduce__()
+        return _shared, (make, *given)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -143,6 +149,10 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
     def close_extras(self, **kwargs: Any) -> None:
         """Release the worlds."""
         self.team.close()
+
+
+def _shared(make: Callable[..., TeamVectorEnv], *given: Any) -> SharedPolicyEnv:
+    return SharedPolicyEnv(make(*given))
 
 
 def _mode(autoreset: str) -> dict[str, Any]:

@@ -85,6 +85,7 @@ class TeamVectorEnv:
         self.worlds = checks.count("worlds", worlds, most=_MOST_WORLDS)
         self.autoreset = checks.choice("autoreset", autoreset, AUTORESETS)
         self._copies = checks.flag("copy", copy)
+        self._settings = settings
         self._batch = batch = Batch(settings, self.worlds)
         self.robots, self.max_cycles = batch.robots, settings.max_cycles
         self.observation_space = batch.observation.space()
@@ -93,6 +94,10 @@ class TeamVectorEnv:
         self.batched_action_space = batch_space(batch_space(self.action_space, self.robots), self.worlds)
         self._has_ended = np.zeros(self.worlds, bool)
         self._states, self._views = StateView(batch), Views("rgb_array")
+
+    def __reduce__(self) -> tuple[Callable[..., TeamVectorEnv], tuple[Settings, int, str, bool]]:
+        # As PettingZoo's EzPickle: a copy is new worlds of these settings, which `reset` begins.
+        return _again, (self._settings, self.worlds, self.autoreset, self._copies)
 
     def reset(
         self, seed: int | Sequence[int] | None = None, *, worlds: npt.ArrayLike | None = None
@@ -230,6 +235,10 @@ class TeamVectorEnv:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.worlds:,} worlds of {self.robots} robots>"
+
+
+def _again(settings: Settings, worlds: int, autoreset: str, copy: bool) -> TeamVectorEnv:
+    return TeamVectorEnv(settings, worlds, autoreset, copy=copy)
 
 
 def _name(world: int, robot: int) -> str:

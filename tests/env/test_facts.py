@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from naive import environments as naive
 
-from teamsight import CMOMMT, Failures, World
+from teamsight import CMOMMT, Disc, Failures, Robot, Target, World
 from teamsight.env import REWARDS, Facts, parallel_env, vector_env
 from teamsight.policies.rewards import GainReward, keep_reward
 
@@ -111,6 +111,22 @@ def test_rewards_by_name_are_shares_that_add_up() -> None:
             assert ((made[name] >= 0) & (made[name] <= 1)).all(), name
 
 
+def two_groups(rng: int | None = None, scouts: int = 6) -> World:
+    world = World(Disc(1.0), rng=rng)
+    targets = world.add(Target, 2, policy="random-walk")
+    for name, size in (("robots", 3), ("scouts", scouts)):
+        world.senses(world.add(Robot, size, policy="random-walk", awareness_range=9.0, name=name), targets)
+    return world
+
+
+def test_teammates_of_another_group_are_a_part_of_all_teammates() -> None:
+    env = vector_env(2, model=two_groups, observation=None, reward="neighbours")
+    env.reset(seed=1)
+    made = env.step(np.zeros((2, 3, 2)))
+    assert (made.info["neighbours"] == 8).all()
+    assert (made.rewards == 1.0).all()
+
+
 def test_facts_cannot_be_written() -> None:
     def spoil(facts: Facts) -> np.ndarray:
         facts.sensed[:] = 0
@@ -144,6 +160,7 @@ def test_rewards_that_are_none_are_refused(reward: Any, error: type[Exception], 
         (None, "returned None; it must be .1, 10."),
         (np.zeros(10), r"returned the shape \(10,\); it must be \(1, 10\), as facts.sensed is"),
         (np.full((1, 10), np.inf), "is inf for robot 0 of world 0; return a finite number, 0 for none"),
+        (1j * np.ones((1, 10)), "returned ndarray; it must return one number for each robot"),
         ("much", "returned str; it must return one number for each robot"),
     ],
 )
