@@ -112,7 +112,7 @@ class _Reading:
         self._layout, last = chunk.layout, len(chunk)
         self._stream, self._ticks = chunk.stream, chunk.ticks[first:last]
         bodies = len(self._layout.slots)
-        fixed = chunk.fixed[first:last].reshape(-1, 2, bodies, 2)
+        fixed = chunk.fixed[first:last].reshape(last - first, 2, bodies, 2)
         # To add half of the range of 16 bits is to change the highest one.
         self._position, self._heading = fixed[:, 0].view(np.uint16) ^ np.uint16(MIDDLE), fixed[:, 1]
         self._at = chunk.begins[first:last]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from teamsight.core import checks
+from teamsight.core.references import failure
 from teamsight.live import page, protocol
 from teamsight.live.client import MOST_WRONG, Client
 from teamsight.live.security import Access
@@ -68,7 +69,7 @@ class Server:
         self._session, self._access, self._title = session, access, title
         self.port = port
         self.clients: set[Client] = set()
-        self._is_saving = False
+        self._saving: asyncio.Task[None] | None = None
         self._failure: Exception | None = None
         self._ready = threading.Event()
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="teamsight page", daemon=True)
@@ -185,7 +186,7 @@ class Server:
                 if message.type == "ack":
                     client.acknowledge(message.fields["frame"])
                 elif message.type == "save":
-                    await self._save(connection)
+                    self._begin_save(connection)
                 else:
                     self._session.ask(message)
             except (TypeError, ValueError) as error:
@@ -195,16 +196,28 @@ class Server:
                     await _drop(connection)
                     return
 
-    async def _save(self, connection: ServerConnection) -> None:
-        """Send the recording; one at a time, since it takes time to pack."""
-        if self._is_saving:
+    def _begin_save(self, connection: ServerConnection) -> None:
+        """Let the recording be made; one at a time, since it takes time to pack.
+
+        Raises
+        ------
+        ValueError
+            If one is being made.
+        """
+        if self._saving is not None and not self._saving.done():
             raise ValueError("save: a recording is being made; wait for it")
-        self._is_saving = True
+        # Beside the messages of the page, which would otherwise get no frames meanwhile, and could not pause.
+        self._saving = asyncio.create_task(self._save(connection))
+
+    async def _save(self, connection: ServerConnection) -> None:
+        """Send the recording, or why there is none."""
         try:
             saved = await asyncio.to_thread(self._session.recording)
-        finally:
-            self._is_saving = False
-        await connection.send(protocol.text("recording", name=saved.name, html=saved.html))
+            answer = protocol.text("recording", name=saved.name, html=saved.html)
+        except Exception as error:  # whatever the texts of a model contain
+            answer = protocol.text("error", message=f"save: {failure(error)}")
+        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
+            await connection.send(answer)
 
 
 def _plain(connection: ServerConnection, status: int, text: str) -> Response:

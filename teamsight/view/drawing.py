@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from teamsight.core.checks import shown
@@ -25,6 +26,8 @@ _INK, _PALE, _GREY = "#1b1f24", "#d0d7de", "#8c959f"
 # Beyond these numbers of bodies, links and trails are not drawn, since they would cover each other.
 _MOST_LINKED, _MOST_TRAILED = 400, 400
 _TRAIL = 12
+# Points of the arc of a sector.
+_CORNERS, _FULL_TURN = 33, 2 * np.pi
 # The heights of the chart and of the titles [pixels], and the width of a letter of a title.
 _CHART, _HEAD, _LETTER = 90, 44, 6.4
 
@@ -67,7 +70,7 @@ class Drawing:
         Parameters
         ----------
         number : int
-            The number of the frame, from 0; a run that has ended before shows its last one.
+            The number of the frame of the run that has the most, from 0; the other run shows its last one until then.
         """
         self._set(number)
         self._canvas.restore_region(self._still)  # type: ignore[no-untyped-call]
@@ -84,10 +87,12 @@ class Drawing:
         self.figure.savefig(file, format="png", metadata={"Software": software})
 
     def _set(self, number: int) -> None:
-        for arena, (_, frames) in zip(self._arenas, self._tracks, strict=True):
-            arena.show(min(number, len(frames) - 1))
         longest = max((frames for _, frames in self._tracks), key=len)
-        self._cursor.set_xdata([longest[number].time] * 2)
+        time = longest[number].time
+        for arena, (_, frames) in zip(self._arenas, self._tracks, strict=True):
+            # Both show the same tick, also if they have frames at other ticks.
+            arena.show(max(bisect_right(frames, time, key=lambda frame: frame.time) - 1, 0))
+        self._cursor.set_xdata([time] * 2)
 
 
 class _Arena:
@@ -104,11 +109,14 @@ class _Arena:
         self._colours = np.array([groups[slot.group].colour for slot in scene.slots])
         self._reach = np.array([slot.sensing_range for slot in scene.slots])
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
+        self._angles = np.array([slot.field_of_view for slot in scene.slots])
+        self._sectors = PolyCollection([], alpha=0.08, zorder=1)
         self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
         self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
         self._noses = LineCollection([], linewidths=1.3, zorder=4)
-        self.artists: list[Artist] = [self._ranges, self._trails, self._links, self._noses]
-        for collection in (self._ranges, self._trails, self._links, self._noses):
+        collections = (self._ranges, self._sectors, self._trails, self._links, self._noses)
+        self.artists: list[Artist] = [*collections]
+        for collection in collections:
             axes.add_collection(collection, autolim=False)
         size = 26.0 if len(scene.slots) <= 200 else 6.0
         self._dots = axes.scatter([], [], s=size, linewidths=1.0, zorder=5)
@@ -132,7 +140,7 @@ class _Arena:
         ahead = place + nose * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         self._noses.set_segments(list(np.stack([place, ahead], axis=1)[facing]))
         self._noses.set_color(list(colours[facing]))
-        self._show_ranges(place, facing)
+        self._show_ranges(place, angle, facing)
         if len(scene.slots) <= _MOST_LINKED:
             self._links.set_segments(_lines_of_links(scene, frame, place))
         if len(scene.slots) <= _MOST_TRAILED:
@@ -141,12 +149,21 @@ class _Arena:
         seen = f" · {100 * value:.0f} % observed" if value == value else ""
         self._title.set_text(f"{self._name}\ntick {frame.time:,.0f}{seen}")
 
-    def _show_ranges(self, place: Floats, facing: npt.NDArray[np.bool_]) -> None:
-        diameter = 2 * self._reach[: len(place)][facing]
-        self._ranges.set_offsets(place[facing])
-        self._ranges._widths = self._ranges._heights = diameter / 2  # type: ignore[attr-defined]
-        self._ranges._angles = np.zeros(len(diameter))  # type: ignore[attr-defined]
-        self._ranges.set_facecolor(list(self._colours[: len(place)][facing]))
+    def _show_ranges(self, place: Floats, angle: Floats, facing: npt.NDArray[np.bool_]) -> None:
+        """Draw circles, and sectors where the field of view is narrower."""
+        size = len(place)
+        is_round = self._angles[:size] >= _FULL_TURN - 1e-9
+        circles, sectors = facing & is_round, facing & ~is_round
+        radius = self._reach[:size][circles]
+        self._ranges.set_offsets(place[circles])
+        self._ranges._widths = self._ranges._heights = radius  # type: ignore[attr-defined]
+        self._ranges._angles = np.zeros(len(radius))  # type: ignore[attr-defined]
+        self._ranges.set_facecolor(list(self._colours[:size][circles]))
+        turns = angle[sectors, None] + self._angles[:size][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
+        arc = self._reach[:size][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+        centre = place[sectors, None, :]
+        self._sectors.set_verts(list(np.concatenate([centre, centre + arc], axis=1)))
+        self._sectors.set_facecolor(list(self._colours[:size][sectors]))
 
     def _show_trails(self, number: int, there: npt.NDArray[np.bool_]) -> None:
         """Draw where bodies were; a jump, as across the seam of a torus, ends a trail."""
@@ -171,7 +188,11 @@ def _lines_of_links(scene: Scene, frame: Frame, place: Floats) -> list[Floats]:
             way = place[links.target] - start
             for axis, period in enumerate(scene.wraps or ()):
                 way[:, axis] -= period * np.rint(way[:, axis] / period) if period else 0.0
+            end = place[links.target]
             found += list(np.stack([start, start + way], axis=1))
+            # A line that leaves across the seam also arrives on the other side.
+            crosses = np.abs(start + way - end).max(axis=1, initial=0.0) > 1e-9
+            found += list(np.stack([end - way, end], axis=1)[crosses])
     return found
 
 

@@ -22,6 +22,8 @@ MARK = "<!doctype html>\n<!-- written by teamsight"
 
 _DATA = '<script type="application/json" id="replay">'
 _END = "</script>"
+# Previews of mail programs and file managers run no scripts.
+_SILENT = "This recording plays in a browser that runs scripts; open the file there."
 _ASSETS = Path(__file__).parent / "assets"
 
 
@@ -55,7 +57,8 @@ def page(tracks: Sequence[Track], *, title: str) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(title)}</title>\n<style>{style}</style></head>\n"
-        f'<body><main id="teamsight"></main>\n{_DATA}{_json(tracks)}{_END}\n<script>{script}{_END}</body></html>\n'
+        f'<body><main id="teamsight"></main>\n<noscript>{_SILENT}</noscript>\n'
+        f"{_DATA}{_json(tracks)}{_END}\n<script>{script}{_END}</body></html>\n"
     )
 
 

@@ -167,7 +167,8 @@ class Replay:
         ending = check_ending(path)
         check_replaceable(path, force=force)
         if ending == ".html":
-            content = self.page().encode()
+            # Half a character in a title or a name is no reason to lose a run.
+            content = self.page().encode(errors="replace")
         else:
             from teamsight.view.animation import rendered
 

@@ -193,6 +193,25 @@ def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[
     assert world_of(server) is world
     page.locator("#tl-fast").check()
     until(lambda: world_of(server).groups[0].speed[0] == 0.2)
+    assert not page.locator(".tl-alert").is_visible()
+    page.locator("#tl-hives").fill("")
+    page.locator("#tl-hives").press("Enter")
+    alert.get_by_text("hives: must be a whole number from 0 to").wait_for()
+
+
+def test_the_graph_counts_robots_that_work(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(live_models.hives, {"hives": 9})
+    shown(page, server)
+    neighbours = max(len(robot.neighbours) for robot in world_of(server).groups[0])
+    page.get_by_text(f"at most {neighbours} now, {neighbours} so far.").wait_for()
+    robots = world_of(server).groups[0]
+    while robots.active.all():
+        page.get_by_role("button", name="Step", exact=True).click()
+        settled(page, server)
+    numbers = [len(robot.neighbours) for robot in robots if robot.active]
+    assert len(numbers) < 9
+    assert np.mean(numbers) == pytest.approx(world_of(server).mean_neighbours)
+    page.get_by_text(f"{len(numbers)} robots, {sum(numbers)} links; neighbours: mean {np.mean(numbers):.1f}").wait_for()
 
 
 def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
@@ -228,11 +247,15 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
     captions = page.locator(".ts-caption").all_inner_texts()
     assert captions == ["CMOMMT, policy a-cmommt, seed 5", "CMOMMT, policy stationary, seed 5"]
     shot(page, "live-two-worlds")
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
     page.get_by_label("two worlds, same noise").uncheck()
     page.wait_for_function("() => teamsight.view.tracks.length === 1")
     until(lambda: len(server.session.worlds.tracks) == 1)
     settled(page, server)
     assert_same_places(page, world_of(server))
+    # The settings of the world on the right are no longer asked for.
+    assert not said
 
 
 def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:

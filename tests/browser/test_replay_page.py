@@ -170,6 +170,40 @@ def test_charts_show_the_history_of_the_model(page: Page, tmp_path: Path) -> Non
         assert charts.nth(1).locator(".ts-value").inner_text() == f"{sign}{abs(points[1])} points"
 
 
+def test_charts_have_gaps_where_nothing_is_known(page: Page, tmp_path: Path) -> None:
+    world = World(Disc(3.0), rng=1)
+    robots, targets = world.add(Robot, 3, policy=RandomWalk(0.05)), world.add(Target, 2, policy=RandomWalk(0.05))
+    world.senses(robots, targets)
+    replay = world.record()
+    world.run(3)
+    for target in list(targets):
+        target.remove()
+    world.run(4)
+    targets.add(2)
+    world.run(3)
+    opened(page, written(tmp_path, replay.stop(), recorded(team(), 6)))
+    # How far apart the ends of each stroke are [ticks].
+    widths = page.evaluate("""() => {
+        const chart = teamsight.view.charts[0], found = []; let at = 0;
+        const keep = (x, y) => { at = x; };
+        chart.to.moveTo = keep;
+        chart.to.lineTo = (x, y) => { found.push((x - at) / (chart.px(1) - chart.px(0))); keep(x, y); };
+        chart.drawnTo = [];
+        chart.drawLines(chart.lines.slice(0, 1));
+        delete chart.to.moveTo;
+        delete chart.to.lineTo;
+        return found; }""")
+    assert widths == pytest.approx([1] * 5)
+    # The other run is over: nothing is compared with its last frame.
+    difference = page.locator(".ts-chart").nth(1).locator(".ts-value")
+    for tick, is_known in ((1, True), (6, False), (8, False)):
+        at_tick(page, tick)
+        assert difference.inner_text().endswith("points") == is_known
+    assert page.evaluate("[...Array(11).keys()].map(k => Number.isFinite(teamsight.view.charts[1].lines[0].at(k)))") == [
+        tick < 3 for tick in range(11)
+    ]
+
+
 def test_it_plays_and_pauses(page: Page, tmp_path: Path) -> None:
     opened(page, written(tmp_path, recorded(team(), STEPS)), playing=True)
     until(page, "teamsight.view.position > 2")

@@ -144,6 +144,30 @@ def test_sets_steps_and_saves(live: Callable[..., LivePage]) -> None:
     assert type(page.session.worlds.tracks[0].world.robots.policy).__name__ == "Centroid"
 
 
+def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live()
+    made, go_on = page.session.recording, threading.Event()
+
+    def recording() -> Any:
+        assert go_on.wait(_PATIENCE)
+        return made()
+
+    monkeypatch.setattr(page.session, "recording", recording)
+    with opened(page) as socket:
+        ask(socket, "save")
+        ask(socket, "save")
+        assert "a recording is being made" in until(socket, "error")["message"]
+        ask(socket, "step")
+        until(socket, "state", lambda state: state["tracks"][0]["tick"] == 1)
+        go_on.set()
+        until(socket, "recording")
+        monkeypatch.setattr(page.session, "recording", lambda: 1 / 0)
+        ask(socket, "save")
+        assert "save: ZeroDivisionError" in until(socket, "error")["message"]
+        ask(socket, "step")
+        until(socket, "state", lambda state: state["tracks"][0]["tick"] == 2)
+
+
 def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> None:
     """The server stays up, goes on, and answers sense with sense."""
     page, chance = live(parameters={"robots": 2, "targets": 2}, running=True), random.Random(13)

@@ -224,7 +224,12 @@ class Controls {
 
   isTouched(name) { return performance.now() - (this.touched.get(name) ?? -Infinity) < KEPT_FOR; }
 
-  set(control, value) { this.touch(control.name); this.page.link.send("set", { name: control.name, value, track: this.side }); }
+  set(control, value) {
+    // What was refused before is past.
+    this.alert("");
+    this.touch(control.name);
+    this.page.link.send("set", { name: control.name, value, track: this.side });
+  }
 
   // What the server lets a page set.
   describe({ controls, values }) {
@@ -271,7 +276,7 @@ class Controls {
     const send = () => {
       number.dataset.sent = "yes";
       if (number.value !== "" && number.checkValidity()) return this.set(control, Number(number.value));
-      this.alert(`${control.label} ${number.value}: must be ${control.kind === "integer" ? "a whole number" : "a number"} from ${control.least} to ${control.most}`);
+      this.alert(`${`${control.label} ${number.value}`.trim()}: must be ${control.kind === "integer" ? "a whole number" : "a number"} from ${control.least} to ${control.most}`);
       return this.showValues();
     };
     number.addEventListener("change", send);
@@ -288,7 +293,7 @@ class Controls {
 
   // Shows the values that hold, but in a field that somebody is using.
   showValues() {
-    const values = this.values[this.side ?? 0] || {};
+    const values = this.values[this.side ?? 0] || this.values[0] || {};
     for (const [name, { control, field, show, inputs }] of this.inputs) {
       const differs = this.side === null && this.values.length > 1 && this.values[0][name] !== this.values[1][name];
       field.classList.toggle("tl-differs", differs);
@@ -421,7 +426,8 @@ class Graph {
     const list = scene.links.findIndex(({ channel }) => channel === "teammates");
     const team = [], place = new Map();
     for (let s = 0; s < frame.n; s++) {
-      if (scene.groups[scene.slots[s].group].team !== null && frame.flags[s] & 1) { place.set(s, team.length); team.push(s); }
+      // Present and active: robots that have failed have no neighbours, and do not count in their mean.
+      if (scene.groups[scene.slots[s].group].team !== null && (frame.flags[s] & 3) === 3) { place.set(s, team.length); team.push(s); }
     }
     const { source, target } = list < 0 ? { source: [], target: [] } : frame.links[list];
     const degrees = new Uint32Array(team.length);
@@ -443,7 +449,7 @@ class Graph {
     });
     this.histogram(to, degrees, left, size, accent, text, soft);
     const mean = team.length ? source.length / team.length : 0, state = this.page.state && this.page.state.tracks[t];
-    return `${team.length} robots, ${source.length} links; neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${state.most} so far` : ""}.`;
+    return `${team.length} robots, ${source.length} links; neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${Math.max(state.most, most)} so far` : ""}.`;
   }
 
   // Links as lines between nodes: dashed where only one side has the other in range.

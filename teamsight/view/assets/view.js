@@ -1065,8 +1065,10 @@ class Chart {
     if (!this.difference) return tracks.map((_, t) => line(t));
     const [one, other] = [line(0), line(1)];
     const at = (k) => {
-      const j = this.view.indexAt(1, one.time(k));
-      return j < 0 ? NaN : one.at(k) - other.at(j);
+      const time = one.time(k), j = this.view.indexAt(1, time);
+      // A run that is over is compared with nothing; of a live one the frame is on its way.
+      const isOver = !this.view.live && j >= 0 && time > other.time(other.length - 1);
+      return j < 0 || isOver ? NaN : one.at(k) - other.at(j);
     };
     return [{ ...one, at, colour: palette.difference, dash: [] }];
   }
@@ -1159,7 +1161,11 @@ class Chart {
   }
 
   step(time, value, isFirst) {
-    if (!Number.isFinite(value)) return;
+    if (!Number.isFinite(value)) {
+      // Nobody was there to be observed: the line has a gap.
+      this.last = null;
+      return;
+    }
     const x = this.px(time), y = this.py(value);
     if (isFirst || !this.last) this.to.moveTo(x, y); else this.to.lineTo(x, y);
     // Dashes go on where the last stroke ended.
@@ -1200,6 +1206,8 @@ class Chart {
   differenceText() {
     const [one, other] = [0, 1].map((t) => this.view.frameOf(t)), series = this.series;
     if (!one || !other) return "–";
+    const { shownTime, tracks, live } = this.view;
+    if (!live && tracks.some(({ frames }) => shownTime > frames[frames.length - 1].time)) return "–";
     const value = one.value(series[0]) - other.value(series[1]);
     const points = Math.round(100 * value);
     return Number.isFinite(value) ? `${points > 0 ? "+" : points < 0 ? "−" : "±"}${Math.abs(points)} points` : "–";

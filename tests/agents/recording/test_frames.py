@@ -267,6 +267,24 @@ def test_recording_changes_no_result_and_fills_several_chunks(monkeypatch: pytes
     assert_shows(replay.frames[-1], replay.scene, twin.read[300], low, high - low)
 
 
+def test_all_agents_may_leave_and_others_come() -> None:
+    world = World(Disc(3.0), rng=1)
+    robots = world.add(Robot, 3, policy="random-walk")
+    targets = world.add(Target, 2, policy="random-walk")
+    world.senses(robots, targets)
+    replay, twin = world.record(), Twin(world)
+    for group in (targets, robots):
+        world.step()
+        for agent in list(group):
+            agent.remove()
+    world.step()
+    targets.add(2)
+    world.step()
+    check(world, replay, twin)
+    assert [int((frame.flags & PRESENT).sum()) for frame in replay.stop().frames] == [5, 3, 0, 2, 2]
+    world.close()
+
+
 def test_memory_that_is_used_again_holds_nothing_of_earlier_recordings() -> None:
     first = CMOMMT(rng=4, robots=10, targets=8, radius=3.0).record(steps=50)
     kept = [frame.x.copy() for frame in first.frames]

@@ -345,3 +345,9 @@ def test_more_agents_than_slots_end_the_recording(monkeypatch: pytest.MonkeyPatc
     with pytest.warns(UserWarning, match="the recording ends at tick 2"):
         model.run(2)
     assert times(replay) == [0, 1, 2]
+
+
+def test_half_a_character_in_a_title_loses_no_run(page: Path) -> None:
+    world().record(page, steps=2, title="a \ud800 run")
+    assert Replay.open(page).title == "a ? run"
+    assert "<noscript>" in page.read_text("utf-8")

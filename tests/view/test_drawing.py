@@ -1,0 +1,47 @@
+"""Pictures and films show what the page shows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT, Box, Robot, Sensor, Target, Torus, World
+from teamsight.view.drawing import Drawing, _lines_of_links
+
+
+@pytest.mark.parametrize("angle", [math.radians(90), math.radians(300), 2 * math.pi])
+def test_sensing_ranges_are_as_wide_as_the_field_of_view(angle: float) -> None:
+    world = World(Box(4.0, 4.0), rng=1)
+    robots = world.add(Robot, 1, policy="stationary", sensing_range=1.5)
+    targets = world.add(Target, 1, policy="stationary")
+    robots[0].position, robots[0].heading, targets[0].position = (0.0, 0.0), (0.0, 1.0), (1.9, -1.9)
+    world.senses(robots, targets, sensor=Sensor(field_of_view=angle))
+    drawing = Drawing(world.record(steps=0).tracks, 400)
+    picture = drawing.show(0)
+    axes = drawing.figure.axes[0]
+    for bearing in np.arange(0.0, 360.0, 10.0) + 3.0:
+        way = math.radians(90.0 + bearing)
+        column, row = axes.transData.transform((math.cos(way), math.sin(way)))
+        is_tinted = bool((picture[len(picture) - 1 - int(row), int(column)] != 255).any())
+        assert is_tinted == (abs((bearing + 180.0) % 360.0 - 180.0) < math.degrees(angle) / 2), bearing
+
+
+def test_two_runs_show_the_same_tick() -> None:
+    often, seldom = (CMOMMT(robots=2, targets=2, radius=2.0, rng=1).record(steps=12, every=every) for every in (1, 4))
+    drawing = Drawing([*often.tracks, *seldom.tracks], 400)
+    for number, ticks in ((0, (0, 0)), (3, (3, 0)), (4, (4, 4)), (12, (12, 12))):
+        drawing.show(number)
+        found = [axes.get_title().splitlines()[1].split(" · ")[0] for axes in drawing.figure.axes[:2]]
+        assert found == [f"tick {tick}" for tick in ticks]
+
+
+def test_a_link_across_the_seam_leaves_and_arrives() -> None:
+    world = World(Torus(4.0, 4.0), rng=1)
+    robots = world.add(Robot, 2, policy="stationary", awareness_range=[0.5, 1.5])
+    robots[0].position, robots[1].position = (-1.5, 0.0), (1.5, 0.0)
+    replay = world.record(steps=0)
+    frame, scene = replay.frames[0], replay.scene
+    found = np.array(_lines_of_links(scene, frame, frame.positions(scene.bounds)))
+    np.testing.assert_allclose(found[:, :, 0], [[1.5, 2.5], [-2.5, -1.5]], atol=1e-3)
