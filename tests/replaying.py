@@ -42,6 +42,8 @@ def at_tick(page: Page, tick: int) -> None:
 
 def drawn(page: Page, track: int = 0) -> dict[int, tuple[float, float]]:
     """Return where bodies are on the canvas, in units of the arena, by identity."""
+    # What was changed is drawn with the next picture of the screen, which may be late.
+    page.evaluate("teamsight.view.draw()")
     found: Sequence[dict[str, Any]] = page.evaluate("track => teamsight.view.drawn(track)", track)
     slots = page.evaluate("track => teamsight.view.tracks[track].scene.slots.map(slot => slot.id)", track)
     return {slots[one["slot"]]: (one["x"], one["y"]) for one in found}

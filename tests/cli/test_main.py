@@ -31,7 +31,7 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
     [
         (
             ["reproduse"],
-            ["command='reproduse': unknown; did you mean 'reproduce'? known are calibrate, delta, evolve, "],
+            ["command='reproduse': unknown; did you mean 'reproduce'? known are calibrate, delta, "],
         ),
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
