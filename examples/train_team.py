@@ -5,7 +5,6 @@ It needs teamsight[env,evolve]: python examples/train_team.py [GENERATIONS]. It 
 """
 
 import sys
-from collections.abc import Sequence
 
 import cma
 import matplotlib.pyplot as plt
@@ -35,16 +34,15 @@ def decide(weights: Floats, observations: npt.NDArray[np.float32]) -> Floats:
     return actions.reshape(*observations.shape[:-1], 2)
 
 
-def returns(env: TeamVectorEnv, weights: Floats, seeds: Sequence[int]) -> Floats:
+def returns(env: TeamVectorEnv, weights: Floats, seeds: range) -> Floats:
     """Return the mean observed fraction of each world, shape (candidates, seeds); all have the same seeds."""
     shape, total = (len(weights), len(seeds), env.robots, -1), np.zeros(env.worlds)
     observations, _ = env.reset([*seeds] * len(weights))
     for _ in range(env.max_cycles):
-        actions = decide(weights, observations.reshape(shape)).reshape(env.worlds, env.robots, 2)
-        observations, _, _, _, info = env.step(actions)
+        actions = decide(weights, observations.reshape(shape))
+        observations, _, _, _, info = env.step(actions.reshape(env.worlds, env.robots, 2))
         total += info["observed"]
-    mean: Floats = total.reshape(len(weights), len(seeds)) / env.max_cycles
-    return mean
+    return np.asarray(total.reshape(len(weights), len(seeds)) / env.max_cycles)
 
 
 def train(generations: int) -> tuple[Floats, list[float]]:
@@ -61,17 +59,15 @@ def train(generations: int) -> tuple[Floats, list[float]]:
     return strategy.result.xfavorite, curve
 
 
-def observed(model: CMOMMT) -> float:
-    model.run(600)
-    return model.observed_fraction
-
-
 def main() -> None:
     weights, curve = train(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
     seeds = range(1_000_000, 1_000_000 + TRIALS)
     learned = returns(vector_env(TRIALS, max_cycles=600, autoreset="disabled"), weights[None], seeds)[0]
     for name in ("random-walk", "a-cmommt"):
-        other = [observed(CMOMMT(policy=name, awareness="ring", seed=seed)) for seed in seeds]
+        models = [CMOMMT(policy=name, awareness="ring", seed=seed) for seed in seeds]
+        for model in models:
+            model.run(600)
+        other = np.array([model.observed_fraction for model in models])
         gain, error = np.mean(learned - other), np.std(learned - other, ddof=1) / TRIALS**0.5
         print(f"{name}: {np.mean(other):.3f}; learned {learned.mean():.3f}, {gain:+.3f} ± {1.984 * error:.3f} (95 %)")
         plt.axhline(float(np.mean(other)), color="grey", linestyle=":" if name == "a-cmommt" else "--", label=name)
