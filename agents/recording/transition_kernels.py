@@ -33,7 +33,7 @@ def _situate(log: Any, situation: Any) -> None:
 
 
 @kernel
-def _count_observers(team: Any, counts: Any) -> None:
+def count_sensing(team: Any, counts: Any) -> None:
     """Write how many robots of a team sense each body of the world."""
     for body in range(counts.shape[0]):
         counts[body] = 0
@@ -78,7 +78,7 @@ def record_before(address: int) -> None:
     _situate(log, log.situation[log.row[0]])
     _write_actions(log, log.action[log.row[0]])
     _keep_neighbours(log)
-    _count_observers(log.team, log.before)
+    count_sensing(log.team, log.before)
 
 
 @kernel
@@ -121,7 +121,7 @@ def record_after(address: int) -> None:
     """Write the situations after a move and the facts about it."""
     log = log_at(address)
     _situate(log, log.next_situation[log.row[0]])
-    _count_observers(log.team, log.after)
+    count_sensing(log.team, log.after)
     sensed = 0
     gained = 0
     lost = 0

@@ -10,6 +10,7 @@ from typing import Any
 
 from teamsight.agents.engine.conditions import count_active, count_observers
 from teamsight.agents.engine.records import HISTORY_COLUMNS, group_at, relation_at, world_at
+from teamsight.agents.recording.transition_kernels import count_sensing
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.env.actions import GRID, HEADING
 from teamsight.env.records import DONE, NEEDS_PYTHON, UNFINISHED, UNSEEN, WAITS, batch_at, sight_at
@@ -21,17 +22,6 @@ _SHARE, _NEIGHBOURS, _TRAVELLED, _ACTIVE = range(9, 13)
 _COUNTS, _TEAMMATES = 1, 2
 # Lengths of directions; squares of others would lose digits.
 _SHORTEST, _LONGEST = 1e-100, 1e100
-
-
-@kernel
-def _count_observers(team: Any, counts: Any) -> None:
-    """Write how many robots of the team sense each body of the world."""
-    for body in range(counts.shape[0]):
-        counts[body] = 0
-    for r in range(team.shape[0]):
-        relation = relation_at(team[r])
-        for k in range(relation.true_start[relation.true_start.shape[0] - 1]):
-            counts[relation.rows[relation.true_index[k]]] += 1
 
 
 @kernel
@@ -120,7 +110,7 @@ def _write_world(sight: Any) -> None:
 
 @kernel
 def _write_facts(sight: Any) -> None:
-    _count_observers(sight.team, sight.after)
+    count_sensing(sight.team, sight.after)
     if sight.is_new[0] != 0:
         _keep_targets(sight)
         sight.is_new[0] = 0
