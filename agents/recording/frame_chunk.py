@@ -23,6 +23,8 @@ Words = npt.NDArray[np.uint16]
 #: The numbers of each frame, by the names of the history's columns.
 SERIES = ("observed", "mean_neighbours", "max_neighbours")
 _FEWEST_FRAMES = 8
+# The size of a whole number [bytes].
+_WORD = 8
 
 # Memory of recordings that have ended, for the next ones, since to use memory for the first time costs more than to
 # record; and the largest size of all of it [bytes].
@@ -56,13 +58,14 @@ class Chunk:
     def __init__(self, layout: Layout, most: int, room: int, earlier: int) -> None:
         self.layout, self.most = layout, most
         width = 4 * len(layout.slots)
-        # Half of it for what each frame has, half for the links.
-        need = 2 * max(2 * width * _FEWEST_FRAMES, 2 * most + SLACK)
-        self._memory = base = _memory(max(need, room))
-        frames = max(len(base) // (4 * max(width, 1)), _FEWEST_FRAMES)
-        self.fixed = base[: 2 * width * frames].view(np.int16).reshape(frames, width)
-        self.stream = base[2 * width * frames :]
-        self.ticks, self.begins = np.empty(frames, np.int64), np.empty(frames + 1, np.int64)
+        # Its positions and directions, its tick, and where its stream begins. Half of the memory is for the streams.
+        size = 2 * width + 2 * _WORD
+        self._memory = base = _memory(max(2 * (size * _FEWEST_FRAMES + _WORD + most + SLACK), room))
+        frames = max((len(base) // 2 - _WORD) // size, _FEWEST_FRAMES)
+        ends = np.cumsum([_WORD * frames, _WORD * (frames + 1), 2 * width * frames])
+        self.ticks, self.begins = base[: ends[0]].view(np.int64), base[ends[0] : ends[1]].view(np.int64)
+        self.fixed = base[ends[1] : ends[2]].view(np.int16).reshape(frames, width)
+        self.stream = base[ends[2] :]
         self.begins[0] = 0
         self.state = np.array([0, earlier, 0])
         self._made: tuple[tuple[object, ...], list[Frame]] = ((), [])
@@ -88,7 +91,8 @@ class Chunk:
         self.state[:] = 0
         self._made = ((), [])
         spare, self._memory = self._memory, np.empty(0, np.uint8)
-        self.fixed, self.stream = self.fixed[:0].copy(), self.stream[:0].copy()
+        self.fixed, self.ticks = self.fixed[:0].copy(), self.ticks[:0].copy()
+        self.begins, self.stream = self.begins[:1].copy(), self.stream[:0].copy()
         if len(spare) + sum(map(len, _spare)) <= _MOST_SPARE:
             _spare.append(spare)
 

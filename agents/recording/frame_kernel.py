@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, Packed, Record, equal_eight, kernel, put_eight_bytes, put_eight_parts
+from teamsight.core.kernel import Entry, Packed, Record, equal_eight, inlined, put_eight_bytes, put_eight_parts
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -125,7 +125,7 @@ FRAMES = Record(FrameArrays)
 frames_at = FRAMES.at
 
 
-@kernel
+@inlined
 def _put_parts(values: Any, low: Any, factor: Any, row: Any, at: int) -> None:
     """Write the parts of all values, eight at a time; the last eight may overlap with those before."""
     size = values.shape[0]
@@ -139,17 +139,21 @@ def _put_parts(values: Any, low: Any, factor: Any, row: Any, at: int) -> None:
             row[at + i] = np.int16(np.int32((values[i] - low[i % 2]) * factor[i % 2] + 0.5) - MIDDLE)
 
 
-@kernel
+@inlined
 def _put_bytes(values: Any, first: int, size: int, is_wide: int, stream: Any, at: int) -> int:
     """Write the low bytes of some numbers, then the high ones if they are wanted; return where the next bytes begin."""
     k = 0
-    # More than wanted is written: the next bytes replace it.
-    while k < size and first + k + _LANES <= values.shape[0]:
-        put_eight_bytes(values, first + k, stream, at + k)
-        k += _LANES
-    while k < size:
-        stream[at + k] = np.uint8(values[first + k])
-        k += 1
+    if size >= _LANES:
+        # The last eight may overlap with those before.
+        for k in range(0, size, _LANES):
+            begin = min(k, size - _LANES)
+            put_eight_bytes(values, first + begin, stream, at + begin)
+    elif first + _LANES <= values.shape[0]:
+        # More than wanted is written: the next bytes replace it.
+        put_eight_bytes(values, first, stream, at)
+    else:
+        for k in range(size):
+            stream[at + k] = np.uint8(values[first + k])
     at += size
     if is_wide == 0:
         return at
@@ -158,21 +162,11 @@ def _put_bytes(values: Any, first: int, size: int, is_wide: int, stream: Any, at
     return at + size
 
 
-@kernel
-def _copy_bodies(frames: Any, row: Any, tick: int, at: int) -> int:
+@inlined
+def _copy_bodies(frames: Any, row: Any, at: int) -> int:
     """Copy positions, directions, and who is observed and active; return where the next bytes begin."""
     bodies = frames.met.shape[0]
-    # A step stamps who is observed with its tick, a search between steps with −1 − tick.
-    stamp = tick if tick > 0 else -1
-    for first in range(0, bodies, _LANES):
-        if first + _LANES <= bodies:
-            frames.stream[at] = equal_eight(frames.met, first, stamp, -1 - tick)
-        else:
-            frames.stream[at] = 0
-            for i in range(first, bodies):
-                is_observed = frames.met[i] == stamp or frames.met[i] == -1 - tick
-                frames.stream[at] |= np.uint8(is_observed << (i - first))
-        at += 1
+    at += (bodies + _LANES - 1) // _LANES
     low, factor = (frames.low[0], frames.low[1]), (frames.factor[0], frames.factor[1])
     first = 0
     for g in range(frames.groups.shape[0]):
@@ -187,7 +181,25 @@ def _copy_bodies(frames: Any, row: Any, tick: int, at: int) -> int:
     return at
 
 
-@kernel
+@inlined
+def _copy_observed(met: Any, tick: int, stream: Any, at: int) -> None:
+    """Set a bit for each body that is observed."""
+    # A step stamps who is observed with its tick, a search between steps with −1 − tick.
+    stamp = tick if tick > 0 else -1
+    bodies = met.shape[0]
+    if bodies >= _LANES:
+        for first in range(0, bodies, _LANES):
+            begin = min(first, bodies - _LANES)
+            stream[at] = equal_eight(met, begin, stamp, -1 - tick) >> np.uint64(first - begin)
+            at += 1
+    elif bodies > 0:
+        bits = 0
+        for i in range(bodies):
+            bits |= (met[i] == stamp or met[i] == -1 - tick) << i
+        stream[at] = bits
+
+
+@inlined
 def _copy_links(links: Any, stream: Any, at: int) -> int:
     """Copy the links of a relation; return where the next bytes begin."""
     observers = links.start.shape[0] - 1
@@ -217,9 +229,10 @@ def _record(address: int) -> int:
     at = frames.begins[number]
     if number == frames.ticks.shape[0] or at + frames.most > frames.stream.shape[0]:
         return 1
-    at = _copy_bodies(frames, frames.fixed[number], tick, at)
+    at = _copy_bodies(frames, frames.fixed[number], at)
     for r in range(frames.links.shape[0]):
         at = _copy_links(links_at(frames.links[r]), frames.stream, at)
+    _copy_observed(frames.met, tick, frames.stream, frames.begins[number])
     frames.ticks[number] = tick
     number += 1
     frames.begins[number] = at

@@ -29,6 +29,9 @@ def digest(function: Callable[..., Any]) -> str:
 
 
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+    if (options := getattr(value, "targetoptions", None)) is not None:
+        # Such as whether the kernel is inlined.
+        yield repr(sorted(options.items())).encode()
     value = getattr(value, "py_func", value)
     # The function that generates the machine code of an intrinsic.
     value = getattr(value, "_defn", value)

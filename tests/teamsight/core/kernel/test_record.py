@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.core.kernel import Entry, Packed, Record
+from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel
 from teamsight.core.kernel.digest import digest
 from teamsight.core.kernel.guarded_arrays import Axis, run_guarded
 from teamsight.core.kernel.guarded_record import GuardedRecord
@@ -158,6 +158,21 @@ def test_the_digest_of_a_kernel_notices_every_change_of_a_record() -> None:
     assert of(Numbers) == of(Numbers)
     digests = {of(kind) for kind in (Numbers, Turned, Narrow, Fixed)}
     assert len(digests) == 4
+
+
+def test_the_digest_of_a_kernel_notices_that_another_is_inlined() -> None:
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    def of(decorator: Any) -> str:
+        twice = decorator(double)
+
+        def run(address: int) -> int:
+            return int(twice(1.0))
+
+        return digest(run)
+
+    assert of(kernel) == of(kernel) != of(inlined)
 
 
 def test_a_guarded_record_names_the_array_and_refuses_what_may_only_be_read() -> None:
