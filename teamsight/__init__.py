@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from teamsight.world.check import check_arena
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
+    from teamsight.world.interaction import Interaction
     from teamsight.world.polygon import Polygon
 
 _HOMES = {
@@ -67,6 +68,7 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.circle",
     "Obstructed": "teamsight.world.contract",
+    "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
@@ -79,9 +81,9 @@ _HOMES = {
 
 __all__ = [
     "CMOMMT", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle", "Departures",
-    "Disc", "EventSource", "Exponential", "Failures", "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts",
-    "Study", "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
-    "check_awareness", "check_policy", "check_sensor", "open_study", "run_many",
+    "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Obstructed", "Polygon", "Robot", "Sensor",
+    "SensorDropouts", "Study", "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__",
+    "check_arena", "check_awareness", "check_policy", "check_sensor", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
