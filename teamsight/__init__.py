@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from teamsight.policies.check import check_policy
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.check_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.interaction import Interaction
@@ -72,6 +73,7 @@ _HOMES = {
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
+    "check_interaction": "teamsight.world.check_interaction",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
     "open_study": "teamsight.analysis.studies.results",
@@ -83,7 +85,7 @@ __all__ = [
     "CMOMMT", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle", "Departures",
     "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Obstructed", "Polygon", "Robot", "Sensor",
     "SensorDropouts", "Study", "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__",
-    "check_arena", "check_awareness", "check_policy", "check_sensor", "open_study", "run_many",
+    "check_arena", "check_awareness", "check_interaction", "check_policy", "check_sensor", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
