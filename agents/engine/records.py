@@ -171,6 +171,8 @@ class LogArrays(NamedTuple):
         The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
         The number of robots of the team that sense each body of the world, before and after the move.
+    reward, ended : ndarray, shape (n,) or (0,)
+        As in `Bodies`; empty if the group takes part in no interaction.
     """
 
     group: Packed[GroupArrays]
@@ -188,6 +190,8 @@ class LogArrays(NamedTuple):
     kept_identity: Annotated[Integers, "kept"]
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
+    reward: Annotated[Floats, "rewarded"]
+    ended: Annotated[npt.NDArray[np.bool_], "rewarded"]
 
 
 class WorldArrays(NamedTuple):

@@ -54,6 +54,8 @@ class SightArrays(NamedTuple):
         The number of robots of the team that sense each body, after the last step and now.
     is_new : ndarray, shape (1,), int64
         Whether nothing is known of the last step: at the start, and after bodies have come or left.
+    reward, ended : ndarray, shape (robots,)
+        As in `Bodies`.
     """
 
     world: Packed[WorldArrays]
@@ -76,6 +78,8 @@ class SightArrays(NamedTuple):
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
     is_new: Annotated[Integers, 1]
+    reward: Annotated[Floats, "robots"]
+    ended: Annotated[npt.NDArray[np.bool_], "robots"]
 
 
 class BatchArrays(NamedTuple):
