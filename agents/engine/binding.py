@@ -196,7 +196,6 @@ class Binding:
         log.make_room_to_compare(
             max((len(self._relations[r].true_lists[1]) for r in own), default=0), sum(map(len, self._data.groups))
         )
-        rewarded = len(group) if log.has_rewards else 0
         return LogArrays(
             self._group_records[self._data.groups.index(group)],
             self._relation_records[own[0]] if own else None,
@@ -206,7 +205,7 @@ class Binding:
             log.now, log.row,
             log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
             log.kept_start, log.kept_identity, log.before, log.after,
-            group.bodies.reward[:rewarded], group.bodies.ended[:rewarded],
+            group.last_rewards if log.has_rewards else np.zeros((2, 0)),
         )  # fmt: skip
 
     def _watchers(self) -> npt.NDArray[np.int64]:

@@ -47,7 +47,7 @@ class BoundInteractions:
             first += len(one.scores)
         written = [array for one in data.interactions for array in one.arrays]
         for group in groups.values():
-            written += [group.bodies.speed, group.bodies.reward, group.bodies.ended]
+            written += [group.bodies.speed, group.bodies.reward, group.bodies.ended, group.last_rewards]
         # Two interactions may share a column.
         self._written = list({array.ctypes.data: array for array in written if array.nbytes}.values())
         self._copies = [array.copy() for array in self._written]
@@ -63,4 +63,6 @@ def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
     bodies, table = group.bodies, group.timetable
     decided_at = np.zeros(0, np.int64) if table is None else table.decided_at
     before = bodies.position.copy()
-    return PARTAKER.pack(PartakerArrays(record, group.number, before, bodies.reward, bodies.ended, decided_at))
+    return PARTAKER.pack(PartakerArrays(
+        record, group.number, before, bodies.reward, bodies.ended, group.last_rewards, decided_at
+    ))  # fmt: skip

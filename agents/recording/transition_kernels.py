@@ -138,9 +138,9 @@ def record_after(address: int) -> None:
         facts[i, _OWN_FACTS] = sensed
         facts[i, _OWN_FACTS + 1] = gained
         facts[i, _OWN_FACTS + 2] = lost
-    for i in range(log.reward.shape[0]):
-        facts[i, _ALL_FACTS] = log.reward[i]
-        facts[i, _ALL_FACTS + 1] = log.ended[i]
+    for i in range(log.last_rewards.shape[1]):
+        for fact in range(2):
+            facts[i, _ALL_FACTS + fact] = log.last_rewards[fact, i]
     if log.relation != 0:
         _write_own_facts(address, facts)
     _mark_inactive(move_at(group_at(log.group).move).active, facts)

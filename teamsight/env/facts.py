@@ -46,7 +46,7 @@ class Facts:
     active : ndarray, shape (worlds, robots)
         1, or 0 for a robot that is inactive: one that has failed or has no energy.
     reward : ndarray, shape (worlds, robots)
-        What interactions gave each robot in the step; 0 for inactive ones, and in worlds without an interaction.
+        What interactions gave each robot in the step; 0 in worlds without an interaction.
     ended : ndarray, shape (worlds, robots)
         1 if an interaction ended a trial for the robot, else 0.
     observed : ndarray, shape (worlds, 1)

@@ -79,11 +79,10 @@ def _write_bodies(sight: Any) -> None:
         y = move.moved[i, 1]
         facts[_TRAVELLED] = min(math.sqrt(x * x + y * y) / move.speed[i], 1.0) if move.speed[i] > 0.0 else 0.0
         facts[_ACTIVE] = 1.0
-        facts[_REWARD] = sight.reward[i]
-        facts[_ENDED] = sight.ended[i]
+        facts[_REWARD] = sight.last_rewards[0, i]
+        facts[_ENDED] = sight.last_rewards[1, i]
         if move.active.shape[0] > 0 and not move.active[i]:
-            # It decides no more, so these are sums over several steps.
-            facts[_ACTIVE] = facts[_REWARD] = facts[_ENDED] = 0.0
+            facts[_ACTIVE] = 0.0
 
 
 @kernel

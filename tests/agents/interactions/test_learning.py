@@ -81,6 +81,14 @@ def test_environments_give_the_rewards() -> None:
     assert any((facts > 0).any() for facts, _ in seen)
 
 
+def test_a_robot_with_a_cycle_gets_the_reward_of_each_step_in_an_environment() -> None:
+    env = vector_env(1, model=hunting, reward="interaction", cycle=4)
+    env.reset(seed=1)
+    found = np.array([env.step(np.zeros((1, 6, 2)))[1][0] for _ in range(12)])
+    assert found.min() == -0.1
+    assert set(np.unique(np.round(found, 6))) <= {-0.1, 0.9, 1.9}
+
+
 def test_the_reward_of_interactions_by_name() -> None:
     found = []
     for reward in ("interaction", lambda facts: facts.reward):
