@@ -19,7 +19,7 @@ Integers = npt.NDArray[np.int64]
 # The time of percepts that were not made by a world.
 _NO_TIME = np.zeros(1)
 _NO_TIME.flags.writeable = False
-# Those of percepts without a reward; `CompiledPolicy.decide` gives each robot none.
+# Those of percepts that were made without rewards; see `Percept.completed`.
 _NO_REWARD, _NOT_ENDED = np.zeros(0), np.zeros(0, np.bool_)
 
 
@@ -69,9 +69,12 @@ class Percept(NamedTuple):
     reward: Annotated[Floats, "n"] = _NO_REWARD
     ended: Annotated[npt.NDArray[np.bool_], "n"] = _NOT_ENDED
 
-    def without_reward(self) -> Percept:
-        """Return a percept in which no robot has got a reward."""
-        return self._replace(reward=np.zeros(len(self.heading)), ended=np.zeros(len(self.heading), np.bool_))
+    def completed(self) -> Percept:
+        """Return a percept in which no robot has got a reward, if it was made without rewards; else itself."""
+        size = len(self.heading)
+        if len(self.reward) == size:
+            return self
+        return self._replace(reward=np.zeros(size), ended=np.zeros(size, np.bool_))
 
 
 class Action(NamedTuple):

@@ -17,6 +17,7 @@ Integers = npt.NDArray[np.int64]
 def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
     """Return the percept of some robots, given by their rows, as copies."""
     channels: Any = percept.channels
+    percept = percept.completed()
     return Percept(
         percept.heading[rows], percept.moved[rows], percept.speed[rows], percept.sensing_range[rows],
         percept.awareness_range[rows], neighbours_of_rows(percept.targets, rows),
