@@ -17,7 +17,7 @@ _REGISTRIES = {
     "teamsight.awareness": ("teamsight.agents.awareness.registry", "AWARENESS"),
     "teamsight.rewards": ("teamsight.analysis.learning.registry", "REWARDS"),
 }
-_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary",)}
+_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary", "evenness")}
 
 
 class PluginsSettings(Settings):
