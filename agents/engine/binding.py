@@ -45,6 +45,7 @@ from teamsight.policies.compiled import CompiledPolicy, Decision, pack_decision
 from teamsight.policies.interface import Action, PolicyState
 from teamsight.world.motion import advance_entry, is_watched, pack_move
 from teamsight.world.noise import Stream, stream_number
+from teamsight.world.region import region_of
 
 
 class Binding:
@@ -215,9 +216,9 @@ class Binding:
 
     def _interactions(self) -> list[Packed[InteractionArrays]]:
         """Bind the interactions; their scores follow each other."""
-        records, first = [], 0
+        records, first, region = [], 0, region_of(self._data.arena)
         for one in self._data.interactions:
-            records.append(one.bind(self._partakers, first))
+            records.append(one.bind(self._partakers, region, first))
             first += len(one.scores)
         return records
 
