@@ -20,6 +20,7 @@ PolicyName: TypeAlias = Literal[
 ]
 AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
 PlacementName: TypeAlias = Literal["uniform", "spread"]
+RangeShape: TypeAlias = Literal["disc", "square"]
 PresetName: TypeAlias = Literal["touzet2000"]
 
 PolicyLike: TypeAlias = Policy | Rule | PolicyName | str

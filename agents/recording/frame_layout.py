@@ -13,6 +13,7 @@ from teamsight.agents.engine.relation import Members, Relation
 from teamsight.agents.recording.frame_kernel import UNIT, LinkArrays
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.world.arena import Arena
+from teamsight.world.proximity.shapes import farthest_of
 
 Integers = npt.NDArray[np.int64]
 
@@ -159,4 +160,4 @@ def _scale(relation: Relation, arena: Arena) -> float:
     # Readings of the package's own sensors end at the range.
     own = sensor.range if sensor is not None and sensor.range is not None else None
     reach = own if own is not None else float(relation.observers.ranges[relation.name == TEAMMATES].max(initial=0.0))
-    return min(reach, diagonal) or diagonal
+    return min(reach * farthest_of(relation.observers.range_shape), diagonal) or diagonal
