@@ -32,7 +32,7 @@ class Resolved:
     def __init__(self, model: str, measure: str, path: tuple[str, ...]) -> None:
         references.search_in(path)
         self.model: Callable[..., World] = model_of(model)
-        self.measure: Callable[[World, int], Any] = measure_of(measure)
+        self.measure: Callable[[World, int], Any] = measure_of(measure, model)
         self._components = Components()
 
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:

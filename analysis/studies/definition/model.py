@@ -10,6 +10,7 @@ from teamsight.core import checks, plugins, references
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.tasks.task import Task
 
 #: The name of `CMOMMT` in a study.
 CMOMMT_NAME = "cmommt"
@@ -26,7 +27,7 @@ def model_of(model: str) -> Callable[..., World]:
     Parameters
     ----------
     model : str
-        "cmommt", "package.module:Name" or the name of a plug-in.
+        "cmommt", the name of another task, "package.module:Name" or the name of a plug-in.
 
     Raises
     ------
@@ -37,35 +38,58 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    return _callable("model", model, CMOMMT_NAME, "a class, or a function with rng")
+    if (task := task_named(model)) is not None:
+        from teamsight.tasks.model import TaskModel
+
+        return TaskModel(task)
+    from teamsight.tasks.registry import TASKS
+
+    return _callable("model", model, tuple(TASKS), "a class, or a function with rng")
 
 
-def measure_of(measure: str) -> Callable[[World, int], Any]:
+def task_named(model: str) -> Task | None:
+    """Return the task that is the model of a study; None if the model is `CMOMMT` itself, or no task."""
+    from teamsight.tasks.registry import TASKS
+
+    if model == CMOMMT_NAME or references.is_reference(model) or model not in TASKS:
+        return None
+    from teamsight.tasks.named import task_of
+
+    return task_of(model)
+
+
+def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int], Any]:
     """Return the function that measures a run; its module is imported.
 
     Parameters
     ----------
     measure : str
-        "summary", "package.module:name" or the name of a plug-in.
+        "summary", "package.module:name" or the name of a plug-in. The summary of a task has its metrics.
+    model : str
+        The model.
 
     Raises
     ------
     TypeError, ValueError
         If there is none of this name, or it cannot be called.
     """
+    if measure == SUMMARY_NAME and (task := task_named(model)) is not None:
+        from teamsight.analysis.runs.task_runs import TaskMeasure
+
+        return TaskMeasure(task)
     if measure == SUMMARY_NAME:
         from teamsight.analysis.runs.run_many import summary
 
         return summary
-    return _callable("record.measure", measure, SUMMARY_NAME, "a function (world, steps)")
+    return _callable("record.measure", measure, (SUMMARY_NAME,), "a function (world, steps)")
 
 
-def _callable(key: str, value: str, own: str, cure: str) -> Callable[..., Any]:
-    """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
+def _callable(key: str, value: str, own: tuple[str, ...], cure: str) -> Callable[..., Any]:
+    """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` are known, too."""
     if references.is_reference(value):
         found = references.load(value, key)
     else:
-        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, (own,))
+        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, own)
     if not callable(found):
         raise TypeError(f"{key}={checks.shown(value)}: cannot be called; give {cure}")
     return found
