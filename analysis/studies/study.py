@@ -62,9 +62,9 @@ class Study:
     Parameters
     ----------
     model : str or callable
-        "cmommt", the name of another task or of a plug-in, or "package.module:Name": a class or function that is called
-        as ``model(**setting, rng=seed)``. Settings of a task have values of its scenario, ``treatment``, and other
-        parameters of its world.
+        "cmommt", the name of a plug-in, or "package.module:Name": a class or function that is called as
+        ``model(**setting, rng=seed)``. Or "task:NAME", such as "task:cmommt": then settings have values of the scenario
+        of this task, ``treatment``, and other parameters of its world.
     fixed : mapping
         Parameters of the model that all settings share.
     axes : mapping

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
 from teamsight.tasks.task import Task
-from teamsight.tasks.treatments import AWARENESS, Treatment
+from teamsight.tasks.treatments import AWARENESS, Named, Treatment
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
 
 #: The parameter that names the team.
 TREATMENT = "treatment"
-# Parameters that teams have, although their worlds do not have these names.
 _SEED = inspect.Parameter("rng", inspect.Parameter.KEYWORD_ONLY, default=None)
 
 
@@ -41,6 +40,11 @@ class TaskModel:
         self._rng = rng
         self._learned: dict[str, dict[str, Any]] = {}
 
+    @property
+    def __name__(self) -> str:
+        """The name of the task, for titles and errors."""
+        return self.task.name
+
     def __repr__(self) -> str:
         return f"TaskModel({self.task.name!r}, {self.treatment!r}, rng={self._rng})"
 
@@ -58,7 +62,7 @@ class TaskModel:
         task = self.task
         scenario = self.scenario(setting)
         more = {name: value for name, value in setting.items() if name not in scenario and name != TREATMENT}
-        self._check(more)
+        self.parameters_known(more)
         treatment: Treatment = setting.get(TREATMENT, self.treatment)
         if isinstance(treatment, str) and callable(task.teams.get(treatment)):
             degree = more.pop(AWARENESS, None)
@@ -77,7 +81,7 @@ class TaskModel:
     def __signature__(self) -> inspect.Signature:
         """The names that a setting may have, with their defaults."""
         plain = inspect.Parameter
-        named = {TREATMENT: plain(TREATMENT, plain.KEYWORD_ONLY, default=self.treatment)}
+        named = {TREATMENT: plain(TREATMENT, plain.KEYWORD_ONLY, default=self.treatment, annotation=Named)}
         for name, value in self.task.scenario.items():
             kind = type(value) if isinstance(value, (int, float, str)) else plain.empty
             named[name] = plain(name, plain.KEYWORD_ONLY, default=value, annotation=kind)
@@ -92,8 +96,14 @@ class TaskModel:
                 )
         return inspect.Signature([*named.values(), _SEED, *rest])
 
-    def _check(self, more: Mapping[str, Any]) -> None:
-        """Refuse names that are parameters neither of the scenario nor of the world."""
+    def parameters_known(self, more: Iterable[str]) -> None:
+        """Refuse names that are parameters neither of the scenario nor of the world.
+
+        Raises
+        ------
+        ValueError
+            If there is one; the message suggests the nearest.
+        """
         if not more:
             return
         known = self.__signature__.parameters

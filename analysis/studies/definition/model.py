@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: The name of `CMOMMT` in a study.
 CMOMMT_NAME = "cmommt"
+#: What stands before the name of a task: "task:cmommt".
+TASK_PREFIX = "task:"
 #: The name of `run_many`'s measure.
 SUMMARY_NAME = "summary"
 
@@ -27,7 +29,7 @@ def model_of(model: str) -> Callable[..., World]:
     Parameters
     ----------
     model : str
-        "cmommt", the name of another task, "package.module:Name" or the name of a plug-in.
+        "cmommt", "task:NAME", "package.module:Name" or the name of a plug-in.
 
     Raises
     ------
@@ -42,20 +44,22 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.tasks.model import TaskModel
 
         return TaskModel(task)
-    from teamsight.tasks.registry import TASKS
-
-    return _callable("model", model, tuple(TASKS), "a class, or a function with rng")
+    return _callable("model", model, (CMOMMT_NAME, f"{TASK_PREFIX}NAME"), "a class, or a function with rng")
 
 
 def task_named(model: str) -> Task | None:
-    """Return the task that is the model of a study; None if the model is `CMOMMT` itself, or no task."""
-    from teamsight.tasks.registry import TASKS
+    """Return the task that is the model of a study; None if it is no task.
 
-    if model == CMOMMT_NAME or references.is_reference(model) or model not in TASKS:
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no task of this name.
+    """
+    if not model.startswith(TASK_PREFIX):
         return None
     from teamsight.tasks.named import task_of
 
-    return task_of(model)
+    return task_of(model.removeprefix(TASK_PREFIX))
 
 
 def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int], Any]:

@@ -52,7 +52,7 @@ def test_seeds_follow_from_the_values_of_the_scenario() -> None:
 
 def test_a_study_of_a_task_has_its_metrics_and_seeds(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:  # type: ignore[no-untyped-def]
     monkeypatch.setitem(TASKS._homes, "gather", "toy_tasks:GATHER")  # type: ignore[index]
-    study = Study(model="gather", axes={"treatment": ["explore", "skilled"], "walkers": [3, 5]}, replicates=2, steps=30)
+    study = Study(model="task:gather", axes={"treatment": ["explore", "skilled"], "walkers": [3, 5]}, replicates=2, steps=30)
     study.check()
     frame = study.run(tmp_path / "study").frame
     table = run_many(
@@ -60,8 +60,17 @@ def test_a_study_of_a_task_has_its_metrics_and_seeds(monkeypatch: pytest.MonkeyP
     )
     for column in ("seed", "closeness", "max_neighbours"):
         assert frame[column].tolist() == table[column].tolist()
-    with pytest.raises(ValueError, match="wakers: is no parameter of gather; did you mean 'walkers'"):
-        Study(model="gather", axes={"wakers": [3]}).check()
+    with pytest.raises(ValueError, match="wakers: is no parameter of task:gather; did you mean 'walkers'"):
+        Study(model="task:gather", axes={"wakers": [3]}).check()
+
+
+def test_cmommt_as_a_task_of_a_study(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    axes = {"robots": [3, 5], "radius": [2.0, 4.0]}
+    task = Study(model="task:cmommt", axes=axes, fixed={"treatment": "explore"}, steps=20).run(tmp_path / "task").frame
+    plain = Study(axes=axes, fixed={"policy": "random-walk"}, steps=20).run(tmp_path / "plain").frame
+    assert task["observed_fraction"].tolist() == plain["observed_fraction"].tolist()
+    with pytest.raises(ValueError, match="task='cmomt': unknown; did you mean 'cmommt'"):
+        Study(model="task:cmomt").check()
 
 
 def test_wrong_arguments_are_refused() -> None:
