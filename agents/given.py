@@ -18,7 +18,7 @@ from teamsight.policies.percept_of_one import Rule
 PolicyName: TypeAlias = Literal[
     "a-cmommt", "centroid", "evasive", "evolved", "lazy-collective", "lazy-cooperative", "random-walk", "stationary"
 ]
-AwarenessName: TypeAlias = Literal["none", "ring", "pairwise", "shared"]
+AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
 PlacementName: TypeAlias = Literal["uniform", "spread"]
 PresetName: TypeAlias = Literal["touzet2000"]
 

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from teamsight.world.check import check_arena
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
+    from teamsight.world.interaction import Interaction
     from teamsight.world.polygon import Polygon
 
 _HOMES = {
@@ -71,6 +72,7 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.circle",
     "Obstructed": "teamsight.world.contract",
+    "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
@@ -87,8 +89,8 @@ _HOMES = {
 
 __all__ = [
     "CMOMMT", "TASKS", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle",
-    "Departures", "Disc", "EventSource", "Exponential", "Failures", "Objective", "Obstructed", "Polygon", "Robot",
-    "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
+    "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon",
+    "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
     "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "check_task",
     "open_study", "run_many",
 ]  # fmt: skip

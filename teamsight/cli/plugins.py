@@ -18,7 +18,7 @@ _REGISTRIES = {
     "teamsight.rewards": ("teamsight.analysis.learning.registry", "REWARDS"),
     "teamsight.tasks": ("teamsight.tasks.registry", "TASKS"),
 }
-_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary",)}
+_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary", "evenness")}
 
 
 class PluginsSettings(Settings):

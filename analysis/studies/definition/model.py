@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 CMOMMT_NAME = "cmommt"
 #: What stands before the name of a task: "task:cmommt".
 TASK_PREFIX = "task:"
-#: The name of `run_many`'s measure.
-SUMMARY_NAME = "summary"
+#: The measures of teamsight by name, as references; "summary" is that of `run_many`.
+MEASURES = {
+    "summary": "teamsight.analysis.runs.run_many:summary",
+    "evenness": "teamsight.analysis.runs.evenness:evenness",
+}
 
 # Two names for the seed, which the study gives.
 _SEEDS = ("rng", "seed")
@@ -68,7 +71,7 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
     Parameters
     ----------
     measure : str
-        "summary", "package.module:name" or the name of a plug-in. The summary of a task has its metrics.
+        "summary", "evenness", "package.module:name" or the name of a plug-in. The summary of a task has its metrics.
     model : str
         The model.
 
@@ -77,19 +80,15 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
     TypeError, ValueError
         If there is none of this name, or it cannot be called.
     """
-    if measure == SUMMARY_NAME and (task := task_named(model)) is not None:
+    if measure == "summary" and (task := task_named(model)) is not None:
         from teamsight.analysis.runs.task_runs import TaskMeasure
 
         return TaskMeasure(task)
-    if measure == SUMMARY_NAME:
-        from teamsight.analysis.runs.run_many import summary
-
-        return summary
-    return _callable("record.measure", measure, (SUMMARY_NAME,), "a function (world, steps)")
+    return _callable("record.measure", MEASURES.get(measure, measure), tuple(MEASURES), "a function (world, steps)")
 
 
 def _callable(key: str, value: str, own: tuple[str, ...], cure: str) -> Callable[..., Any]:
-    """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` are known, too."""
+    """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
     if references.is_reference(value):
         found = references.load(value, key)
     else:
