@@ -26,6 +26,7 @@ from teamsight.cli import (
     status,
     submit,
     sweep,
+    tasks,
     unreliable,
     verify,
     watch,
@@ -102,6 +103,7 @@ add_command(commands, schema.schema, schema.SchemaSettings)
 add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
+add_command(commands, tasks.tasks, tasks.TasksSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)
 add_command(commands, watch.watch, watch.WatchSettings)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from typing import Any, cast
 
-from teamsight.cli import limits, values
+from teamsight.cli import limits, task_options, values
 from teamsight.cli.options import Settings
 from teamsight.core import checks
 
@@ -32,6 +32,7 @@ class WatchSettings(Settings):
         "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
         "CMOMMT", metavar="MODULE:NAME",
     )  # fmt: skip
+    task: str | None = task_options.task("A task in place of CMOMMT: {names}. Its team is a control.")
     set: dict[str, Any] = values.assignments("Another parameter of the model. May be given several times.")
     beside: dict[str, Any] = values.assignments(
         "A parameter in which a second world differs, which runs beside the first with the same seed. May be given "
@@ -55,7 +56,9 @@ class WatchSettings(Settings):
         limits.check_worlds(
             self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
         )
-        for name in () if self.model else set(self.set) & {*_MODEL, "seed"}:
+        if self.task:
+            task_options.check(self, (*_MODEL, "model", "failures", "repair"))
+        for name in () if self.model or self.task else set(self.set) & {*_MODEL, "seed"}:
             raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
 
 
@@ -69,6 +72,7 @@ def watch(settings: WatchSettings) -> None:
       teamsight watch --policy a-cmommt --beside policy=centroid
       teamsight watch --failures 500 --repair 50
       teamsight watch --model my_package.my_module:MyWorld --set hives=3
+      teamsight watch --task cmommt --beside treatment=explore
       teamsight watch --port 0 --no-browser
     """
     from teamsight.live import watch as serve
@@ -79,9 +83,9 @@ def watch(settings: WatchSettings) -> None:
 
         parameters["events"] = Failures(settings.failures, settings.repair)
     page = serve(
-        _model(settings.model), {**parameters, **settings.set, **_seed(settings)}, beside=settings.beside or None,
-        rate=settings.rate, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,
-        token=settings.token, browser=False, wait=False,
+        settings.task or _model(settings.model), {**parameters, **settings.set, **_seed(settings)},
+        beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
+        host=settings.host, port=settings.port, token=settings.token, browser=False, wait=False,
     )  # fmt: skip
     _show(page, settings)
 
@@ -103,6 +107,8 @@ def _model(reference: str | None) -> Any:
 
 def _seed(settings: WatchSettings) -> dict[str, int]:
     """Return the seed under its name; a model without one has no such parameter."""
+    if settings.task:
+        return {"rng": settings.seed}
     return {"seed": settings.seed} if settings.model is None or "seed" in settings.given else {}
 
 

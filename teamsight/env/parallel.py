@@ -23,6 +23,7 @@ from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
 from teamsight.env.views import RENDER_MODES, Views
+from teamsight.tasks.task import Task
 
 Array: TypeAlias = npt.NDArray[Any]
 _SENSED, _NEIGHBOURS, _ACTIVE = map(OF_ROBOTS.index, ("sensed", "neighbours", "active"))
@@ -230,7 +231,7 @@ def parallel_env(
     reward: RewardLike = "observed",
     max_cycles: int = 600,
     render_mode: Literal["rgb_array", "human"] | None = None,
-    model: Callable[..., World] | None = None,
+    model: Callable[..., World] | Task | str | None = None,
     group: str = "robots",
     **parameters: Any,
 ) -> TeamParallelEnv:
@@ -261,11 +262,12 @@ def parallel_env(
         The number of steps of an episode.
     render_mode : {"rgb_array", "human"}, optional
         What `render` does.
-    model : callable, optional
-        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`. Its robots must be as many for
-        every seed; their policy is replaced.
+    model : callable, Task or str, optional
+        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`; or a task or its name, then
+        parameters are those of its scenario and its world. Its robots must be as many for every seed; their policy is
+        replaced.
     group : str
-        The name of the group of the world whose robots are agents.
+        The name of the group of the world whose robots are agents; of a task by default the first of its team.
     **parameters
         Further parameters of `CMOMMT`, such as `target_policy`, `sensor`, `cycle` or `events`, or those of `model`.
 

@@ -20,6 +20,7 @@ from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
 from teamsight.env.views import Views
+from teamsight.tasks.task import Task
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -259,7 +260,7 @@ def vector_env(
     max_cycles: int = 600,
     autoreset: str = "same-step",
     copy: bool = True,
-    model: Callable[..., World] | None = None,
+    model: Callable[..., World] | Task | str | None = None,
     group: str = "robots",
     **parameters: Any,
 ) -> TeamVectorEnv:

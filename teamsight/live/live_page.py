@@ -20,6 +20,9 @@ from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
 from teamsight.live.signature_controls import SEEDS, check_parameters, has_signature, model_name, seed_name
 from teamsight.live.worlds import Worlds
+from teamsight.tasks.model import TaskModel
+from teamsight.tasks.named import task_of
+from teamsight.tasks.task import Task
 
 #: The port, unless another one is given.
 PORT = 8713
@@ -76,7 +79,7 @@ class LivePage:
 
 
 def watch(
-    model: Callable[..., World] = CMOMMT,
+    model: Callable[..., World] | Task | str = CMOMMT,
     parameters: Mapping[str, Any] | None = None,
     *,
     beside: Mapping[str, Any] | None = None,
@@ -93,9 +96,9 @@ def watch(
 
     Parameters
     ----------
-    model : callable
-        `CMOMMT`, another class of worlds, or a function that builds a world. Its numbers, truth values and choices
-        become controls.
+    model : callable, Task or str
+        `CMOMMT`, another class of worlds, a function that builds a world, or a task or its name. Its numbers, truth
+        values and choices become controls; a task also has one for its team.
     parameters : mapping of str to object, optional
         Arguments of the model, the seed included; by default seed 0.
     beside : mapping of str to object, optional
@@ -129,6 +132,8 @@ def watch(
     TypeError, ValueError
         If the model refuses its parameters, the port is in use, or the address needs a token.
     """
+    if isinstance(model, (Task, str)):
+        model = TaskModel(task_of(model))
     if isinstance(model, World) or not has_signature(model):
         shown = checks.shown(model)
         raise TypeError(
