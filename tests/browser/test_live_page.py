@@ -407,6 +407,25 @@ def test_a_page_that_comes_later_shows_what_was_before(page: Page, live: Callabl
     assert page.evaluate("() => teamsight.view.shownTime") == 0
 
 
+def test_too_many_links_are_said_and_controls_go_on(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 400, "targets": 20, "radius": 5.0, "policy": "stationary"})
+    shown(page, server)
+    assert not page.locator(".ts-omitted").is_visible()
+    page.locator("#tl-awareness_range").fill("100")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.get_by_text("Teammates: 159,600 links, more than 100,000: not shown").wait_for()
+    page.get_by_text("400 robots, 159,600 links, too many to show; neighbours: mean 399.0, at most 399 now, 399 so far.").wait_for()
+    page.evaluate("() => teamsight.view.select(0, 0)")
+    page.get_by_label("Inspector").get_by_text("159,600 links, more than 100,000: not shown.").wait_for()
+    shot(page, "live-too-many-links")
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    page.locator("#tl-awareness_range").fill("0.5")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.locator(".ts-omitted").wait_for(state="hidden")
+    settled(page, server)
+
+
 def test_reduced_motion_begins_at_rest(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
     server = live(running=True)
     page = new_page(reduced_motion=True)

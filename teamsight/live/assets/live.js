@@ -376,7 +376,7 @@ const MOST_CHORDS = 3000, LABELLED = 24, GRAPH_PAUSE = 100, GRAPH_SIZE = 240, BA
 
 class Graph {
   constructor(page, element) {
-    Object.assign(this, { page, drawnAt: 0, timer: 0, key: "", nodes: [] });
+    Object.assign(this, { page, drawnAt: 0, timer: 0, key: "", nodes: [], drawnFrames: [] });
     this.canvas = make("canvas", { role: "img", "aria-label": "Neighbour graph" });
     this.text = make("p", { class: "tl-graph-text" });
     this.details = make("details", { open: true }, make("summary", {}, "Neighbour graph"), this.canvas, this.text);
@@ -400,9 +400,11 @@ class Graph {
     const { view } = this.page, selected = view.selected;
     const shown = view.tracks.map((track, t) => ({ track, t, frame: view.frameOf(t) })).filter(({ frame }) => frame);
     if (!shown.length) return;
-    const key = [shown.map(({ frame, track }) => [frame.time, track.scene.slots.length]), selected.track, selected.slot, this.canvas.clientWidth, shown.length].join();
-    if (key === this.key) return;
-    this.key = key;
+    // A change between two steps makes another frame of the same time.
+    const isSame = shown.length === this.drawnFrames.length && shown.every(({ frame }, k) => frame === this.drawnFrames[k]);
+    const key = [shown.map(({ track }) => track.scene.slots.length), selected.track, selected.slot, this.canvas.clientWidth, shown.length].join();
+    if (isSame && key === this.key) return;
+    Object.assign(this, { key, drawnFrames: shown.map(({ frame }) => frame) });
     const ratio = devicePixelRatio || 1, width = this.canvas.clientWidth || GRAPH_SIZE, size = Math.min(width / shown.length, GRAPH_SIZE);
     const height = size + BARS;
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
@@ -429,7 +431,8 @@ class Graph {
       // Present and active: robots that have failed have no neighbours, and do not count in their mean.
       if (scene.groups[scene.slots[s].group].team !== null && (frame.flags[s] & 3) === 3) { place.set(s, team.length); team.push(s); }
     }
-    const { source, target } = list < 0 ? { source: [], target: [] } : frame.links[list];
+    const { source, target, omitted } = list < 0 ? { source: [], target: [] } : frame.links[list];
+    if (omitted) return this.tooMany(track, frame, team.length, omitted, t);
     const degrees = new Uint32Array(team.length);
     for (let k = 0; k < source.length; k++) if (place.has(source[k])) degrees[place.get(source[k])] += 1;
     const radius = size / 2 - 16, x = (k) => left + size / 2 + radius * Math.sin((2 * Math.PI * k) / team.length), y = (k) => size / 2 - radius * Math.cos((2 * Math.PI * k) / team.length);
@@ -448,8 +451,19 @@ class Graph {
       if (team.length <= LABELLED) this.label(to, String(degrees[k]), left + size / 2 + (x(k) - left - size / 2) * (1 + 11 / radius), size / 2 + (y(k) - size / 2) * (1 + 11 / radius), text);
     });
     this.histogram(to, degrees, left, size, accent, text, soft);
-    const mean = team.length ? source.length / team.length : 0, state = this.page.state && this.page.state.tracks[t];
-    return `${team.length} robots, ${source.length} links; neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${Math.max(state.most, most)} so far` : ""}.`;
+    const mean = team.length ? source.length / team.length : 0;
+    return `${team.length} robots, ${source.length} links; ${this.neighbours(mean, most, t)}`;
+  }
+
+  // What remains to be said where a frame does not hold the links.
+  tooMany({ scene }, frame, robots, links, t) {
+    const [mean, most] = ["mean_neighbours", "max_neighbours"].map((name) => frame.value(scene.series.indexOf(name)));
+    return `${robots} robots, ${links.toLocaleString("en")} links, too many to show; ${this.neighbours(mean, most, t)}`;
+  }
+
+  neighbours(mean, most, t) {
+    const state = this.page.state && this.page.state.tracks[t];
+    return `neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${Math.max(state.most, most)} so far` : ""}.`;
   }
 
   // Links as lines between nodes: dashed where only one side has the other in range.

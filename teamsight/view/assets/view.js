@@ -17,6 +17,8 @@ window.teamsight = (() => {
 
 const PRESENT = 1, ACTIVE = 2, OBSERVED = 4;
 const MOST = 65535, TURN = 65536, MEASURED = 32767;
+// How many links of a list frames of a live page hold.
+const MOST_LINKS = 100000;
 
 // Frames of a packed replay: columns of all frames one after the other, and where each frame begins in them.
 class Store {
@@ -42,7 +44,7 @@ class PackedFrame {
   get heading() { return this.column(2); }
   get flags() { return this.column(3); }
   get links() {
-    return this.store.lists.map((list) => links(list, list.first[this.index], list.first[this.index + 1]));
+    return this.store.lists.map((list) => links(list, this.index));
   }
   // The same with columns that are made once; the getters above make them at each use.
   get plain() {
@@ -53,8 +55,10 @@ class PackedFrame {
   column(c) { return this.store.columns[c].subarray(this.store.first[this.index], this.store.first[this.index + 1]); }
 }
 
-function links(list, from, to) {
-  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale: list.scale };
+// `omitted` says how many links there are that a frame does not hold.
+function links(list, index) {
+  const from = list.first[index], to = list.first[index + 1], { scale } = list, omitted = list.omitted[index];
+  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale, omitted };
   if (list.dx) {
     found.dx = list.dx.subarray(from, to);
     found.dy = list.dy.subarray(from, to);
@@ -115,11 +119,12 @@ class Reader {
 function decodeFrame(data, scene, offset = 0) {
   const whole = data instanceof Uint8Array ? data : new Uint8Array(data);
   const reader = new Reader(whole.subarray(offset));
-  const n = reader.count(), counts = scene.links.map(() => reader.count());
+  const n = reader.count(), [counts, omitted] = [0, 0].map(() => scene.links.map(() => reader.count()));
   const time = reader.float(), series = reader.floats(scene.series.length);
   const columns = [0, 0, 0, 0].map(() => reader.words(n));
   const lists = scene.links.map((list, l) => {
-    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]), scale: list.scale };
+    const [source, target] = [0, 0].map(() => reader.words(counts[l]));
+    const found = { source, target, scale: list.scale, omitted: omitted[l] };
     for (const name of list.measured ? ["dx", "dy"] : []) found[name] = signed(reader.words(counts[l]));
     return found;
   });
@@ -169,7 +174,8 @@ function undelta(values, first) {
 function readLinks(reader, frames, { measured, scale }) {
   const first = new Uint32Array(frames + 1);
   for (let f = 0; f < frames; f++) first[f + 1] = first[f] + reader.count();
-  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
+  const omitted = Uint32Array.from({ length: frames }, () => reader.count());
+  const list = { first, omitted, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
   for (let f = 0; f < frames; f++) {
     for (let k = first[f] + 1; k < first[f + 1]; k++) list.source[k] += list.source[k - 1];
   }
@@ -272,7 +278,9 @@ function percept(layout, frame, slot) {
   frame = frame.plain || frame;
   if (!has(frame, slot, PRESENT) || !has(frame, slot, ACTIVE)) return null;
   const group = layout.scene.groups[layout.group[slot]];
-  const channels = layout.scene.links.map((list, l) => ({ ...list, sensed: sensed(layout, frame, l, slot) }));
+  const channels = layout.scene.links.map((list, l) => ({
+    ...list, sensed: sensed(layout, frame, l, slot), omitted: frame.links[l].omitted,
+  }));
   const teammates = layout.teammates < 0 ? [] : channels[layout.teammates].sensed;
   const degree = degreeOf(group), found = { channels, teammates, degree };
   if (degree === "ring") found.ring = ring(teammates, group.awareness.delta);
@@ -284,6 +292,8 @@ function percept(layout, frame, slot) {
   }
   return found;
 }
+
+const tooMany = (count) => `${count.toLocaleString("en")} links, more than ${MOST_LINKS.toLocaleString("en")}: not shown`;
 
 // Who senses a body, by list.
 function observers(frame, slot) {
@@ -1325,6 +1335,10 @@ class Inspector {
     const { scene } = layout, parts = [];
     for (const channel of found.channels) {
       if (channel.channel === "teammates") continue;
+      if (channel.omitted && senses(group)) {
+        parts.push(section(`Senses ${channel.name}`, "", ""), soft(`${capital(tooMany(channel.omitted))}.`));
+        continue;
+      }
       if (!channel.sensed.length && !(group.role === "robot" && channel.channel === "targets")) continue;
       parts.push(section(`Senses ${channel.name}`, channel.sensed.length, channel.measured ? "as measured" : ""));
       parts.push(sensedTable(scene, channel.sensed));
@@ -1353,6 +1367,8 @@ class Inspector {
 
   awareness(layout, slot, group, one, found) {
     const { scene } = layout, { teammates } = found, count = teammates.length;
+    const { omitted } = found.channels[layout.teammates] || {};
+    if (omitted) return [section("Neighbours", "", ""), soft(`${capital(tooMany(omitted))}.`)];
     const measured = layout.teammates >= 0 && scene.links[layout.teammates].measured ? "as measured" : "";
     if (found.degree === "ring") {
       const note = section("Neighbours", count, count ? "not identified by the ring" : "");
@@ -1794,10 +1810,11 @@ class View {
     const canvas = make("canvas", { tabindex: 0, role: "img", "aria-describedby": "ts-status" });
     const caption = make("h2", { class: "ts-caption" });
     const scale = make("div", { class: "ts-scale" }, make("span"));
-    const box = make("section", { class: "ts-track" }, caption, make("div", { class: "ts-canvas" }, canvas, scale));
+    const omitted = make("p", { class: "ts-omitted", hidden: true });
+    const box = make("section", { class: "ts-track" }, caption, make("div", { class: "ts-canvas" }, canvas, scale, omitted));
     const arena = new Arena(canvas, this.camera, this.palette);
     arena.setLayout(layout);
-    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, scale, box };
+    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, scale, omitted, box };
     this.stage.append(box);
     this.observer.observe(canvas);
     this.listenToCanvas(i, canvas);
@@ -1981,6 +1998,14 @@ class View {
       marked: isTwin ? chosen : null, before: (k) => frames[index - k] || null,
     });
     this.showScale(track);
+    this.showOmitted(track, frames[index]);
+  }
+
+  // Links that a frame does not hold, so that nobody takes it for a frame without links.
+  showOmitted({ scene, omitted }, frame) {
+    const lists = frame ? frame.links.flatMap((list, l) => (list.omitted ? [[scene.links[l].name, list.omitted]] : [])) : [];
+    omitted.hidden = !lists.length;
+    setText(omitted, lists.map(([name, count]) => `${capital(name)}: ${tooMany(count)}`).join(". "));
   }
 
   // A bar of a round length.
@@ -2096,7 +2121,8 @@ class View {
   // What a body senses, for who cannot see the picture.
   sayBody(track, slot) {
     const { scene } = this.tracks[track], found = this.inspect(track, slot);
-    const counts = found ? found.channels.map(({ name, sensed: list }) => `${list.length} ${name}`) : ["nothing"];
+    const count = ({ name, sensed: list, omitted }) => `${omitted ? "an unknown number of" : list.length} ${name}`;
+    const counts = found ? found.channels.map(count) : ["nothing"];
     setText(this.status, `${bodyName(scene, slot)}. Senses ${counts.join(", ")}.`);
   }
 
