@@ -426,11 +426,44 @@ def test_too_many_links_are_said_and_controls_go_on(page: Page, live: Callable[.
     settled(page, server)
 
 
-def test_reduced_motion_begins_at_rest(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+def test_reduced_motion_holds_only_its_own_page(new_page: browsing.Pages, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(running=True)
-    page = new_page(reduced_motion=True)
+    other, page = new_page(), new_page(reduced_motion=True)
+    other.goto(server.url)
     page.goto(server.url)
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    tick = world_of(server).tick
+    until(lambda: world_of(server).tick > tick + 30)
+    other.wait_for_function("tick => teamsight.view.shownTime > tick + 20", arg=tick)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    assert server.session.is_running
+    shot(page, "live-reduced-motion")
+    # Who asks for motion gets it.
+    page.get_by_role("button", name="Follow the run").click()
+    page.wait_for_function("time => teamsight.view.shownTime > time + 20", arg=still)
+    assert not page.get_by_text("Your system asks for reduced motion").is_visible()
+    page.get_by_role("button", name="Pause", exact=True).first.click()
     until(lambda: not server.session.is_running)
     settled(page, server)
     page.get_by_role("button", name="Run", exact=True).click()
-    until(lambda: server.session.is_running)
+    tick = world_of(server).tick
+    page.wait_for_function("tick => teamsight.view.shownTime > tick + 10", arg=tick)
+
+
+def test_reduced_motion_rests_when_another_page_runs_the_model(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live()
+    other, page = new_page(), new_page(reduced_motion=True)
+    shown(other, server)
+    shown(page, server)
+    press(other, "Space")
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    until(lambda: world_of(server).tick > still + 20)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    # At rest, all pages show the same moment again.
+    press(other, "Space")
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    settled(page, server)

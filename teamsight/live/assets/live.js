@@ -157,12 +157,15 @@ class Controls {
     this.runButton = this.button("Run", "Run (space)", () => page.runOrPause());
     this.runButton.classList.add("tl-run");
     this.note = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
+    this.rest = make("div", { class: "tl-rest", hidden: true },
+      make("p", {}, "Your system asks for reduced motion: the run goes on, and this page shows one moment of it."),
+      make("div", { class: "tl-row" }, this.button("Follow the run", "Show the newest frame (End)", () => page.follow())));
     this.ticks = make("p", { class: "tl-ticks" });
     return make("div", {},
       make("div", { class: "tl-row" }, this.runButton,
         this.button("Step", "One step (→ at the newest frame)", () => page.step()),
         this.button("Reset", "Start again with the same seed", () => page.link.send("reset"))),
-      this.ticks, this.note);
+      this.ticks, this.note, this.rest);
   }
 
   buildRate() {
@@ -532,7 +535,7 @@ class Graph {
 class Page {
   constructor(root) {
     const view = new View(root, { live: true, title: document.title });
-    Object.assign(this, { view, run: null, state: null, transport: { running: false } });
+    Object.assign(this, { view, run: null, state: null, isResting: false, hasAsked: false, transport: { running: false } });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
     this.controls = new Controls(this, view.slot("controls"));
@@ -550,19 +553,47 @@ class Page {
   // The graph follows the frame that is shown, whoever chose it.
   watchPosition() {
     const { view } = this, draw = view.draw.bind(view);
-    view.draw = (...times) => { draw(...times); this.graph.soon(); };
+    view.draw = (...times) => { draw(...times); this.graph.soon(); this.showRest(); };
   }
 
   runOrPause() {
     if (this.transport.running) return this.pause();
     // Who runs the model wants to see it.
     this.view.show(this.view.frameCount - 1);
-    return this.link.send("run");
+    return this.startRun();
   }
 
   play() {
     if (!this.view.following) return false;
+    return this.startRun();
+  }
+
+  startRun() {
+    this.hasAsked = true;
     return this.link.send("run");
+  }
+
+  // A run that this page has not asked for moves nothing here, if the system asks for reduced motion; others see it move.
+  restOrFollow(isRunning) {
+    const { view } = this;
+    if (!isRunning) {
+      if (this.isResting) view.show(view.frameCount - 1);
+      this.isResting = this.hasAsked = false;
+    } else if (!this.transport.running && !this.hasAsked && view.following && matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.isResting = true;
+      view.following = false;
+    }
+  }
+
+  follow() {
+    this.hasAsked = true;
+    this.view.show(this.view.frameCount - 1);
+    this.view.play();
+  }
+
+  showRest() {
+    if (this.isResting && this.view.following) this.isResting = false;
+    this.controls.rest.hidden = !this.isResting;
   }
 
   pause() { return this.link.send("pause"); }
@@ -606,7 +637,7 @@ class Page {
         if (i >= tracks) view.removeTrack(i);
         else view.clear(i);
       }
-      view.following = true;
+      view.following = !this.isResting;
     }
     view.setScene(track, scene);
     this.graph.key = "";
@@ -619,12 +650,12 @@ class Page {
   }
 
   on_state(state) {
-    // Motion that nobody has asked for.
-    if (!this.state && state.running && matchMedia("(prefers-reduced-motion: reduce)").matches) this.link.send("pause");
     // Also on a page that is opened later.
     if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
     this.state = state;
+    this.restOrFollow(state.running);
     this.setRunning(state.running);
+    this.showRest();
     this.controls.showState(state);
     this.graph.soon();
   }
