@@ -221,6 +221,22 @@ def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
     assert "failed" in page.locator(".ts-log tbody").inner_text()
 
 
+def test_contacts_are_listed_by_tick(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(live_models.meeting)
+    shown(page, server)
+    for _ in range(4):
+        page.get_by_role("button", name="Step", exact=True).click()
+        settled(page, server)
+    table = world_of(server).contacts
+    page.get_by_text(f"Events ({len(table) + 1})").wait_for()
+    log = page.locator(".ts-log tbody")
+    first = table[(table.tick == 0) & (table.channel == "teammates")]
+    log.get_by_role("cell", name=f"{len(first)} contacts begun", exact=True).wait_for()
+    assert "painted" in log.inner_text()
+    page.locator(".ts-log").scroll_into_view_if_needed()
+    shot(page, "live-contacts")
+
+
 def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(parameters={"robots": 8, "targets": 9})
     shown(page, server)

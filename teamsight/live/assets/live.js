@@ -368,7 +368,7 @@ class Log {
     const side = (t) => (tracks.length > 1 ? ["left: ", "right: "][t] : "");
     this.body.replaceChildren(...rows.slice(0, 100).map(({ row: [time, what, group, agent, details], t }) => make("tr", {},
       make("td", {}, Number.isInteger(time) ? String(time) : time.toFixed(2)), make("td", {}, what),
-      make("td", {}, `${side(t)}${group === null ? "" : `${group} ${agent}`}`),
+      make("td", {}, `${side(t)}${[group, agent].filter((one) => one !== null).join(" ")}`),
       make("td", {}, Object.entries(details).map(([name, value]) => `${name} ${typeof value === "number" && !Number.isInteger(value) ? value.toPrecision(3) : value}`).join(", ")))));
   }
 }

@@ -1019,9 +1019,11 @@ class Chart {
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
     const title = difference ? "Right − left" : nameOf(name);
+    // A narrow page has one run below the other.
+    const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
-      make("figcaption", {}, make("span", {}, title), this.values), this.plot);
+      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
     if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
