@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -122,17 +122,21 @@ class _Reading:
         self._at = chunk.begins[first:last]
         self._flags = self._flags_of(bodies)
         self._counts: list[Integers] = []
+        self._omitted: list[Integers] = []
         self._in_range: list[Integers] = []
         self._links_at: list[Integers] = []
         for one in self._layout.links:
             ends = self._numbers(len(one.observers), is_wide=one.is_wide)
-            self._counts.append(_counts_of(ends, is_wide=one.is_wide))
+            counts = _counts_of(ends, is_wide=one.is_wide)
             if one.has_range:
                 ends = self._numbers(len(one.observers), is_wide=one.is_wide)
             self._in_range.append(_counts_of(ends, is_wide=one.is_wide))
             self._links_at.append(self._at)
+            sizes = counts.sum(axis=1)
+            self._omitted.append(np.where(sizes > one.most, sizes, 0))
+            self._counts.append(np.where(self._omitted[-1][:, None] > 0, 0, counts))
             bytes_a_link = 1 + one.is_wide + 4 * one.measured
-            self._at = self._at + self._counts[-1].sum(axis=1) * bytes_a_link
+            self._at = self._at + (sizes - self._omitted[-1]) * bytes_a_link
 
     def _numbers(self, size: int, *, is_wide: bool = False) -> Integers:
         """Return the next numbers of each frame, shape (frames, size)."""
@@ -201,9 +205,11 @@ class _Reading:
             order = np.argsort(place, kind="stable")
             frame, source, others = frame[order], source[order], [column[order] for column in others]
         ends = np.searchsorted(frame, np.arange(len(self._ticks) + 1)).tolist()
+        columns: dict[str, Any] = dict(zip(("target", "dx", "dy"), others, strict=False))
+        omitted = sum((self._omitted[r] for r in numbers), np.zeros(len(self._ticks), np.int64)).tolist()
         return [
-            Links(source[first:last], *(column[first:last] for column in others))
-            for first, last in pairwise(ends)
+            Links(source[first:last], **{name: one[first:last] for name, one in columns.items()}, omitted=missing)
+            for (first, last), missing in zip(pairwise(ends), omitted, strict=True)
         ]
 
     def _part(self, number: int, wanted: LinkList, space: Space) -> list[npt.NDArray[np.generic]]:
