@@ -95,7 +95,7 @@ def _model(reference: str | None) -> Any:
     from teamsight.core import references
 
     references.search_in([os.getcwd()])
-    found = references.load(reference, "model")
+    found = references.load(reference, "model", place="start in the folder of its file")
     if not callable(found):
         raise TypeError(f"model={checks.shown(reference)}: is {checks.shown(found)}; give a class or a function")
     return cast(Callable[..., Any], found)
