@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits, values
-from teamsight.cli.options import Settings
+from teamsight.cli.world_settings import WorldSettings, source_of_failures
 
 if TYPE_CHECKING:
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.agents.components.failures import Failures
 
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
@@ -24,22 +23,11 @@ _FAILING = ("failures", "repair")
 _OUTPUT = ("record", "record_every", "save", "save_events", "events", "force")
 
 
-class RunSettings(Settings):
+class RunSettings(WorldSettings):
     """Settings of ``teamsight run``."""
 
-    robots: int = values.agents(10, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
-    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
-    delta: int = values.sectors(16)
-    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
     steps: int = values.steps(600, "Number of steps.")
-    seed: int = values.seed(0, "Seed of the world.")
-    preset: str | None = values.preset()
-    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
     record: Path | None = values.file("Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.")
@@ -91,7 +79,7 @@ def run(settings: RunSettings) -> None:
     if settings.awareness not in with_option("delta"):
         del parameters["delta"]
     about = parameters | settings.values(("steps", "seed", *_FAILING))
-    world = CMOMMT(**parameters, events=_failures(settings), rng=settings.seed)
+    world = CMOMMT(**parameters, events=source_of_failures(settings), rng=settings.seed)
     _prepare(settings, about)
     replay = None
     if settings.record:
@@ -133,15 +121,6 @@ def _check_record(place: Path) -> None:
             check_video()
     except ImportError as error:
         raise ValueError(f"record={place}: {error}") from error
-
-
-def _failures(settings: RunSettings) -> Failures | None:
-    """Return the source of failures, if there are any."""
-    if settings.failures is None:
-        return None
-    from teamsight.agents.components.failures import Failures
-
-    return Failures(settings.failures, settings.repair)
 
 
 def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
