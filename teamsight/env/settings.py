@@ -174,7 +174,9 @@ def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:
-    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN, *SIZES)]
+    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN)]
+    # Those of environments are near to slips too.
+    known += ["observation", "layout", "action", "reward", "max_cycles", "model", "group"]
     for name in given:
         if name in _OWN:
             raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.env import gymnasium_env, parallel_env, vector_env
+from teamsight.env import batch, gymnasium_env, parallel_env, vector_env
 
 Settings = dict[str, Any]
 
@@ -92,6 +92,8 @@ def test_steps_at_the_wrong_time() -> None:
     env.close()
     with pytest.raises(RuntimeError, match="call reset"):
         env.step(actions(env))
+    with pytest.raises(RuntimeError, match=r"world: no episode has begun; call reset\(\) first"):
+        env.world  # noqa: B018
     with pytest.raises(ValueError, match="seed=-1: must be at least 0"):
         env.reset(seed=-1)
     with pytest.raises(ValueError, match="agent='robot_10'.*robot_1"):
@@ -116,8 +118,9 @@ def test_many_worlds_check_their_actions() -> None:
     with pytest.raises(ValueError, match=r"actions\[2, 1\]=\[0.0, nan\]: must be finite"):
         env.step(bad)
     assert np.array_equal(env.state(), before)
-    with pytest.raises(ValueError, match=r"actions: have the shape \(3, 2\); it must be \(12, 2\)"):
-        gymnasium_env(3, robots=4).step(np.zeros((3, 2)))
+    for given in (np.zeros((3, 2)), [[0.0], [0.0, 0.0]]):
+        with pytest.raises(ValueError, match=r"actions: have the shape .*; it must be \(12, 2\), one for each robot"):
+            gymnasium_env(3, robots=4).step(given)
 
 
 def test_worlds_and_seeds_are_checked() -> None:
@@ -125,9 +128,11 @@ def test_worlds_and_seeds_are_checked() -> None:
     for settings, error, message in (
         ({"seed": [1, 2]}, ValueError, "has 2 numbers; give one to each of the 3 worlds"),
         ({"seed": 1.5}, TypeError, "seed=1.5: must be a whole number"),
+        ({"seed": np.array(5)}, TypeError, r"seed=array\(5\): must be a whole number"),
         ({"worlds": [3]}, ValueError, r"worlds=\[3\]: must be numbers from 0 to 2"),
         ({"worlds": [0.5]}, TypeError, "must be numbers of worlds, or 3 flags"),
         ({"worlds": [True, False]}, TypeError, "must be numbers of worlds, or 3 flags"),
+        ({"worlds": [[1], [1, 2]]}, TypeError, "must be numbers of worlds, or 3 flags"),
     ):
         with pytest.raises(error, match=message):
             env.reset(**settings)  # type: ignore[arg-type]
@@ -195,3 +200,91 @@ def test_an_error_of_the_users_names_the_world() -> None:
     with pytest.raises(RuntimeError, match="has not begun an episode"):
         env.step(np.zeros((3, 2, 2)))
     env.reset()
+
+
+def fails_at_4(rng: int | None = None) -> CMOMMT:
+    world = CMOMMT(robots=2, policy="random-walk", rng=rng)
+    if rng == 2:
+        world.clock.at(3, lambda: 1 / 0)
+    return world
+
+
+def test_after_an_error_all_worlds_begin_anew_so_that_none_is_ahead() -> None:
+    env, still = vector_env(3, model=fails_at_4, max_cycles=5, autoreset="disabled"), np.zeros((3, 2, 2))
+    env.reset(seed=1)
+    for _ in range(3):
+        env.step(still)
+    with pytest.raises(ZeroDivisionError):
+        env.step(still)
+    assert env.world(1).tick == 3, "the world can be looked at"
+    env.reset(seed=7, worlds=[1])
+    with pytest.raises(RuntimeError, match="world 0 has not begun an episode"):
+        env.step(still)
+    env.reset(seed=7)
+    for _ in range(5):
+        made = env.step(still)
+    assert made.truncated.all()
+    assert [env.world(place).tick for place in range(3)] == [5, 5, 5]
+
+
+def test_ctrl_c_leaves_no_world_ahead_of_what_was_returned(monkeypatch: pytest.MonkeyPatch) -> None:
+    env, still = vector_env(2, robots=2), np.zeros((2, 2, 2))
+    env.reset(seed=1)
+    step_all = batch.STEP_ALL
+
+    def interrupted(record: Any) -> int:
+        step_all(record)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, "STEP_ALL", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            env.step(still)
+    with pytest.raises(RuntimeError, match=r"has not begun an episode; call reset\(\) first"):
+        env.step(still)
+    env.reset(seed=1)
+    env.step(still)
+    assert env.world(0).tick == 1
+
+
+def test_an_episode_ends_even_if_its_last_reward_fails() -> None:
+    def reward(facts: Any) -> Any:
+        if broken:
+            raise ZeroDivisionError
+        return facts.sensed
+
+    one, many = parallel_env(robots=2, max_cycles=2, reward=reward), vector_env(1, robots=2, max_cycles=2, reward=reward)
+    broken = False
+    one.reset(seed=1)
+    many.reset(seed=1)
+    one.step(actions(one))
+    many.step(np.zeros((1, 2, 2)))
+    broken = True
+    with pytest.raises(ZeroDivisionError):
+        one.step(actions(one))
+    with pytest.raises(ZeroDivisionError):
+        many.step(np.zeros((1, 2, 2)))
+    broken = False
+    with pytest.raises(RuntimeError, match="the episode has ended"):
+        one.step(actions(one))
+    many.step(np.zeros((1, 2, 2)))
+    assert many.world(0).tick == 0, "the next episode"
+
+
+def test_a_world_can_be_had_during_an_episode_only() -> None:
+    env = vector_env(2, robots=2)
+    for number in range(2):
+        with pytest.raises(RuntimeError, match=r"world: no episode has begun; call reset\(\) first"):
+            env.world(number)
+    env.reset(seed=1, worlds=[])
+    env.reset(seed=1, worlds=[1])
+    assert env.world(1).seed_used == 2
+    env.close()
+    with pytest.raises(RuntimeError, match="no episode has begun"):
+        env.world(1)
+
+
+def test_slips_in_names_of_options_are_answered_with_the_nearest() -> None:
+    for slip, near in (("robotts", "robots"), ("max_cycle", "max_cycles"), ("rewards", "reward"), ("sensr", "sensor")):
+        with pytest.raises(ValueError, match=rf"parameter='{slip}': unknown; did you mean '{near}'\?"):
+            parallel_env(**{slip: 3})  # type: ignore[arg-type]
