@@ -90,6 +90,8 @@ class Settings:
         if not isinstance(world, World):
             name = getattr(self.model, "__name__", "model")
             raise TypeError(f"model={name}: returned {type(world).__name__}; it must return a World")
+        if not world.running:
+            raise ValueError("model: returned a world that is closed, or was stopped; build a new one on each call")
         if world.tick:
             raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
         group = self._group_of(world)
@@ -125,6 +127,8 @@ def settings_of(
     TypeError, ValueError
         If one is of the wrong type or outside its limits, or a name is unknown.
     """
+    if model is CMOMMT:
+        model = None
     if model is not None and not callable(model):
         raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World")
     form, degree = ActionForm(action), _degree(observation, delta)
