@@ -132,7 +132,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         Raises
         ------
         RuntimeError
-            Before `reset`, and after the end of an episode.
+            Before `reset`, also after an error within a step; and after the end of an episode.
         TypeError, ValueError
             If actions are missing, unknown, not numbers, of another shape, NaN or outside their space. Nothing is
             changed then.

@@ -171,7 +171,7 @@ class TeamVectorEnv:
         Raises
         ------
         RuntimeError
-            Before `reset`; and with "disabled" after the end of an episode.
+            Before `reset`, also after an error within a step; and with "disabled" after the end of an episode.
         TypeError, ValueError
             If actions are not numbers, of another shape, NaN or outside their space. Nothing is changed then.
         """
