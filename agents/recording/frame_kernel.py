@@ -104,7 +104,7 @@ class FrameArrays(NamedTuple):
         For each frame a bit for each body that is observed; a byte for each, whether it is active, if any can be
         inactive; and for each relation where the links of its observers end, and the links.
     most : int
-        The number of bytes that one frame needs at most.
+        The number of bytes that one frame writes at most, with `SLACK`.
     is_conditional : bool
         Whether any body can be inactive.
     """

@@ -169,7 +169,7 @@ class FrameRecorder(Watcher):
         if layout.size > MOST_SLOTS:
             self._give_up()
             return
-        chunk = self._chunk(layout, 2 * bodies + sum(map(most_bytes, arrays)))
+        chunk = self._chunk(layout, 2 * bodies + sum(map(most_bytes, arrays)) + SLACK)
         records = zip(bound.relations, bound.relation_records, strict=True)
         met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
         groups = [
@@ -179,7 +179,7 @@ class FrameRecorder(Watcher):
         self.record = FRAMES.pack(FrameArrays(
             bound.moment, self.every, groups, [LINKS.pack(one) for one in arrays], met,
             self._space.low, MOST_PART / self._space.size,
-            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most + SLACK,
+            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most,
             chunk.layout.is_conditional,
         ))  # fmt: skip
 

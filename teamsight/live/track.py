@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
@@ -34,6 +34,8 @@ class LiveTrack:
         The seed.
     every : int
         Ticks from one frame to the next.
+    others : iterable of World
+        Worlds that the model has built before, and must not return again.
 
     Attributes
     ----------
@@ -45,12 +47,17 @@ class LiveTrack:
     Raises
     ------
     TypeError, ValueError
-        If the model refuses its arguments, or does not build a world.
+        If the model refuses its arguments, or does not build a new world.
     """
 
-    def __init__(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int) -> None:
+    def __init__(
+        self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int,
+        others: Iterable[World] = (),
+    ) -> None:  # fmt: skip
         self._model, self.parameters = model, dict(parameters)
         self.world = _built(model, self.parameters, seed)
+        if any(self.world is other for other in others):
+            raise ValueError(f"{model_name(model)}: returns a world that it returned before; build one on each call")
         self.made = 0
         self.kept = Kept()
         self._observer = Observer(self.world, every)
