@@ -326,7 +326,18 @@ const DARK = {
   grid: "#323842", tracks: ["#63b3ed", "#f6ad55"], marker: "#ffffff", difference: "#c4a5f5",
 };
 
-const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+// A page that holds this one in a frame may say which colours it has, and then learns how high this one is:
+// {teamsight: {scheme: "dark" or "light"}}, {teamsight: {height}}. It may say so before there is a view.
+const outer = { scheme: null, view: null };
+const dark = () => (outer.scheme ? outer.scheme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
+const showScheme = () => { document.documentElement.dataset.scheme = dark() ? "dark" : "light"; };
+showScheme();
+if (window !== window.parent) addEventListener("message", ({ source, data }) => {
+  const { scheme } = (source === window.parent && data && data.teamsight) || {};
+  if (scheme !== "dark" && scheme !== "light") return;
+  outer.scheme = scheme;
+  if (outer.view) outer.view.onOuter();
+});
 const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 function components(colour) {
@@ -2098,11 +2109,30 @@ class View {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     document.addEventListener("keydown", (event) => this.onKey(event));
     document.addEventListener("visibilitychange", () => this.resume());
+    outer.view = this;
+    if (outer.scheme) this.onOuter();
     // One of many recordings in a page plays only while it can be seen.
     new IntersectionObserver((changes) => {
       this.isSeen = changes[changes.length - 1].isIntersecting;
       this.resume();
     }).observe(this.root);
+  }
+
+  onOuter() {
+    this.recolour();
+    if (document.documentElement.classList.contains("ts-framed")) return;
+    document.documentElement.classList.add("ts-framed");
+    new ResizeObserver(() => this.sayHeight()).observe(this.root);
+  }
+
+  // It grows only, until the width is another: what follows the frame should not move whenever somebody points at a body.
+  sayHeight() {
+    const tallest = this.said && this.said.width === innerWidth ? this.said.height : 0;
+    const height = Math.max(Math.ceil(this.root.getBoundingClientRect().height), tallest);
+    if (height > tallest) {
+      this.said = { width: innerWidth, height };
+      window.parent.postMessage({ teamsight: { height } }, "*");
+    }
   }
 
   resume() {
@@ -2111,6 +2141,7 @@ class View {
   }
 
   recolour() {
+    showScheme();
     this.palette = dark() ? DARK : LIGHT;
     for (const { arena } of this.tracks) arena.recolour(this.palette);
     for (const chart of this.charts) chart.redraw();
