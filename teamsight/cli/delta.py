@@ -38,6 +38,7 @@ class DeltaSettings(Settings):
         most=_LONGEST,
         shown="1; required with --trajectories",
     )
+    range_shape: str = values.choice("disc", "Shape of ranges: {names}.", values.RANGE_SHAPES)
     risk: float = values.number(
         0.01,
         "Maximum probability that any robot has more than δ neighbours during a run.",
@@ -117,6 +118,7 @@ def delta(settings: DeltaSettings) -> None:
       teamsight delta --robots 30 --radius 5
       teamsight delta --robots 30 --radius 2 --policy a-cmommt --risk 0.001
       teamsight delta --trajectories trajectories.csv --awareness-range 1.0 --window 60
+      teamsight delta --trajectories pursuit.parquet --awareness-range 3 --range-shape square
     """
     _prepare(settings)
     report = _recorded(settings) if settings.trajectories else _simulated(settings)
@@ -128,7 +130,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.cli.show import working
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
-    world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "preset"))
+    world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "range_shape", "preset"))
     runs = settings.runs_needed()
     agent_steps = (settings.robots + settings.targets) * settings.steps * runs
     with working(settings.workers, agent_steps) as (watch, pool):
@@ -156,6 +158,7 @@ def _recorded(settings: DeltaSettings) -> DeltaReport:
         return delta_from_trajectories(
             trajectories,
             settings.awareness_range,
+            range_shape=settings.range_shape,
             risk=settings.risk,
             window=settings.window,
             progress=partial(watch, "counting"),
