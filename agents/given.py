@@ -19,8 +19,9 @@ PolicyName: TypeAlias = Literal[
     "a-cmommt", "b-cmommt", "centroid", "evasive", "evolved", "lazy-collective", "lazy-cooperative", "p-cmommt",
     "random-walk", "stationary",
 ]
-AwarenessName: TypeAlias = Literal["none", "ring", "pairwise", "shared"]
+AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
 PlacementName: TypeAlias = Literal["uniform", "spread"]
+RangeShape: TypeAlias = Literal["disc", "square"]
 PresetName: TypeAlias = Literal["touzet2000"]
 
 PolicyLike: TypeAlias = Policy | Rule | PolicyName | str

@@ -49,6 +49,7 @@ Floats = npt.NDArray[np.float64]
 
 @refusing(
     team="give the team when a group is added, as in world.add(…, team='rivals')",
+    range_shape="give the shape when a group is added, as in world.add(…, range_shape='square')",
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
@@ -109,8 +110,9 @@ class Group(Deciding, Generic[A]):
         policy: Policy | Rule,
         awareness: Awareness,
         host: Host,
+        range_shape: str = "disc",
     ) -> None:
-        self.name, self.number, self._team = name, number, team
+        self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
@@ -162,6 +164,7 @@ class Group(Deciding, Generic[A]):
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
         bodies.active[:] = True
+        bodies.reward[:], bodies.ended[:] = 0.0, False
         for channel in self.channels.values():
             channel.works[:] = True
         for readings in self.readings.values():
@@ -200,6 +203,11 @@ class Group(Deciding, Generic[A]):
     def team(self) -> str | None:
         """Groups of the same team are teammates. It cannot be changed."""
         return self._team
+
+    @property
+    def range_shape(self) -> str:
+        """The shape of all its ranges: "disc", or "square" with sides along the axes. It cannot be changed."""
+        return self._range_shape
 
     @property
     def members_so_far(self) -> int:
@@ -307,7 +315,10 @@ class Group(Deciding, Generic[A]):
         moved = bodies.moved if self.timetable is None else self.timetable.travelled
         body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
         others = channels_of(channels, map(self.room, channels))
-        return Percept(*body, targets, teammates, relayed, self.perception.situation, others, self.time)
+        return Percept(
+            *body, targets, teammates, relayed, self.perception.situation, others, self.time,
+            bodies.reward, bodies.ended,
+        )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""

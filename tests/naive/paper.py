@@ -31,13 +31,16 @@ def shortest(way: Vector, period: Vector) -> Vector:
     return x, y
 
 
-def edges(observers: Any, observed: Any, reach: Any, period: Vector, own: bool) -> list[tuple[int, int]]:
+def edges(
+    observers: Any, observed: Any, reach: Any, period: Vector, own: bool, shape: str = "disc"
+) -> list[tuple[int, int]]:
     """All transitions within range, without edges to oneself."""
     found = []
     for i, here in enumerate(observers):
         for j, there in enumerate(observed):
             x, y = shortest((there[0] - here[0], there[1] - here[1]), period)
-            if x * x + y * y <= reach[i] * reach[i] and not (own and i == j):
+            is_near = x * x + y * y <= reach[i] * reach[i] if shape == "disc" else max(abs(x), abs(y)) <= reach[i]
+            if is_near and not (own and i == j):
                 found.append((i, j))
     return found
 
@@ -161,6 +164,11 @@ def ring(seen: list[Vector], heading: Vector, sectors: int, reach: float) -> lis
         k = sector(offset, heading, sectors)
         readings[k] = min(readings[k], math.hypot(*offset) / reach)
     return readings
+
+
+def nearest(teammates: list[Vector], delta: int) -> list[Vector]:
+    """The nearest so many, the nearest first."""
+    return sorted(teammates, key=lambda offset: math.hypot(*offset))[:delta]
 
 
 def ring_view(teammates: list[Vector], heading: Vector, sectors: int) -> list[Vector]:
