@@ -28,6 +28,7 @@ _PANEL, _HEIGHT = 3.9, 4.6
 _BESIDE = 0.04
 # Where an infinite bound of the index ends, over the largest finite number.
 _BEYOND = 2.0
+_TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 
 def draw(cells: Sequence[Cell], plan: Plan, kind: str = "png") -> bytes:
@@ -99,6 +100,8 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
     axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
     axes.set_yscale("log")
     axes.set_ylim(least, most)
+    shown = [tick for tick in _TICKS if least <= tick <= most]
+    axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
     _scale(axes, np.array([cell.size for cell in cells], np.float64))
     axes.set_ylabel("gathering index δ(skilled) / δ(explore)")
     axes.set_title("above 1: exploration shows too few", loc="left", size=11)
