@@ -59,6 +59,7 @@ def commands() -> None:
 
     \b
       teamsight demo                                 two teams side by side, in the browser
+      teamsight watch                                a team in the browser, with controls
       teamsight run --robots 10 --radius 5           one world: how much does the team observe?
       teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
       teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute

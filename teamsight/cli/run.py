@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits, task_options, values
-from teamsight.cli.options import Settings
+from teamsight.cli.world_settings import WorldSettings, source_of_failures
 
 if TYPE_CHECKING:
-    from teamsight.agents.components.failures import Failures
     from teamsight.agents.model import World
 
 # T where nothing else says it.
@@ -30,25 +29,14 @@ _FAILING = ("failures", "repair")
 _OUTPUT = ("record", "record_every", "save", "save_events", "evenness", "events", "force")
 
 
-class RunSettings(Settings):
+class RunSettings(WorldSettings):
     """Settings of ``teamsight run``."""
 
-    robots: int = values.agents(10, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
-    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
-    delta: int = values.sectors(16)
-    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
     steps: int | None = values.steps(None, "Number of steps.", shown="600, or that of the task")
-    seed: int = values.seed(0, "Seed of the world.")
-    preset: str | None = values.preset()
     task: str | None = task_options.task()
     set: dict[str, Any] = task_options.scenario()
     treatment: str | None = task_options.treatment(None, "The team of the task: {names}.", "skilled")
-    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
     evenness: bool = values.flag("Print how evenly targets are observed, and by how many robots.")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
@@ -136,7 +124,7 @@ def _cmommt(settings: RunSettings) -> tuple[World, dict[str, Any]]:
     if settings.awareness not in with_option("delta"):
         del parameters["delta"]
     about = parameters | {"steps": settings.length()} | settings.values(("seed", *_FAILING))
-    return CMOMMT(**parameters, events=_failures(settings), rng=settings.seed), about
+    return CMOMMT(**parameters, events=source_of_failures(settings), rng=settings.seed), about
 
 
 def _task_world(settings: RunSettings) -> tuple[World, dict[str, Any]]:
@@ -169,15 +157,6 @@ def _check_record(place: Path) -> None:
             check_video()
     except ImportError as error:
         raise ValueError(f"record={place}: {error}") from error
-
-
-def _failures(settings: RunSettings) -> Failures | None:
-    """Return the source of failures, if there are any."""
-    if settings.failures is None:
-        return None
-    from teamsight.agents.components.failures import Failures
-
-    return Failures(settings.failures, settings.repair)
 
 
 def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:

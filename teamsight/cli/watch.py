@@ -7,27 +7,16 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from teamsight.cli import limits, task_options, values
-from teamsight.cli.options import Settings
+from teamsight.cli.world_settings import WorldSettings, source_of_failures
 from teamsight.core import checks
 
 # Options that are parameters of the model.
 _MODEL = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "preset")
 
 
-class WatchSettings(Settings):
+class WatchSettings(WorldSettings):
     """Settings of ``teamsight watch``."""
 
-    robots: int = values.agents(10, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
-    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
-    delta: int = values.sectors(16)
-    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
-    preset: str | None = values.preset()
-    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
-    seed: int = values.seed(0, "Seed of the world.")
     model: str | None = values.text(
         "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
         "CMOMMT", metavar="MODULE:NAME",
@@ -78,10 +67,8 @@ def watch(settings: WatchSettings) -> None:
     from teamsight.live import watch as serve
 
     parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
-    if settings.failures is not None:
-        from teamsight.agents.components.failures import Failures
-
-        parameters["events"] = Failures(settings.failures, settings.repair)
+    if (failures := source_of_failures(settings)) is not None:
+        parameters["events"] = failures
     page = serve(
         settings.task or _model(settings.model), {**parameters, **settings.set, **_seed(settings)},
         beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
@@ -99,7 +86,7 @@ def _model(reference: str | None) -> Any:
     from teamsight.core import references
 
     references.search_in([os.getcwd()])
-    found = references.load(reference, "model")
+    found = references.load(reference, "model", place="start in the folder of its file")
     if not callable(found):
         raise TypeError(f"model={checks.shown(reference)}: is {checks.shown(found)}; give a class or a function")
     return cast(Callable[..., Any], found)

@@ -133,7 +133,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         Raises
         ------
         RuntimeError
-            Before `reset`, and after the end of an episode.
+            Before `reset`, also after an error within a step; and after the end of an episode.
         TypeError, ValueError
             If actions are missing, unknown, not numbers, of another shape, NaN or outside their space. Nothing is
             changed then.
@@ -142,12 +142,13 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         batch = self._batch
         given = stacked({agent: actions[agent] for agent in self.possible_agents}, self._none)
         batch.step(given, None, self._name)
-        observations, infos, names = self._observations(), self._infos(), self.possible_agents
-        rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
-        terminations = dict.fromkeys(names, batch.is_stopped(0))
-        truncations = dict.fromkeys(names, bool(batch.cycles[0] >= self.max_cycles))
-        if terminations[names[0]] or truncations[names[0]]:
+        names, is_stopped, is_over = self.possible_agents, batch.is_stopped(0), bool(batch.cycles[0] >= self.max_cycles)
+        # Before the rewards, whose function may fail.
+        if is_stopped or is_over:
             self.agents = []
+        observations, infos = self._observations(), self._infos()
+        rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
+        terminations, truncations = dict.fromkeys(names, is_stopped), dict.fromkeys(names, is_over)
         if self.render_mode == "human":
             self.render()
         return observations, rewards, terminations, truncations, infos
@@ -198,8 +199,6 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
 
         Since it may then be changed, further steps of the episode are made one by one in Python, with the same result.
         """
-        if not self.agents and not self._batch.cycles[0]:
-            raise RuntimeError("world: no episode has begun; call reset() first")
         return self._batch.world(0)
 
     def render(self) -> npt.NDArray[np.uint8] | None:

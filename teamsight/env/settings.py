@@ -96,6 +96,8 @@ class Settings:
         if not isinstance(world, World):
             name = getattr(self.model, "__name__", "model")
             raise TypeError(f"model={name}: returned {type(world).__name__}; it must return a World")
+        if not world.running:
+            raise ValueError("model: returned a world that is closed, or was stopped; build a new one on each call")
         if world.tick:
             raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
         group = self._group_of(world)
@@ -134,6 +136,8 @@ def settings_of(
     TypeError, ValueError
         If one is of the wrong type or outside its limits, or a name is unknown.
     """
+    if model is CMOMMT:
+        model = None
     if model is not None and not callable(model) and not isinstance(model, (Task, str)):
         raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World, or a task")
     form, degree = ActionForm(action), _degree(observation, delta)
@@ -200,7 +204,9 @@ def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:
-    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN, *SIZES)]
+    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN)]
+    # Those of environments are near to slips too.
+    known += ["observation", "layout", "action", "reward", "max_cycles", "model", "group"]
     for name in given:
         if name in _OWN:
             raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")

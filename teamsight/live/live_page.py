@@ -140,6 +140,9 @@ def watch(
             f"model={shown}: must be a class or a function that builds a world, so that the page can start again; "
             "give the class, and what it is built with as parameters"
         )
+    for called, values in (("parameters", parameters), ("beside", beside)):
+        if values is not None and not isinstance(values, Mapping):
+            raise TypeError(f"{called}={checks.shown(values)}: must be a mapping, as in {{'robots': 5}}")
     access = access_to(host, token)
     checks.count("port", port, least=0, most=_MOST_PORT)
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
@@ -169,8 +172,8 @@ def worlds_of(
     model, parameters, beside, every
         As for `watch`.
     """
-    given = [parameters.pop(name) for name in SEEDS if name in parameters]
-    seed = checks.seed(None, given[0] if given else 0)
+    given = {name: parameters.pop(name) for name in SEEDS if name in parameters}
+    seed = checks.seed(given.get("rng"), given.get("seed")) if given else 0
     name = seed_name(model)
     if name is None and (given or beside is not None):
         raise TypeError(
