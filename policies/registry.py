@@ -22,6 +22,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "evolved": "teamsight.policies.evolved.policy:Evolved",
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
+        "lattice-walk": "teamsight.policies.online.lattice_walk:LatticeWalk",
         "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
         "stationary": "teamsight.policies.handmade.stationary:Stationary",
     },
