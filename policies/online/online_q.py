@@ -17,13 +17,13 @@ from teamsight.policies.interface import Floats, PolicyState
 from teamsight.policies.online.boltzmann import chosen_action, largest
 from teamsight.policies.online.lattice import MOVES, lattice_move
 
-_RATE, _DISCOUNT, _TEMPERATURE, _END_ROW, _AVERAGE_EVERY, _IS_ONE = range(6)
+_RATE, _DISCOUNT, _TEMPERATURE, _VALUES_ENDS, _AVERAGE_EVERY, _IS_ONE = range(6)
 #: In a kernel of rows, the parameters of the rows begin here.
 ROW_PARAMETERS = 6
 #: In a kernel of rows, the uniform numbers that it may use begin here, behind the one that chooses the action.
 ROW_NOISE = 1
 
-# The integers of a robot: the row and the action of its last decision; the row is −1 before the first.
+# The integers of a robot: the row and the action of its last decision; the row is −1 where a trial begins.
 _ROW, _ACTION = range(2)
 
 L = TypeVar("L", bound="OnlineQ")
@@ -36,10 +36,9 @@ def _learn(i: int, now: int, percept: Any, arrays: Any) -> None:
     tables = arrays.state.floats
     row = arrays.state.ints[i, 0, _ROW]
     taken = arrays.state.ints[i, 0, _ACTION]
-    follows = now
-    if percept.ended[i]:
-        follows = int(parameters[_END_ROW])
-    ahead = largest(tables[i, follows]) if follows >= 0 else 0.0
+    ahead = 0.0
+    if not percept.ended[i] or parameters[_VALUES_ENDS] > 0.0:
+        ahead = largest(tables[i, now])
     goal = percept.reward[i] + parameters[_DISCOUNT] * ahead
     corrected = tables[i, row, taken] + parameters[_RATE] * (goal - tables[i, row, taken])
     if parameters[_IS_ONE] > 0.0:
@@ -85,7 +84,8 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
             if last[i, 0, _ROW] >= 0 and parameters[_RATE] > 0.0:
                 _learn(i, now, percept, arrays)
             number = chosen_action(tables[i, now], parameters[_TEMPERATURE], noise[0, i])
-            last[i, 0, _ROW] = now
+            # What follows the end of a trial is not the result of an action.
+            last[i, 0, _ROW] = -1 if percept.ended[i] else now
             last[i, 0, _ACTION] = number
             lattice_move(number, i, percept, action)
 
@@ -98,9 +98,9 @@ class OnlineQ(CompiledPolicy):
 
     At each decision Q(s, a) ← Q(s, a) + α [r + γ max Q(s′, ·) − Q(s, a)], where s and a are what the robot perceived
     and did at its last decision, and r and s′ what it perceives now. It then takes action a with a probability
-    proportional to exp(Q(s′, a) / T).
+    proportional to exp(Q(s′, a) / T). A decision at the end of a trial is not learned from.
 
-    A subclass defines `rows`, `row_parameters`, `end_row` and `kernel`, which `online_q` makes from a kernel that returns the row
+    A subclass defines `rows`, `row_parameters` and `kernel`, which `online_q` makes from a kernel that returns the row
     of a percept.
 
     Parameters
@@ -113,6 +113,8 @@ class OnlineQ(CompiledPolicy):
         T; 0 takes an action of the largest value, each of equals with the same probability.
     moves : {4, 5}, default 4
         North, east, south, west; 5 to stay in place too.
+    values_ends : bool, default False
+        Whether s′ counts by its value when it ends a trial, like any other; by default it counts 0.
     average_every : int, default 0
         Steps after which all robots replace their tables by the mean of all; 0 for never.
     one_table : bool, default False
@@ -135,6 +137,7 @@ class OnlineQ(CompiledPolicy):
     discount: float = 0.9
     temperature: float = 0.4
     moves: int = 4
+    values_ends: bool = False
     average_every: int = 0
     one_table: bool = False
     tables: Floats | None = None
@@ -145,6 +148,7 @@ class OnlineQ(CompiledPolicy):
         checks.number("temperature", self.temperature, least=0)
         checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
         checks.count("average_every", self.average_every, least=0)
+        checks.flag("values_ends", self.values_ends)
         checks.flag("one_table", self.one_table)
         if self.tables is not None:
             tables = np.array(self.tables, float)
@@ -162,11 +166,6 @@ class OnlineQ(CompiledPolicy):
         """The number of rows of a table."""
 
     @property
-    def end_row(self) -> int:
-        """The row whose largest value follows the end of a trial; −1, the default, if the value 0 follows."""
-        return -1
-
-    @property
     def row_parameters(self) -> tuple[float, ...]:
         """The constants that the kernel of rows reads; none by default."""
         return ()
@@ -178,7 +177,7 @@ class OnlineQ(CompiledPolicy):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        own = (self.learning_rate, self.discount, self.temperature, self.end_row, self.average_every, self.one_table)
+        own = (self.learning_rate, self.discount, self.temperature, self.values_ends, self.average_every, self.one_table)
         return *map(float, own), *self.row_parameters
 
     @property

@@ -50,10 +50,7 @@ class PreyQ(OnlineQ):
         prey.
     partner : int, default 0
         Cells to each side in which the closest teammate is perceived; 0 for teammates that are not.
-    ends_at_prey : bool, default False
-        Whether the value of a prey in the robot's own cell follows a capture, as that of any other place; by default
-        the value 0 follows.
-    learning_rate, discount, temperature, moves, average_every, one_table, tables
+    learning_rate, discount, temperature, moves, values_ends, average_every, one_table, tables
         As for `OnlineQ`.
 
     Raises
@@ -69,7 +66,6 @@ class PreyQ(OnlineQ):
     depth: int = 4
     reach: int = 0
     partner: int = 0
-    ends_at_prey: bool = False
 
     kernel = online_q(_row)
     draws = 3
@@ -78,7 +74,6 @@ class PreyQ(OnlineQ):
         checks.count("depth", self.depth, most=MOST_DEPTH)
         checks.count("reach", self.reach, least=0, most=MOST_DEPTH)
         checks.count("partner", self.partner, least=0, most=MOST_DEPTH)
-        checks.flag("ends_at_prey", self.ends_at_prey)
         if 0 < self.reach < self.depth:
             raise ValueError(f"reach={self.reach}: must be at least depth={self.depth}, or 0 for the depth")
         super().__post_init__()
@@ -90,10 +85,3 @@ class PreyQ(OnlineQ):
     @property
     def row_parameters(self) -> tuple[float, ...]:
         return float(self.depth), float(self.reach or self.depth), float(self.partner)
-
-    @property
-    def end_row(self) -> int:
-        if not self.ends_at_prey:
-            return -1
-        prey = (cells(self.reach or self.depth) - 1) // 2
-        return prey * cells(self.partner) + cells(self.partner) - 1 if self.partner else prey

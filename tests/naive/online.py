@@ -78,7 +78,7 @@ class QTeam:
             if self.last[i] is not None and policy.learning_rate > 0:
                 self.learn(i, now, one)
             action = chosen(tables[i][now], policy.temperature, float(noise[0, i]))
-            self.last[i] = now, action
+            self.last[i] = None if one.ended else (now, action)
             answers.append((HEADINGS[action], 0.0 if action == 4 else float(one.speed)))
         return answers
 
@@ -95,8 +95,7 @@ class QTeam:
         last = self.last[i]
         assert last is not None
         row, action = last
-        follows = policy.end_row if one.ended else now
-        ahead = max(self.tables[i][follows]) if follows >= 0 else 0.0
+        ahead = 0.0 if one.ended and not policy.values_ends else max(self.tables[i][now])
         value = self.tables[i][row][action]
         value += policy.learning_rate * (float(one.reward) + policy.discount * ahead - value)
         for j in range(len(self.tables)) if policy.one_table else [i]:

@@ -13,8 +13,8 @@ from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REACH, _HUNTERS, _REWARD, _COST, _CALLS = range(8)
 
-# The state: the steps since the last capture, the calls in this step, and the prey captured in it.
-_SINCE, _CALL, _CAPTURED = range(3)
+# The state: the steps of the trial so far, the calls in this step, the prey captured in it, and whether it begins anew.
+_STEPS, _CALL, _CAPTURED, _IS_RESTART = range(4)
 
 
 @inlined
@@ -52,7 +52,7 @@ def _check(hunters: Any, prey: Any, parameters: Any) -> int:
 
 
 @inlined
-def _begin_anew(hunters: Any, i: int, parameters: Any, noise: Any) -> None:
+def _place(hunters: Any, i: int, parameters: Any, noise: Any) -> None:
     """Place a hunter at the centre of a random cell."""
     for axis in range(2):
         side = parameters[_WIDTH + axis]
@@ -60,33 +60,50 @@ def _begin_anew(hunters: Any, i: int, parameters: Any, noise: Any) -> None:
 
 
 @inlined
+def _begin_anew(hunters: Any, prey: Any, parameters: Any, noise: Any) -> None:
+    """Place the hunters that captured in the last step, and leave all others where they were before this one."""
+    for i in range(hunters.position.shape[0]):
+        if hunters.captures[i] > 0:
+            _place(hunters, i, parameters, noise)
+        else:
+            hunters.position[i, 0] = hunters.before[i, 0]
+            hunters.position[i, 1] = hunters.before[i, 1]
+        hunters.captures[i] = 0
+    for j in range(prey.position.shape[0]):
+        prey.position[j, 0] = prey.before[j, 0]
+        prey.position[j, 1] = prey.before[j, 1]
+
+
+@inlined
+def _reward(hunters: Any, is_over: bool, parameters: Any) -> None:
+    for i in range(hunters.position.shape[0]):
+        if hunters.active[i]:
+            hunters.reward[i] = parameters[_REWARD] if hunters.captures[i] > 0 else -parameters[_COST]
+            hunters.ended[i] = is_over
+
+
+@inlined
 def _capture(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
-    hunters = bodies.hunters
+    hunters, prey = bodies.hunters, bodies.prey
     counts = state.ints[0]
-    if counts[_CALL] == 0:
-        counts[_SINCE] += 1
-        counts[_CAPTURED] = 0
-        for i in range(hunters.position.shape[0]):
-            hunters.captures[i] = 0
-    if counts[_CAPTURED] == 0:
-        counts[_CAPTURED] = _check(hunters, bodies.prey, parameters)
     counts[_CALL] += 1
+    if counts[_IS_RESTART] == 0 and counts[_CAPTURED] == 0:
+        counts[_CAPTURED] = _check(hunters, prey, parameters)
     if counts[_CALL] < parameters[_CALLS]:
         return
     counts[_CALL] = 0
-    for i in range(hunters.position.shape[0]):
-        if not hunters.active[i]:
-            continue
-        if hunters.captures[i] > 0:
-            hunters.reward[i] = parameters[_REWARD]
-            hunters.ended[i] = True
-            _begin_anew(hunters, i, parameters, noise.hunters)
-        else:
-            hunters.reward[i] = -parameters[_COST]
+    if counts[_IS_RESTART] != 0:
+        _begin_anew(hunters, prey, parameters, noise.hunters)
+        counts[_IS_RESTART] = 0
+        return
+    counts[_STEPS] += 1
     scores[0] = counts[_CAPTURED]
-    scores[1] = counts[_SINCE]
+    scores[1] = counts[_STEPS]
+    _reward(hunters, counts[_CAPTURED] > 0, parameters)
     if counts[_CAPTURED] > 0:
-        counts[_SINCE] = 0
+        counts[_IS_RESTART] = 1
+        counts[_CAPTURED] = 0
+        counts[_STEPS] = 0
 
 
 class Rule(NamedTuple):
@@ -107,11 +124,15 @@ class Capture(Interaction):
 
     With the rule "alone" hunters move, those in a prey's cell capture it, prey move, and hunters whose cell a prey has
     entered capture it. With "pair" all move at once, and then two hunters in or next to the cell of a prey, diagonals
-    included, capture it. Prey and all other hunters stay where they are.
+    included, capture it.
 
-    The roles are "hunters" and "prey". Each hunter has the column `captures`: 1 in a step in which it captured. The
-    history has the columns "captures", the number of prey captured in the step, and "trial_steps", the steps since the
-    last capture, this step included.
+    A capture ends the trial of all hunters. The next step begins another: hunters that captured are placed at random,
+    nobody else moves, and no action counts. So robots perceive how a trial ended, as with Gymnasium's next-step
+    autoreset.
+
+    The roles are "hunters" and "prey". Each hunter has the column `captures`: 1 after a step in which it captured. The
+    history has the columns "captures", the number of prey captured in the step, and "trial_steps", the steps of the
+    trial up to this one; both are 0 in a step that begins a trial.
 
     Parameters
     ----------
@@ -122,7 +143,7 @@ class Capture(Interaction):
     rule : {"alone", "pair"}, default "alone"
         Who captures.
     reward : float, default 1
-        The reward of a hunter that captures.
+        The reward of each hunter that captures.
     cost : float, default 0.1
         What a step costs every other hunter.
 
@@ -171,4 +192,4 @@ class Capture(Interaction):
         return tuple(map(float, numbers))
 
     def start(self, sizes: Any) -> InteractionState:
-        return InteractionState(np.zeros((0, 0)), np.zeros((1, 3), np.int64))
+        return InteractionState(np.zeros((0, 0)), np.zeros((1, 4), np.int64))
