@@ -90,9 +90,10 @@ class CMOMMT(World):
         The policy of the robots: a name, by default "a-cmommt", or an object. Stationary robots are spread over the
         arena; all others are placed uniformly.
     awareness : str or Awareness
-        What they perceive of teammates: "none", "ring", "pairwise" (the default), "shared", or an object.
+        What they perceive of teammates: "none", "ring", "nearest", "pairwise" (the default), "shared", or an
+        object.
     delta : int
-        The number of sectors of "ring"; by default 16.
+        The number of sectors of "ring", or of teammates of "nearest"; by default 16.
     sensing_range, awareness_range : float
         Distances within which they sense targets and teammates [length]; by default 1.
     sensor : Sensor, optional
@@ -222,7 +223,7 @@ class CMOMMT(World):
     radius = FixedSetting("build another model")
     preset = FixedSetting("build another model")
     seed = FixedSetting("start again with reset(rng)")
-    delta = FixedSetting("give the robots another ring, as in model.awareness = RingAwareness(8)", "awareness")
+    delta = FixedSetting("give the robots another degree, as in model.awareness = RingAwareness(8)", "awareness")
     uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
     policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
     target_policy_options = FixedSetting("give the targets another policy, as in model.target_policy = RandomWalk(0.1)")

@@ -19,7 +19,7 @@ PolicyName: TypeAlias = Literal[
     "a-cmommt", "centroid", "evasive", "evolved", "lattice-walk", "lazy-collective", "lazy-cooperative",
     "random-walk", "stationary"
 ]
-AwarenessName: TypeAlias = Literal["none", "ring", "pairwise", "shared"]
+AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
 PlacementName: TypeAlias = Literal["uniform", "spread", "cells"]
 PresetName: TypeAlias = Literal["touzet2000"]
 

@@ -162,6 +162,7 @@ class Group(Deciding, Generic[A]):
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
         bodies.active[:] = True
+        bodies.reward[:], bodies.ended[:] = 0.0, False
         for channel in self.channels.values():
             channel.works[:] = True
         for readings in self.readings.values():
@@ -307,7 +308,10 @@ class Group(Deciding, Generic[A]):
         moved = bodies.moved if self.timetable is None else self.timetable.travelled
         body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
         others = channels_of(channels, map(self.room, channels))
-        return Percept(*body, targets, teammates, relayed, self.perception.situation, others, self.time)
+        return Percept(
+            *body, targets, teammates, relayed, self.perception.situation, others, self.time,
+            bodies.reward, bodies.ended,
+        )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:
         """Return the policy's random numbers for a tick, shape (draws, n)."""

@@ -19,6 +19,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
+from teamsight.agents.interactions import interact
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
@@ -32,6 +33,7 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
+from teamsight.world.interaction import Interaction
 
 A = TypeVar("A", bound=Body)
 if TYPE_CHECKING:
@@ -221,6 +223,29 @@ class World(RunMethods):
             of the same channel.
         """
         declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
+
+    def interact(self, interaction: Interaction, /, **groups: Group) -> None:
+        """Let something happen between the bodies of some groups, in each step after all have moved.
+
+        Parameters
+        ----------
+        interaction : Interaction
+            What happens, such as a capture.
+        **groups : Group
+            The group of each of its roles, by the name of the role.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is not an interaction, a role has no group, a group has two roles or is of another world, or another
+            interaction has a score of the same name. Nothing is changed then.
+        """
+        interact(self._data, self._engine, interaction, groups)
+
+    @property
+    def interactions(self) -> list[Interaction]:
+        """What happens between bodies in each step, in this order; see `interact`."""
+        return [placed.interaction for placed in self._data.interactions]
 
     def adjust(
         self,

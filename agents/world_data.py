@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.placed_interaction import PlacedInteraction
 from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.events.timeline import Timeline
@@ -45,6 +46,8 @@ class WorldData:
         The completed steps.
     watchers : list of Watcher
         What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
+    interactions : list of PlacedInteraction
+        What happens between bodies after they have moved; `World.interact` adds to it.
     conditions : list of callable
         What is called before and after each step made one by one, and returns whether it has planned an event; see
         `Until.__call__`.
@@ -61,6 +64,7 @@ class WorldData:
         self.sources = Sources(self.timeline)
         self.history = History()
         self.watchers: list[Watcher] = []
+        self.interactions: list[PlacedInteraction] = []
         self.conditions: list[Callable[[], bool]] = []
         # An `Until`, once it is used.
         self.until: Any = None
@@ -74,7 +78,14 @@ class WorldData:
         self.conditions.clear()
         for watcher in self.watchers:
             watcher.forget()
+        for one in self.interactions:
+            one.begin(self.key)
         self.time[0] = tick
+
+    @property
+    def score_names(self) -> tuple[str, ...]:
+        """The columns of the history that interactions write."""
+        return tuple(name for one in self.interactions for name in one.interaction.scores)
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""

@@ -58,6 +58,8 @@ def sample_percept(
         relayed=_sample_neighbours(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
         channels=channels_of(channels, [_sample_neighbours(size, rng, most) for _ in channels]),
+        reward=rng.choice([-1.0, 0.0, 0.0, 1.0], size),
+        ended=rng.random(size) < 0.25,
     )
 
 

@@ -156,6 +156,8 @@ def pack_decision(
     channels = selected(percept.channels, policy.channels, type(policy).__name__)
     if channels is not percept.channels:
         percept = percept._replace(channels=channels)
+    if len(percept.reward) != len(percept.heading):
+        percept = percept.without_reward()
     arrays = PolicyArrays(parameters, table, state)
     return decision_record(policy.channels).pack(Decision(percept, arrays, noise, tick, action))
 

@@ -19,6 +19,8 @@ Integers = npt.NDArray[np.int64]
 # The time of percepts that were not made by a world.
 _NO_TIME = np.zeros(1)
 _NO_TIME.flags.writeable = False
+# Those of percepts without a reward; `CompiledPolicy.decide` gives each robot none.
+_NO_REWARD, _NOT_ENDED = np.zeros(0), np.zeros(0, np.bool_)
 
 
 class Percept(NamedTuple):
@@ -47,6 +49,10 @@ class Percept(NamedTuple):
         declares as `Policy.channels`.
     time : ndarray, shape (1,), float64
         The present tick.
+    reward : ndarray, shape (n,), float64
+        The sum of what interactions have given each robot since its last decision; 0 without an interaction.
+    ended : ndarray, shape (n,), bool
+        Whether an interaction has ended a trial for each robot since its last decision.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -60,6 +66,12 @@ class Percept(NamedTuple):
     situation: Annotated[npt.NDArray[np.float32], "n", "width"]
     channels: Channels[NeighbourList] = NO_CHANNELS
     time: Annotated[Floats, 1] = _NO_TIME
+    reward: Annotated[Floats, "n"] = _NO_REWARD
+    ended: Annotated[npt.NDArray[np.bool_], "n"] = _NOT_ENDED
+
+    def without_reward(self) -> Percept:
+        """Return a percept in which no robot has got a reward."""
+        return self._replace(reward=np.zeros(len(self.heading)), ended=np.zeros(len(self.heading), np.bool_))
 
 
 class Action(NamedTuple):

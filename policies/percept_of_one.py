@@ -37,6 +37,8 @@ class PerceptOfOne(NamedTuple):
     situation: npt.NDArray[np.float32]
     channels: Channels[NeighboursOfOne] = NO_CHANNELS
     time: float = 0.0
+    reward: float = 0.0
+    ended: bool = False
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).
@@ -57,6 +59,7 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         percept.situation[i],
         _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
         float(percept.time[0]),
+        *(float(percept.reward[i]), bool(percept.ended[i])) if len(percept.reward) else (0.0, False),
     )
 
 
@@ -109,6 +112,8 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         np.ascontiguousarray(situation[None]),
         _each_channel(percept.channels, lambda name, seen: _neighbour_list_of_one(f"channels.{name}", seen)),
         np.array([checks.number("percept.time", percept.time)]),
+        np.array([checks.number("percept.reward", percept.reward)]),
+        np.array([checks.flag("percept.ended", percept.ended)]),
     )
 
 

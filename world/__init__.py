@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from teamsight.world.check import check_arena
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Arena, Obstructed
+    from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
     from teamsight.world.obstacles import Obstacle, Outline
     from teamsight.world.polygon import Polygon
     from teamsight.world.sight import Sight
@@ -26,6 +27,9 @@ _HOMES = {
     "Box": "teamsight.world.arena",
     "Circle": "teamsight.world.circle",
     "Disc": "teamsight.world.arena",
+    "InteractingBodies": "teamsight.world.interaction",
+    "Interaction": "teamsight.world.interaction",
+    "InteractionState": "teamsight.world.interaction",
     "Obstacle": "teamsight.world.obstacles",
     "Obstructed": "teamsight.world.contract",
     "Outline": "teamsight.world.obstacles",
@@ -37,8 +41,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "Arena", "Box", "Circle", "Disc", "Obstacle", "Obstructed", "Outline", "Polygon", "Sight", "Torus", "Walls",
-    "check_arena",
+    "Arena", "Box", "Circle", "Disc", "InteractingBodies", "Interaction", "InteractionState", "Obstacle", "Obstructed",
+    "Outline", "Polygon", "Sight", "Torus", "Walls", "check_arena",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -91,9 +91,10 @@ class Awareness:
         Its name in errors and records; by default that of the class. With a line in
         `teamsight.agents.awareness.registry`, users can choose it by this name.
     order : str
-        The paper's name for it; for figures and tables.
+        The paper's name for how it grows with the team; for figures and tables.
     formula : str
-        The paper's formula for the number of inputs d, with n own inputs, δ sectors, σ readings per teammate, N robots.
+        The formula for the number of inputs d, in the paper's letters: n own inputs, δ sectors or places of a list,
+        σ readings per teammate, N robots.
     shows : str
         What it shows of teammates, for legends.
     shows_teammates : bool

@@ -17,6 +17,9 @@ from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
+from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
+from teamsight.agents.engine.interaction_records import InteractionArrays
+from teamsight.agents.engine.placed_interaction import Copies, bind_partaker
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -78,7 +81,17 @@ class Binding:
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
-        is_undoable = is_watched(data.arena) or any(one.detection and one.detection.is_checked for one in relations)
+        self._partakers = {
+            group.number: bind_partaker(group, self._group_records[data.groups.index(group)])
+            for one in data.interactions
+            for group in one.groups
+        }
+        self._copies = Copies.of(data.interactions)
+        is_undoable = (
+            is_watched(data.arena)
+            or bool(data.interactions)
+            or any(one.detection and one.detection.is_checked for one in relations)
+        )
         self.world = WORLD.pack(WorldArrays(
             data.key,
             data.moment,
@@ -96,6 +109,11 @@ class Binding:
             HIDE if any(relation.is_conditional for relation in relations) else None,
             SHOW_LATE if self._relays else None,
             self._watchers(),
+            MOVE_AND_INTERACT if data.interactions else None,
+            self._interactions(),
+            list(self._partakers.values()),
+            stretch.scores.array,
+            self._copies.rows,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -195,6 +213,14 @@ class Binding:
             log.kept_start, log.kept_identity, log.before, log.after,
         )  # fmt: skip
 
+    def _interactions(self) -> list[Packed[InteractionArrays]]:
+        """Bind the interactions; their scores follow each other."""
+        records, first = [], 0
+        for one in self._data.interactions:
+            records.append(one.bind(self._partakers, first))
+            first += len(one.scores)
+        return records
+
     def _watchers(self) -> npt.NDArray[np.int64]:
         """Bind the watchers to the present records, and list their addresses."""
         data = self._data
@@ -236,6 +262,8 @@ class Binding:
         self.progress["row"] = stretch.buffer.rows
         if world.history is not stretch.buffer.array:
             self.world.update(history=stretch.buffer.array)
+        if world.scores is not stretch.scores.array:
+            self.world.update(scores=stretch.scores.array)
         if trail:
             self.progress["trail_row"] = trail.buffer.rows
             if world.trail is not trail.buffer.array:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from teamsight.agents.awareness.binding import perceive_entry, situate_entry
 from teamsight.agents.engine.condition_changes import CHANGE
 from teamsight.agents.engine.conditions import HIDE
+from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.relation import needs_detection
 from teamsight.agents.engine.relaying import delay_of
@@ -43,6 +44,8 @@ def _entries_of(data: WorldData) -> list[Entry]:
         found += [HIDE, CHANGE]
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
+    if data.interactions:
+        found += [MOVE_AND_INTERACT, *(one.interaction.entry(one.kinds) for one in data.interactions)]
     if data.watchers:
         found += [LOOK, *(watcher.entry for watcher in data.watchers)]
     return list(dict.fromkeys(found))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from itertools import combinations
@@ -21,7 +22,7 @@ _PARTS = 50
 _MOST_EVENTS = 20
 # Options that are no parameters of the model.
 _FAILING = ("failures", "repair")
-_OUTPUT = ("record", "record_every", "save", "save_events", "events", "force")
+_OUTPUT = ("record", "record_every", "save", "save_events", "evenness", "events", "force")
 
 
 class RunSettings(Settings):
@@ -40,6 +41,7 @@ class RunSettings(Settings):
     preset: str | None = values.preset()
     failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
     repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
+    evenness: bool = values.flag("Print how evenly targets are observed, and by how many robots.")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
     record: Path | None = values.file("Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.")
@@ -93,6 +95,8 @@ def run(settings: RunSettings) -> None:
     about = parameters | settings.values(("steps", "seed", *_FAILING))
     world = CMOMMT(**parameters, events=_failures(settings), rng=settings.seed)
     _prepare(settings, about)
+    if settings.evenness:
+        world.count_observations()
     replay = None
     if settings.record:
         replay = world.record(settings.record, every=settings.record_every, force=settings.force)
@@ -178,6 +182,11 @@ def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")
     table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
+    if settings.evenness:
+        counts = world.count_observations()
+        table.add_row("spread of the targets' observed shares", f"{100 * counts.spread:.1f} %")
+        table.add_row("entropy of observation, at most", f"{counts.entropy:.3f}, {math.log(settings.targets):.3f} nat")
+        table.add_row("robots that sense an observed target", f"{counts.redundancy:.2f}")
     table.add_row("neighbours of a robot, mean", f"{history['mean_neighbours'].mean():.2f}")
     table.add_row("neighbours of a robot, maximum", f"{world.max_neighbours}")
     table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")

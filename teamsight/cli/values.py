@@ -251,8 +251,8 @@ REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")
 
 
 def sectors(default: int) -> Any:
-    """Declare δ, the number of sectors of a ring."""
-    help = f"Number δ of sectors of the degree 'ring', at most {limits.MOST_SECTORS}."
+    """Declare δ, the number of sectors of a ring, or of teammates of a list."""
+    help = f"Number δ of sectors of 'ring', or of teammates of 'nearest', at most {limits.MOST_SECTORS}."
     return count(default, help, most=limits.MOST_SECTORS)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
-from teamsight.agents.awareness.registry import awareness_named
+from teamsight.agents.awareness.registry import awareness_named, with_option
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
@@ -150,9 +150,12 @@ def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
     if observation is None:
         return None
     if isinstance(observation, str):
-        if observation != "ring" and delta != _DELTA:
-            raise ValueError(f"delta={delta}: applies to observation='ring'; leave it out")
-        return awareness_named(checks.choice("observation", observation, AWARENESS), {"delta": ring.delta})
+        name = checks.choice("observation", observation, AWARENESS)
+        having = with_option("delta")
+        if name not in having and delta != _DELTA:
+            shown = " or ".join(f"observation={one!r}" for one in having)
+            raise ValueError(f"delta={delta}: applies to {shown}; leave it out")
+        return awareness_named(name, {"delta": ring.delta})
     if not isinstance(observation, Awareness):
         raise TypeError(
             f"observation={checks.shown(observation)}: must be a degree of awareness, such as RingAwareness(8), or one "

@@ -134,7 +134,7 @@ def test_settings_act_on_the_running_world(page: Page, live: Callable[..., LiveP
     page.get_by_role("button", name="Step", exact=True).click()
     until(lambda: world_of(server).tick == 1)
     world = world_of(server)
-    delta = page.get_by_role("slider", name="sectors δ")
+    delta = page.get_by_role("slider", name="δ")
     delta.focus()
     delta.press("ArrowRight")
     until(lambda: world.robots.awareness.delta == 9)

@@ -22,9 +22,9 @@ STEPS = 40
 MOST_PART = 65_535
 
 
-def team(awareness: str = "ring", **more: Any) -> CMOMMT:
+def team(awareness: str = "ring", delta: int = 8, **more: Any) -> CMOMMT:
     return CMOMMT(
-        robots=12, targets=12, radius=4.0, awareness=awareness, delta=8, sensing_range=1.5, awareness_range=2.5, rng=11, **more
+        robots=12, targets=12, radius=4.0, awareness=awareness, delta=delta, sensing_range=1.5, awareness_range=2.5, rng=11, **more
     )  # fmt: skip
 
 
@@ -74,10 +74,11 @@ def test_bodies_are_drawn_where_the_model_has_them(page: Page, tmp_path: Path, m
             assert np.all(np.abs(agent.position - places[agent.unique_id]) <= limit), agent
 
 
-@pytest.mark.parametrize("degree", ["none", "ring", "pairwise", "shared"])
+@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared"])
 def test_the_inspector_shows_the_percept_of_the_model(page: Page, tmp_path: Path, degree: str) -> None:
-    opened(page, written(tmp_path, recorded(team(degree), STEPS)))
-    twin = team(degree)
+    delta = 2 if degree == "nearest" else 8
+    opened(page, written(tmp_path, recorded(team(degree, delta), STEPS)))
+    twin = team(degree, delta)
     twin.run(STEPS)
     at_tick(page, STEPS)
     # Each of two positions is rounded by half a part.
@@ -88,6 +89,10 @@ def test_the_inspector_shows_the_percept_of_the_model(page: Page, tmp_path: Path
         assert_same(sensed_in(found, "targets"), entries(percept.targets), error)
         if degree == "ring":
             shown_at_all += assert_same_ring(found["ring"], percept.teammates, robot, error)
+        elif degree == "nearest":
+            shown = [(one["dx"], one["dy"]) for one in found["nearest"]]
+            assert np.allclose(shown, percept.teammates.offset.tolist(), rtol=0, atol=error)
+            shown_at_all += len(shown)
         elif degree != "none":
             assert_same(found["teammates"], entries(percept.teammates), error)
             shown_at_all += len(found["teammates"])

@@ -163,6 +163,11 @@ def ring(seen: list[Vector], heading: Vector, sectors: int, reach: float) -> lis
     return readings
 
 
+def nearest(teammates: list[Vector], delta: int) -> list[Vector]:
+    """The nearest so many, the nearest first."""
+    return sorted(teammates, key=lambda offset: math.hypot(*offset))[:delta]
+
+
 def ring_view(teammates: list[Vector], heading: Vector, sectors: int) -> list[Vector]:
     """What the ring shows: for each sector in turn the nearest teammate's distance, in the direction of its centre."""
     ahead, shown = math.atan2(heading[1], heading[0]), []

@@ -13,8 +13,11 @@ if TYPE_CHECKING:
 
 #: The name of `CMOMMT` in a study.
 CMOMMT_NAME = "cmommt"
-#: The name of `run_many`'s measure.
-SUMMARY_NAME = "summary"
+#: The measures of teamsight by name, as references; "summary" is that of `run_many`.
+MEASURES = {
+    "summary": "teamsight.analysis.runs.run_many:summary",
+    "evenness": "teamsight.analysis.runs.evenness:evenness",
+}
 
 # Two names for the seed, which the study gives.
 _SEEDS = ("rng", "seed")
@@ -37,7 +40,7 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    return _callable("model", model, CMOMMT_NAME, "a class, or a function with rng")
+    return _callable("model", model, (CMOMMT_NAME,), "a class, or a function with rng")
 
 
 def measure_of(measure: str) -> Callable[[World, int], Any]:
@@ -46,26 +49,22 @@ def measure_of(measure: str) -> Callable[[World, int], Any]:
     Parameters
     ----------
     measure : str
-        "summary", "package.module:name" or the name of a plug-in.
+        "summary", "evenness", "package.module:name" or the name of a plug-in.
 
     Raises
     ------
     TypeError, ValueError
         If there is none of this name, or it cannot be called.
     """
-    if measure == SUMMARY_NAME:
-        from teamsight.analysis.runs.run_many import summary
-
-        return summary
-    return _callable("record.measure", measure, SUMMARY_NAME, "a function (world, steps)")
+    return _callable("record.measure", MEASURES.get(measure, measure), tuple(MEASURES), "a function (world, steps)")
 
 
-def _callable(key: str, value: str, own: str, cure: str) -> Callable[..., Any]:
+def _callable(key: str, value: str, own: tuple[str, ...], cure: str) -> Callable[..., Any]:
     """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
     if references.is_reference(value):
         found = references.load(value, key)
     else:
-        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, (own,))
+        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, own)
     if not callable(found):
         raise TypeError(f"{key}={checks.shown(value)}: cannot be called; give {cure}")
     return found

@@ -302,7 +302,7 @@ class Controls {
       const isTyping = inputs.some((one) => one === document.activeElement && one.type === "number" && !one.dataset.sent);
       if (!this.isTouched(name) && !isTyping) show(values[name]);
       const [other, wanted] = control.only ? control.only.split("=") : [];
-      for (const input of inputs) input.disabled = Boolean(other) && String(values[other]) !== wanted;
+      for (const input of inputs) input.disabled = Boolean(other) && !wanted.split(",").includes(String(values[other]));
     }
   }
 

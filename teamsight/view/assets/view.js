@@ -276,6 +276,7 @@ function percept(layout, frame, slot) {
   const teammates = layout.teammates < 0 ? [] : channels[layout.teammates].sensed;
   const degree = degreeOf(group), found = { channels, teammates, degree };
   if (degree === "ring") found.ring = ring(teammates, group.awareness.delta);
+  if (degree === "nearest") found.nearest = teammates.slice(0, group.awareness.delta);
   if (degree === "shared" && layout.targets >= 0) {
     found.relayed = teammates.flatMap((mate) => sensed(layout, frame, layout.targets, mate.slot).map((target) => {
       const dx = mate.dx + target.dx, dy = mate.dy + target.dy, bearing = Math.atan2(dy, dx) - angleOf(frame, slot);
@@ -1357,6 +1358,13 @@ class Inspector {
     if (found.degree === "ring") {
       const note = section("Neighbours", count, count ? "not identified by the ring" : "");
       return [...this.ring(layout, group, one, found, measured), note, sensedTable(scene, teammates)];
+    }
+    if (found.degree === "nearest") {
+      const { nearest } = found, hidden = count - nearest.length;
+      return [
+        section(`Nearest, δ = ${group.awareness.delta}`, nearest.length, measured), sensedTable(scene, nearest),
+        soft(`Not identified.${hidden ? ` ${plural(hidden, "neighbour")} beyond them.` : ""}`),
+      ];
     }
     const parts = [section("Neighbours", count, measured), sensedTable(scene, teammates)];
     if (found.degree === "none") parts.push(soft("Its degree of awareness shows none of them."));

@@ -1,0 +1,199 @@
+"""An interaction in a world: its groups, its state, and how it is laid out for the compiled loop."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.engine.interaction_records import (
+    INTERACTION,
+    PARTAKER,
+    ROLE,
+    InteractionArrays,
+    PartakerArrays,
+    RoleArrays,
+)
+from teamsight.agents.group import Group
+from teamsight.core.kernel import Packed
+from teamsight.core.kernel.window import Integers
+from teamsight.world.interaction import (
+    Interacting,
+    InteractingBodies,
+    Interaction,
+    InteractionState,
+    Kinds,
+    bodies_type,
+    interacting_record,
+    sizes_type,
+)
+from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, key_within, stream_number
+
+Key = npt.NDArray[np.uint64]
+
+
+class PlacedInteraction:
+    """An interaction in a world.
+
+    Parameters
+    ----------
+    interaction : Interaction
+        The interaction.
+    groups : tuple of Group
+        The group of each role.
+    nth : int
+        Which of its class it is in its world, from 0; its random numbers depend on it.
+    key : ndarray, shape (2,), uint64
+        The key of the world's noise.
+
+    Attributes
+    ----------
+    state : InteractionState
+        Its state.
+    first : dict of (str, str) to ndarray
+        For each role and column, the values with which members begin a run.
+    """
+
+    def __init__(self, interaction: Interaction, groups: tuple[Group, ...], nth: int, key: Key) -> None:
+        self.interaction, self.groups, self.nth = interaction, groups, nth
+        self.parameters = np.array(interaction.parameters, float)
+        self.scores = np.zeros(len(interaction.scores))
+        self.key = np.zeros(2, np.uint64)
+        self.block = np.full(1, -1)
+        self.state: InteractionState
+        self.first: dict[tuple[str, str], npt.NDArray[Any]] = {}
+        self.begin(key)
+
+    @property
+    def name(self) -> str:
+        """The name of its class, for errors."""
+        return type(self.interaction).__name__
+
+    @property
+    def roles(self) -> dict[str, Group]:
+        """The group of each role."""
+        return dict(zip(self.interaction.roles, self.groups, strict=True))
+
+    @property
+    def sizes(self) -> Any:
+        """The number of bodies of each role, as a NamedTuple."""
+        return sizes_type(self.interaction.roles)(*map(len, self.groups))
+
+    def begin(self, key: Key) -> None:
+        """Begin to draw from the noise of a world with this key."""
+        self.key[:] = key_within(key, f"interaction {self.name} {self.nth}")
+        self.block[:] = -1
+
+    def restart(self, state: InteractionState, *, is_kept: bool) -> None:
+        """Go back to the start of a run; if arrays are kept, they are written instead of replaced."""
+        if is_kept and all(old.shape == new.shape for old, new in zip(self.state, state, strict=True)):
+            for old, new in zip(self.state, state, strict=True):
+                old[:] = new
+        else:
+            self.state = state
+        fills = {(role, name): fill for role, name, fill in self.interaction.columns}
+        for (role, name), first in self.first.items():
+            group = self.roles[role]
+            column, member = group.columns.array(name), group.bodies.member
+            # Those that came later begin as new ones do.
+            column[:] = fills[role, name]
+            known = member < len(first)
+            column[known] = first[member[known]]
+
+    @property
+    def kinds(self) -> Kinds:
+        """The columns of each role: name and type."""
+        declared = self.interaction.columns
+        return tuple(
+            (role, tuple((name, group.columns.array(name).dtype.str) for of, name, _ in declared if of == role))
+            for role, group in self.roles.items()
+        )
+
+    @property
+    def arrays(self) -> list[npt.NDArray[Any]]:
+        """The arrays that only its kernel writes: its state and its columns."""
+        roles = self.roles
+        return [*self.state, *(roles[role].columns.array(name) for role, name, _ in self.interaction.columns)]
+
+    def bind(self, partakers: dict[int, Packed[PartakerArrays]], first_score: int) -> Packed[InteractionArrays]:
+        """Return the record of the interaction; `partakers` are those of the groups, by number."""
+        kinds, roles = self.kinds, []
+        for role, group in enumerate(self.groups):
+            size = len(group)
+            lanes = -(-max(size, 1) // LANES) * LANES
+            members = np.zeros(lanes, np.int64)
+            members[:size] = group.bodies.member
+            noise = np.zeros((TICKS_A_BLOCK, self.interaction.draws, lanes))
+            stream = stream_number(Stream.INTERACTION, role)
+            roles.append(RoleArrays(
+                partakers[group.number], noise, members, stream, np.zeros(size), np.zeros(size, np.bool_)
+            ))  # fmt: skip
+        self.block[:] = -1
+        call = interacting_record(kinds).pack(self._call(kinds, partakers, roles))
+        turn, moves = _words(call, roles)
+        return INTERACTION.pack(InteractionArrays(
+            self.interaction.entry(kinds), call, call.words, turn, moves, self.interaction.in_turn, self.key,
+            self.block, [ROLE.pack(role) for role in roles], self.scores, first_score, np.zeros(0), np.zeros(2),
+        ))  # fmt: skip
+
+    def _call(
+        self, kinds: Kinds, partakers: dict[int, Packed[PartakerArrays]], roles: list[RoleArrays]
+    ) -> Interacting:
+        """Return the arguments of the kernel."""
+        record = interacting_record(kinds)
+        (bodies_kind, noise_kind) = (part.kind for part in (record.node.parts[0], record.node.parts[3]))
+        bodies = []
+        for (role, columns), group, written in zip(kinds, self.groups, roles, strict=True):
+            own, before = group.bodies, partakers[group.number].value.before
+            shown = InteractingBodies(
+                own.position, own.heading, before, own.moved, own.speed, own.active, written.reward, written.ended
+            )
+            bodies.append(bodies_type(role, columns)(*shown, *(group.columns.array(name) for name, _ in columns)))
+        noise = noise_kind(*(role.noise[0] for role in roles))
+        return Interacting(bodies_kind(*bodies), self.state, self.parameters, noise, self.scores, -1)
+
+
+def bind_partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
+    """Return the record of a group, given that of the loop, that takes part in an interaction."""
+    bodies, table = group.bodies, group.timetable
+    decided_at = np.zeros(0, np.int64) if table is None else table.decided_at
+    before = bodies.position.copy()
+    return PARTAKER.pack(PartakerArrays(record, group.number, before, bodies.reward, bodies.ended, decided_at))
+
+
+class Copies(NamedTuple):
+    """The arrays that a step with interactions writes, and room for copies of them; see `WorldArrays.copies`."""
+
+    arrays: list[npt.NDArray[Any]]
+    copies: list[npt.NDArray[Any]]
+
+    @classmethod
+    def of(cls, placed: list[PlacedInteraction]) -> Copies:
+        """Return those of all interactions of a world."""
+        groups = {group.number: group for one in placed for group in one.groups}.values()
+        arrays = [
+            *(array for one in placed for array in one.arrays),
+            *(array for group in groups for array in (group.bodies.speed, group.bodies.reward, group.bodies.ended)),
+        ]
+        # Two interactions may share a column.
+        arrays = list({array.ctypes.data: array for array in arrays if array.nbytes}.values())
+        return cls(arrays, [array.copy() for array in arrays])
+
+    @property
+    def rows(self) -> Integers:
+        """The rows of ``WorldArrays.copies``."""
+        rows = [
+            (array.ctypes.data, copy.ctypes.data, array.nbytes)
+            for array, copy in zip(self.arrays, self.copies, strict=True)
+        ]
+        return np.array(rows, np.int64).reshape(-1, 3)
+
+
+def _words(call: Packed[Any], roles: list[RoleArrays]) -> tuple[int, Integers]:
+    """Return the word of `turn` in the record of a call, and how the words of the noise depend on the tick."""
+    leaves = call.leaves
+    turn = next(leaf.slot for leaf in leaves if leaf.path == "turn")
+    noise = [leaf.slot for leaf in leaves if leaf.path.startswith("noise.")]
+    moves = [(slot, call.words[slot], role.noise[0].nbytes) for slot, role in zip(noise, roles, strict=True)]
+    return turn, np.array(moves, np.int64).reshape(-1, 3)
