@@ -85,7 +85,7 @@ def in_cells(arena: Arena, numbers: Points) -> Points:
             f"placement='cells': the centre {wrong} of a cell is outside {arena}; use a Box or a Torus whose sides are "
             "whole numbers"
         )
-    return places
+    return np.asarray(places)
 
 
 def _closest(arena: Arena, points: Points) -> float:

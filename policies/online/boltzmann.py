@@ -9,7 +9,7 @@ from teamsight.core.kernel import inlined
 
 
 @inlined
-def largest(values: Any) -> float:
+def largest(values: Any) -> Any:
     """Return the largest of some values."""
     best = values[0]
     for a in range(1, values.shape[0]):

@@ -11,12 +11,12 @@ from teamsight.core.kernel import inlined
 def is_within(offset: Any, k: int, depth: float) -> bool:
     """Whether neighbour `k` is in the square that reaches `depth` cells to each side."""
     # Half a cell of tolerance, so that rounding decides nothing.
-    return abs(offset[k, 0]) < depth + 0.5 and abs(offset[k, 1]) < depth + 0.5
+    return bool(abs(offset[k, 0]) < depth + 0.5 and abs(offset[k, 1]) < depth + 0.5)
 
 
 @inlined
 def closest(seen: Any, i: int, depth: float, fraction: float) -> int:
-    """Return the nearest neighbour of robot `i` within the depth, −1 if there is none; of equally near ones a random one.
+    """Return the nearest neighbour of robot `i` within the depth, a random one of equally near ones; −1 for none.
 
     Parameters
     ----------

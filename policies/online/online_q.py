@@ -92,7 +92,7 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
     return _decide
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class OnlineQ(CompiledPolicy):
     """One-step Q-learning with a table for each robot, on a lattice: the base class of online learners.
 
@@ -177,8 +177,10 @@ class OnlineQ(CompiledPolicy):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        own = (self.learning_rate, self.discount, self.temperature, self.values_ends, self.average_every, self.one_table)
-        return *map(float, own), *self.row_parameters
+        numbers = (self.learning_rate, self.discount, self.temperature)
+        return (
+            *numbers, float(self.values_ends), float(self.average_every), float(self.one_table), *self.row_parameters,
+        )  # fmt: skip
 
     @property
     def is_sound(self) -> bool:

@@ -14,7 +14,9 @@ def within(offset: Any, depth: float) -> bool:
 
 def closest(seen: Any, depth: float, number: float) -> Any:
     """The offset of the nearest neighbour within the depth; of equally near ones, in their order, the one drawn."""
-    near = [(float(far), offset) for far, offset in zip(seen.distance, seen.offset, strict=True) if within(offset, depth)]
+    near = [
+        (float(far), offset) for far, offset in zip(seen.distance, seen.offset, strict=True) if within(offset, depth)
+    ]
     if not near:
         return None
     least = min(far for far, _ in near)

@@ -55,7 +55,9 @@ class Game:
     def step(self, hunters: Sequence[int], prey: Sequence[int]) -> set[int]:
         """Make a step; the hunters that captured, which stand elsewhere now."""
         kind = {"joint": self.joint, "torus": self.torus}
-        self.hunters = [moved(place, m, self.side, torus=self.torus) for place, m in zip(self.hunters, hunters, strict=True)]
+        self.hunters = [
+            moved(place, m, self.side, torus=self.torus) for place, m in zip(self.hunters, hunters, strict=True)
+        ]
         found = set() if self.joint else captors(self.hunters, self.prey, self.side, **kind)
         self.prey = [moved(place, m, self.side, torus=self.torus) for place, m in zip(self.prey, prey, strict=True)]
         found = found or captors(self.hunters, self.prey, self.side, **kind)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def _reaches(hunters: Any, i: int, prey: Any, j: int, parameters: Any) -> bool:
     x = _across(hunters.position[i, 0] - prey.position[j, 0], parameters[_WIDTH], parameters[_IS_TORUS])
     y = _across(hunters.position[i, 1] - prey.position[j, 1], parameters[_HEIGHT], parameters[_IS_TORUS])
     # Half a cell of tolerance, so that rounding decides nothing.
-    return max(x, y) < parameters[_REACH] + 0.5
+    return bool(max(x, y) < parameters[_REACH] + 0.5)
 
 
 @inlined
@@ -60,18 +60,22 @@ def _place(hunters: Any, i: int, parameters: Any, noise: Any) -> None:
 
 
 @inlined
+def _put_back(bodies: Any, i: int) -> None:
+    bodies.position[i, 0] = bodies.before[i, 0]
+    bodies.position[i, 1] = bodies.before[i, 1]
+
+
+@inlined
 def _begin_anew(hunters: Any, prey: Any, parameters: Any, noise: Any) -> None:
     """Place the hunters that captured in the last step, and leave all others where they were before this one."""
     for i in range(hunters.position.shape[0]):
         if hunters.captures[i] > 0:
             _place(hunters, i, parameters, noise)
         else:
-            hunters.position[i, 0] = hunters.before[i, 0]
-            hunters.position[i, 1] = hunters.before[i, 1]
+            _put_back(hunters, i)
         hunters.captures[i] = 0
     for j in range(prey.position.shape[0]):
-        prey.position[j, 0] = prey.before[j, 0]
-        prey.position[j, 1] = prey.before[j, 1]
+        _put_back(prey, j)
 
 
 @inlined
@@ -87,7 +91,11 @@ def _capture(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, 
     hunters, prey = bodies.hunters, bodies.prey
     counts = state.ints[0]
     counts[_CALL] += 1
-    if counts[_IS_RESTART] == 0 and counts[_CAPTURED] == 0:
+    if counts[_CAPTURED] > 0:
+        # The hunters have captured: prey do not move any more in this trial.
+        for j in range(prey.position.shape[0]):
+            _put_back(prey, j)
+    elif counts[_IS_RESTART] == 0:
         counts[_CAPTURED] = _check(hunters, prey, parameters)
     if counts[_CALL] < parameters[_CALLS]:
         return
@@ -122,9 +130,9 @@ RULES = {"alone": Rule(1, 0, in_turn=True), "pair": Rule(2, 1, in_turn=False)}
 class Capture(Interaction):
     """Hunters capture prey on a grid, and those that did begin anew at random cells.
 
-    With the rule "alone" hunters move, those in a prey's cell capture it, prey move, and hunters whose cell a prey has
-    entered capture it. With "pair" all move at once, and then two hunters in or next to the cell of a prey, diagonals
-    included, capture it.
+    With the rule "alone" hunters move, and those in a prey's cell capture it; if there are none, prey move, and hunters
+    whose cell a prey has entered capture it. With "pair" all move at once, and then two hunters in or next to the cell
+    of a prey, diagonals included, capture it. The world must have the hunters before the prey.
 
     A capture ends the trial of all hunters. The next step begins another: hunters that captured are placed at random,
     nobody else moves, and no action counts. So robots perceive how a trial ended, as with Gymnasium's next-step
@@ -168,7 +176,7 @@ class Capture(Interaction):
     roles = ("hunters", "prey")
     scores = ("captures", "trial_steps")
     draws = 2
-    columns: ClassVar[Any] = {"hunters": {"captures": 0}}
+    columns = (("hunters", "captures", 0),)
     kernel = _capture
 
     def __post_init__(self) -> None:

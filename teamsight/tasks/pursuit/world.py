@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
@@ -47,7 +47,7 @@ class Pursuit(World):
         The side of the grid [cells]; by default 10.
     depth : int
         Hunters sense prey in a square of this many cells to each side; by default 4.
-    mate_depth : int, optional
+    teammate_depth : int, optional
         They perceive teammates, as their degree of awareness allows, in a square of this many; by default `depth`.
     rule : {"alone", "pair"}
         Who captures; see `Capture`. By default "alone".
@@ -88,7 +88,7 @@ class Pursuit(World):
         side: int = 10,
         *,
         depth: int = 4,
-        mate_depth: int | None = None,
+        teammate_depth: int | None = None,
         rule: str = "alone",
         torus: bool = False,
         policy: PolicyLike = "lattice-walk",
@@ -104,8 +104,8 @@ class Pursuit(World):
         checks.choice("rule", rule, RULES)
         checks.count("scouts", scouts, least=0)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
-        mates = _range("mate_depth", depth if mate_depth is None else mate_depth, side)
-        common = {"awareness": awareness, "awareness_range": mates, "speed": 1.0, "placement": "cells"}
+        near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
+        common: dict[str, Any] = {"awareness": awareness, "awareness_range": near, "speed": 1.0, "placement": "cells"}
         self._hunters = self.add(
             Hunter, hunters, policy=policy, sensing_range=_range("depth", depth, side), name="hunters", **common
         )
