@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from teamsight.policies.eager.tabular import TabularQ
     from teamsight.policies.evolved.policy import Evolved
     from teamsight.policies.handmade.a_cmommt import ACmommt
+    from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
     from teamsight.policies.handmade.evasive import Evasive
+    from teamsight.policies.handmade.p_cmommt import PCmommt
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.seek_charger import SeekCharger
     from teamsight.policies.handmade.stationary import Stationary
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
+    "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -53,6 +56,7 @@ _HOMES = {
     "PolicyArrays": "teamsight.policies.interface",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
+    "PCmommt": "teamsight.policies.handmade.p_cmommt",
     "Percept": "teamsight.policies.interface",
     "PerceptOfOne": "teamsight.policies.percept_of_one",
     "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
@@ -70,10 +74,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LatticeWalk",
-    "LazyQ", "LazyRegression", "LinearQ", "NeighbourList", "OnlineQ", "Percept", "PerceptOfOne", "PessimisticLazyQ",
-    "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary",
-    "TabularQ", "check_policy", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
+    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
+    "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
+    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -43,8 +43,7 @@ class PreyQ(OnlineQ):
     Parameters
     ----------
     depth : int, default 4
-        Prey is sensed in a square of this many cells to each side. The sensing range must cover the square: more than
-        √2 times the depth.
+        Prey is sensed in a square of this many cells to each side: the sensing range, with ``range_shape="square"``.
     reach : int, default 0
         Cells to each side for which the table has rows, at least the depth, which 0 stands for. Larger for reported
         prey.

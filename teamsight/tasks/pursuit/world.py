@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from teamsight.agents.body import Body
@@ -105,7 +104,7 @@ class Pursuit(World):
         checks.count("scouts", scouts, least=0)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
-        common: dict[str, Any] = {"awareness": awareness, "awareness_range": near, "speed": 1.0, "placement": "cells"}
+        common: dict[str, Any] = {"awareness": awareness, "awareness_range": near, "speed": 1.0, "placement": "cells", "range_shape": "square"}
         self._hunters = self.add(
             Hunter, hunters, policy=policy, sensing_range=_range("depth", depth, side), name="hunters", **common
         )
@@ -129,7 +128,5 @@ class Pursuit(World):
 
 
 def _range(name: str, depth: int, side: int) -> float:
-    """Return the range that covers a square of cells."""
-    checks.count(name, depth, least=0, most=side)
-    # A little more than to the corners of the square; policies leave out what is beyond its sides.
-    return 1.01 * math.sqrt(2.0) * depth
+    """Return the range that reaches so many cells to each side."""
+    return float(checks.count(name, depth, most=side))
