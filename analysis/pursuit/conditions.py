@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from teamsight.policies.online.prey_q import PreyQ
@@ -53,8 +53,8 @@ def _joint(prey: int, depth: int = 4, **world: Any) -> dict[str, Any]:
     return {"hunters": 2, "prey": prey, "depth": depth, "rule": "pair", **world}
 
 
-_REPORTED = {"awareness": "shared", "teammate_depth": _EVERYWHERE}
-_SEEN = {"awareness": "pairwise"}
+_REPORTED: dict[str, Any] = {"awareness": "shared", "teammate_depth": _EVERYWHERE}
+_SEEN: dict[str, Any] = {"awareness": "pairwise"}
 
 
 def _conditions() -> dict[str, Condition]:

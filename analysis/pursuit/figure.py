@@ -72,7 +72,7 @@ def _draw_curves(axes: Axes, table: pd.DataFrame) -> None:
         for value in settled:
             axes.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     axes.set_ylim(bottom=0)
-    axes.legend(frameon=False)
+    _legend(axes)
 
 
 def _draw_gains(axes: Axes, table: pd.DataFrame) -> None:
@@ -84,7 +84,12 @@ def _draw_gains(axes: Axes, table: pd.DataFrame) -> None:
         names = (f"2/2 joint{suffix}", f"2/2 joint passive{suffix}")
         if have.issuperset(names):
             _band(axes, gains(table, *names)[:, : _TRIALS // BLOCK], colour, f"d = {depth}")
-    axes.legend(frameon=False)
+    _legend(axes)
+
+
+def _legend(axes: Axes) -> None:
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(frameon=False)
 
 
 def _band(axes: Axes, curves: Floats, colour: str, label: str) -> None:

@@ -55,17 +55,15 @@ def rows(table: pd.DataFrame) -> list[Row]:
 def _row(value: PaperValue, runs: pd.DataFrame) -> Row:
     found = runs[value.phase].to_numpy(float)
     mean = float(found.mean())
-    halves = [interval_of(found, level).high - mean for level in (LEVEL, 0.95)]
+    half90, half95 = (interval_of(found, level).high - mean for level in (LEVEL, 0.95))
     own = found.std(ddof=1) / math.sqrt(len(found)) if len(found) > 1 else math.inf
     his, his_freedom = _error(value)
     wide = _half_width(own, len(found) - 1, his, his_freedom)
     difference = mean - value.steps
     low, high = difference - wide, difference + wide
-    if low > 0.0 or high < 0.0:
-        verdict = DIFFERS
-    else:
-        verdict = AGREES if wide <= WIDEST * value.steps else UNDECIDED
-    return Row(value, mean, *halves, difference, low, high, verdict)
+    is_narrow = wide <= WIDEST * value.steps
+    verdict = DIFFERS if low > 0.0 or high < 0.0 else AGREES if is_narrow else UNDECIDED
+    return Row(value, mean, half90, half95, difference, low, high, verdict)
 
 
 def _error(value: PaperValue) -> tuple[float, float]:

@@ -16,8 +16,8 @@ from teamsight.analysis.pursuit.trials import SETTLED
 _INFERRED = (
     "Tan does not say in which order agents move, what “next to” means, what a move against the wall does, or how the "
     "last step of a trial is valued. These are our inferences. Hunters move first where one captures, all move at once "
-    "where two must; diagonals are next to a cell; a move against the wall is lost: so random hunters need as many steps "
-    "as his. The value of what is perceived at a capture is that of any other perception, as his formula reads."
+    "where two must; diagonals are next to a cell; a move against the wall is lost: so random hunters need as many "
+    "steps as his. The value of what is perceived at a capture counts like any other, as his formula reads."
 )
 
 
@@ -67,18 +67,18 @@ def summary(table: pd.DataFrame) -> list[str]:
 
 
 def _counts(ledger: Sequence[Row]) -> str:
-    count = {name: sum(row.verdict == name for row in ledger) for name in (AGREES, DIFFERS, UNDECIDED)}
-    return f"Of {len(ledger)} values of Tan {count[AGREES]} agree, {count[DIFFERS]} differ, {count[UNDECIDED]} are undecided."
+    agree, differ, open_ = (sum(row.verdict == name for row in ledger) for name in (AGREES, DIFFERS, UNDECIDED))
+    return f"Of {len(ledger)} values of Tan {agree} agree, {differ} differ, {open_} are undecided."
 
 
 def _conditions(plan: Plan) -> str:
     return (
-        f"{plan.runs} runs of each condition, root seed {plan.seed}. Values are mean steps of a trial: for training over "
-        f"its last {SETTLED} trials, for tests over {plan.tests} trials of the greedy policy. Intervals of values are "
-        "Student's, 90 % as Tan gives them, and 95 %. A difference is given with Welch's 95 % interval: a value agrees if "
-        f"that contains 0 and reaches at most {WIDEST:.0%} of the value to either side, is undecided if it contains 0 and "
-        "is wider, and differs otherwise. Random hunters of Tan are a mean over 200 trials, and values of his figures, and "
-        "of learners in Table 1, have no interval: there only ours counts."
+        f"{plan.runs} runs of each condition, root seed {plan.seed}. Values are mean steps of a trial: for training "
+        f"over its last {SETTLED} trials, for tests over {plan.tests} trials of the greedy policy. Intervals of values "
+        "are Student's, 90 % as Tan gives them, and 95 %. A difference has Welch's 95 % interval: a value agrees if "
+        f"that contains 0 and reaches at most {WIDEST:.0%} of the value to either side, is undecided if it contains 0 "
+        "and is wider, and differs otherwise. Tan's random hunters are a mean over 200 trials. Values of his figures, "
+        "and of learners in his Table 1, have no interval: there only ours counts."
     )
 
 

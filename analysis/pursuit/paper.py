@@ -1,4 +1,4 @@
-"""What Tan (1993) reports: the 28 values of his Tables 1 to 3, and the nine where the runs of Figures 7 and 8 settle."""
+"""What Tan (1993) reports: the 28 values of his Tables 1 to 3, and where the nine runs of Figures 7 and 8 settle."""
 
 from __future__ import annotations
 

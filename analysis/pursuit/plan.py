@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from teamsight.analysis.pursuit.conditions import CONDITIONS
-from teamsight.analysis.pursuit.trials import Learning
+from teamsight.analysis.pursuit.trials import BLOCK, Learning
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
@@ -54,7 +54,7 @@ class Plan:
 
         for name in self.names:
             condition = CONDITIONS[name]
-            trials = max(int(self.share * condition.trials), 1)
+            trials = max(int(self.share * condition.trials), BLOCK)
             steps = trials * _STEPS[condition.world["rule"] == "pair"]
             for replicate in range(self.runs):
                 seed = run_seed(self.seed, replicate)

@@ -104,7 +104,10 @@ class Pursuit(World):
         checks.count("scouts", scouts, least=0)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
-        common: dict[str, Any] = {"awareness": awareness, "awareness_range": near, "speed": 1.0, "placement": "cells", "range_shape": "square"}
+        common: dict[str, Any] = {
+            "awareness": awareness, "awareness_range": near, "range_shape": "square", "speed": 1.0,
+            "placement": "cells",
+        }  # fmt: skip
         self._hunters = self.add(
             Hunter, hunters, policy=policy, sensing_range=_range("depth", depth, side), name="hunters", **common
         )
