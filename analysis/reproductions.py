@@ -45,4 +45,8 @@ class Request:
 Reproduce = Callable[[Request, "WorkerPool", "Watch"], Sequence[str]]
 
 #: The reproductions by the name of the task, but for CMOMMT's, which is `teamsight.analysis.paper.reproduce`.
-REPRODUCTIONS: Registry[Reproduce] = Registry({})
+REPRODUCTIONS: Registry[Reproduce] = Registry(
+    {
+        "pursuit": "teamsight.analysis.pursuit.reproduce:reproduce",
+    }
+)

@@ -79,7 +79,7 @@ class DeltaSettings(Settings):
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
         if self.task:
-            task_options.check(self, (*_OF_CMOMMT, "awareness_range"))
+            task_options.check(self, (*_OF_CMOMMT, "awareness_range", "range_shape"))
         else:
             task_options.check(self, ())
         self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
