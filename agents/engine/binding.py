@@ -19,6 +19,7 @@ from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
 from teamsight.agents.engine.interaction_records import InteractionArrays
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS, bind_columns
 from teamsight.agents.engine.placed_interaction import Copies, bind_partaker
 from teamsight.agents.engine.records import (
     GROUP,
@@ -78,6 +79,7 @@ class Binding:
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
         self._relays = relays_of(groups, data.moment)
+        self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
@@ -114,6 +116,8 @@ class Binding:
             list(self._partakers.values()),
             stretch.scores.array,
             self._copies.rows,
+            SHOW_COLUMNS if self._columns else None,
+            self._columns,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -234,6 +238,11 @@ class Binding:
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows
+
+    def show_columns(self) -> None:
+        """Show policies the columns that they read as they are now."""
+        if self._columns:
+            SHOW_COLUMNS(self._columns)
 
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""
