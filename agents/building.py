@@ -63,6 +63,7 @@ class Plan(NamedTuple):
     sensing_range: npt.ArrayLike
     awareness_range: npt.ArrayLike
     cycle: Cycle
+    range_shape: str = "disc"
 
 
 class _GroupToBe(Group[A]):
@@ -85,7 +86,9 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
-    group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
+    group = _GroupToBe(
+        name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host, plan.range_shape
+    )
     check_needs(group)
     group.founders, group.first_abilities = [founders], abilities
     group.time = data.time

@@ -50,6 +50,7 @@ Floats = npt.NDArray[np.float64]
 
 @refusing(
     team="give the team when a group is added, as in world.add(…, team='rivals')",
+    range_shape="give the shape when a group is added, as in world.add(…, range_shape='square')",
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
@@ -112,8 +113,9 @@ class Group(Deciding, Generic[A]):
         policy: Policy | Rule,
         awareness: Awareness,
         host: Host,
+        range_shape: str = "disc",
     ) -> None:
-        self.name, self.number, self._team = name, number, team
+        self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
@@ -205,6 +207,11 @@ class Group(Deciding, Generic[A]):
     def team(self) -> str | None:
         """Groups of the same team are teammates. It cannot be changed."""
         return self._team
+
+    @property
+    def range_shape(self) -> str:
+        """The shape of all its ranges: "disc", or "square" with sides along the axes. It cannot be changed."""
+        return self._range_shape
 
     @property
     def members_so_far(self) -> int:

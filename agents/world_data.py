@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,8 @@ from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.policies.interface import PolicyState
 from teamsight.world.arena import Arena
+from teamsight.world.interaction import InteractionState
+from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import key_of
@@ -91,9 +93,12 @@ class WorldData:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""
         return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
 
-    def first_states(self) -> list[Any]:
-        """Return the state of each group's policy before its first decision; see `first_state`."""
-        return [first_state(group.rules[0], len(group)) for group in self.groups]
+    def first_states(self) -> FirstStates:
+        """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""
+        return FirstStates(
+            [first_state(group.rules[0], len(group)) for group in self.groups],
+            [start_of_interaction(one.interaction, one.sizes) for one in self.interactions],
+        )
 
     @property
     def is_rewritable(self) -> bool:
@@ -101,15 +106,17 @@ class WorldData:
 
         The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
         """
-        return not is_watched(self.arena) and all(map(_is_shipped, self.groups))
+        if is_watched(self.arena) or not all(map(_is_shipped, self.groups)):
+            return False
+        return all(type(one.interaction).__module__.startswith("teamsight.") for one in self.interactions)
 
-    def restart(self, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
+    def restart(self, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Put all groups back to the start of a run: one of `start`, with the `states` of `first_states`.
 
         If the arrays are kept, which needs a world that `is_rewritable`, they are written instead of replaced.
         """
         first = 0
-        for group, state in zip(self.groups, states, strict=True):
+        for group, state in zip(self.groups, states.policies, strict=True):
             last = first + group.members_so_far
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
@@ -118,6 +125,15 @@ class WorldData:
                     old[:] = new
             else:
                 group.begin(state)
+        for one, begun in zip(self.interactions, states.interactions, strict=True):
+            one.restart(begun, is_kept=is_kept)
+
+
+class FirstStates(NamedTuple):
+    """The states with which a run begins: of each group's policy, and of each interaction."""
+
+    policies: list[Any]
+    interactions: list[InteractionState]
 
 
 def _is_shipped(group: Group) -> bool:

@@ -21,8 +21,10 @@ if TYPE_CHECKING:
     from teamsight.policies.eager.tabular import TabularQ
     from teamsight.policies.evolved.policy import Evolved
     from teamsight.policies.handmade.a_cmommt import ACmommt
+    from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
     from teamsight.policies.handmade.evasive import Evasive
+    from teamsight.policies.handmade.p_cmommt import PCmommt
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.seek_charger import SeekCharger
     from teamsight.policies.handmade.stationary import Stationary
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
+    "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -48,6 +51,7 @@ _HOMES = {
     "PolicyArrays": "teamsight.policies.interface",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
+    "PCmommt": "teamsight.policies.handmade.p_cmommt",
     "Percept": "teamsight.policies.interface",
     "PerceptOfOne": "teamsight.policies.percept_of_one",
     "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
@@ -66,8 +70,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
-    "LazyRegression", "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
+    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
+    "LazyRegression", "LinearQ", "NeighbourList", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
     "PolicyArrays", "PolicyState", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "TabularQ",
     "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip

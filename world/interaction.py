@@ -90,6 +90,30 @@ def bodies_type(role: str, columns: tuple[tuple[str, str], ...]) -> Any:
     return NamedTuple(f"{role.capitalize()}Bodies", [*inherited, *own])  # type: ignore[misc]
 
 
+def first_state(interaction: Interaction, sizes: Any) -> InteractionState:
+    """Return the state of an interaction before the first step, checked.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `start` returns anything but an `InteractionState` of two tables.
+    """
+    name = f"{type(interaction).__name__}.start"
+    state = interaction.start(sizes)
+    if not isinstance(state, InteractionState):
+        raise TypeError(f"{name}: returned {type(state).__name__}; it must return InteractionState(floats, ints)")
+    for part, array, dtype in zip(state._fields, state, (np.float64, np.int64), strict=True):
+        if not isinstance(array, np.ndarray) or array.dtype != dtype:
+            kind = getattr(array, "dtype", type(array).__name__)
+            raise TypeError(f"{name}: its {part} have the type {kind}; they must be an array of {np.dtype(dtype)}")
+        if array.ndim != 2:
+            raise ValueError(f"{name}: its {part} have the shape {array.shape}; they must be (rows, fields)")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name}: its {part} are not finite; begin with finite numbers")
+    # Copies: the kernel writes into them, and `start` may return the same arrays each time.
+    return InteractionState(np.array(state.floats, order="C"), np.array(state.ints, order="C"))
+
+
 @cache
 def sizes_type(roles: tuple[str, ...]) -> Any:
     """Return the NamedTuple of the numbers of bodies of these roles."""

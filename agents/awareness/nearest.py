@@ -49,7 +49,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
         for slot in range(min(end - first, int(parameters[0]))):
             k = next_nearest(seen, first, end, k)
             at = OWN_SECTORS + SIGMA * slot
-            row[at] = seen.distance[k] / scene.awareness_range[i]
+            row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
             row[at + 1] = bearing_of(seen, k, scene.heading[i, 0], scene.heading[i, 1])
 
 

@@ -41,7 +41,7 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
         heading_y = scene.heading[i, 1]
         for k in range(seen.start[i], seen.start[i + 1]):
             at = OWN_SECTORS + SIGMA * slot_of(scene.place[k], scene.first + i)
-            row[at] = seen.distance[k] / scene.awareness_range[i]
+            row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
             row[at + 1] = bearing_of(seen, k, heading_x, heading_y)
 
 

@@ -46,6 +46,8 @@ from teamsight.policies.compiled import CompiledPolicy, Decision, pack_decision
 from teamsight.policies.interface import Action, PolicyState
 from teamsight.world.motion import advance_entry, is_watched, pack_move
 from teamsight.world.noise import Stream, stream_number
+from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.region import region_of
 
 
 class Binding:
@@ -219,9 +221,9 @@ class Binding:
 
     def _interactions(self) -> list[Packed[InteractionArrays]]:
         """Bind the interactions; their scores follow each other."""
-        records, first = [], 0
+        records, first, region = [], 0, region_of(self._data.arena)
         for one in self._data.interactions:
-            records.append(one.bind(self._partakers, first))
+            records.append(one.bind(self._partakers, region, first))
             first += len(one.scores)
         return records
 
@@ -292,7 +294,9 @@ def _side(relation: Relation) -> str | int:
 
 def _team_group(group: Group) -> Packed[TeamGroup]:
     first = group.relations["teammates"].first[group.number]
-    return TEAM_GROUP.pack(TeamGroup(first, group.bodies.heading, group.ranges[0], group.room("targets")))
+    return TEAM_GROUP.pack(TeamGroup(
+        first, group.bodies.heading, group.ranges[0], group.room("targets"), farthest_of(group.range_shape)
+    ))  # fmt: skip
 
 
 def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
@@ -304,7 +308,7 @@ def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGro
     scene = Scene(
         group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
-        teammates.first[group.number] if teammates else 0, team,
+        teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
     )  # fmt: skip
     perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)
     return Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)

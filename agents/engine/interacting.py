@@ -58,13 +58,13 @@ def _draw(address: int, tick: int) -> None:
 
 
 @kernel
-def _fault(address: int, i: int, found: Any) -> int:
+def _fault(address: int, i: int, region: Any, found: Any) -> int:
     """Return what is wrong with a body of a role after a call; 0 for nothing. What is wrong is written to `found`."""
     role = role_at(address)
     move = move_at(group_at(partaker_at(role.partaker).group).move)
     found[0] = move.position[i, 0]
     found[1] = move.position[i, 1]
-    if not is_in_region(move.box, found):
+    if not is_in_region(region, found[0], found[1]):
         return BAD_POSITION
     x = move.heading[i, 0]
     y = move.heading[i, 1]
@@ -123,7 +123,7 @@ def _interact(address: int, number: int, turn: int) -> int:
         role = role_at(here.roles[r])
         partaker = partaker_at(role.partaker)
         for i in range(role.reward.shape[0]):
-            what = _fault(here.roles[r], i, here.found)
+            what = _fault(here.roles[r], i, here.region, here.found)
             if what != 0:
                 progress.what = what
                 progress.need = r

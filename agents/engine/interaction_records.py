@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record
+from teamsight.world.region import Region
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -86,8 +87,8 @@ class InteractionArrays(NamedTuple):
         The scores of this step.
     first_score : int
         The column of the first of them among those of the world.
-    region : ndarray, shape (words,), float64
-        Where bodies must be; see `teamsight.world.region`.
+    region : Region
+        Where bodies must be.
     found : ndarray, shape (2,), float64
         What is wrong, after a call that left something wrong.
     """
@@ -103,7 +104,7 @@ class InteractionArrays(NamedTuple):
     roles: list[Packed[RoleArrays]]
     scores: Annotated[Floats, "scores"]
     first_score: int
-    region: Annotated[Floats, "region"]
+    region: Region
     found: Annotated[Floats, 2]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from teamsight.agents.engine.interaction_records import (
     PartakerArrays,
     RoleArrays,
 )
+from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
 from teamsight.core.kernel import Packed
 from teamsight.core.kernel.window import Integers
@@ -25,12 +27,22 @@ from teamsight.world.interaction import (
     InteractionState,
     Kinds,
     bodies_type,
+    first_state,
     interacting_record,
     sizes_type,
 )
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, key_within, stream_number
+from teamsight.world.region import Region
 
 Key = npt.NDArray[np.uint64]
+
+
+class InteractionSaved(NamedTuple):
+    """What changes of an interaction in a run; see `PlacedInteraction`."""
+
+    described: tuple[Any, ...]
+    state: InteractionState
+    first: dict[tuple[str, str], npt.NDArray[Any]]
 
 
 class PlacedInteraction:
@@ -61,9 +73,15 @@ class PlacedInteraction:
         self.scores = np.zeros(len(interaction.scores))
         self.key = np.zeros(2, np.uint64)
         self.block = np.full(1, -1)
-        self.state: InteractionState
+        self.state = first_state(interaction, self.sizes)
         self.first: dict[tuple[str, str], npt.NDArray[Any]] = {}
         self.begin(key)
+
+    @property
+    def described(self) -> tuple[Any, ...]:
+        """What it is and between whom; equal for the same interaction in a world that was built in the same way."""
+        groups = tuple(group.name for group in self.groups)
+        return self.name, self.interaction.roles, groups, tuple(self.parameters.tolist()), self.interaction.scores
 
     @property
     def name(self) -> str:
@@ -101,6 +119,28 @@ class PlacedInteraction:
             known = member < len(first)
             column[known] = first[member[known]]
 
+    def saved(self) -> InteractionSaved:
+        """Return what changes in a run, as it is."""
+        return InteractionSaved(self.described, self.state, self.first)
+
+    def put_back(self, saved: InteractionSaved) -> None:
+        """Go back to what was saved."""
+        self.state, self.first = saved.state, saved.first
+
+    def _note_first(self) -> None:
+        """Note with which values members begin that have come since."""
+        fills = {(role, name): fill for role, name, fill in self.interaction.columns}
+        for (role, name), first in self.first.items():
+            group = self.roles[role]
+            column, member, known = group.columns.array(name), group.bodies.member, len(first)
+            if group.members_so_far == known:
+                continue
+            longer = np.full(group.members_so_far, fills[role, name], column.dtype)
+            kept = min(known, len(longer))
+            longer[:kept] = first[:kept]
+            longer[member[member >= known]] = column[member >= known]
+            self.first[role, name] = longer
+
     @property
     def kinds(self) -> Kinds:
         """The columns of each role: name and type."""
@@ -116,8 +156,11 @@ class PlacedInteraction:
         roles = self.roles
         return [*self.state, *(roles[role].columns.array(name) for role, name, _ in self.interaction.columns)]
 
-    def bind(self, partakers: dict[int, Packed[PartakerArrays]], first_score: int) -> Packed[InteractionArrays]:
+    def bind(
+        self, partakers: dict[int, Packed[PartakerArrays]], region: Region, first_score: int
+    ) -> Packed[InteractionArrays]:
         """Return the record of the interaction; `partakers` are those of the groups, by number."""
+        self._note_first()
         kinds, roles = self.kinds, []
         for role, group in enumerate(self.groups):
             size = len(group)
@@ -134,7 +177,7 @@ class PlacedInteraction:
         turn, moves = _words(call, roles)
         return INTERACTION.pack(InteractionArrays(
             self.interaction.entry(kinds), call, call.words, turn, moves, self.interaction.in_turn, self.key,
-            self.block, [ROLE.pack(role) for role in roles], self.scores, first_score, np.zeros(0), np.zeros(2),
+            self.block, [ROLE.pack(role) for role in roles], self.scores, first_score, region, np.zeros(2),
         ))  # fmt: skip
 
     def _call(
@@ -152,6 +195,24 @@ class PlacedInteraction:
             bodies.append(bodies_type(role, columns)(*shown, *(group.columns.array(name) for name, _ in columns)))
         noise = noise_kind(*(role.noise[0] for role in roles))
         return Interacting(bodies_kind(*bodies), self.state, self.parameters, noise, self.scores, -1)
+
+
+def check_interactions(saved: Sequence[InteractionSaved], present: Sequence[PlacedInteraction]) -> None:
+    """Refuse saved interactions that are not those of a world."""
+    theirs, mine = [one.described for one in saved], [one.described for one in present]
+    if theirs != mine:
+        shown = [", ".join(f"{one[0]} of {' and '.join(one[2])} {one[3]}" for one in all_) for all_ in (theirs, mine)]
+        raise ValueError(
+            f"restore(…): the state is of a world with the interactions {shown[0] or 'none'}, and this one has "
+            f"{shown[1] or 'none'}; restore it in a world built in the same way"
+        )
+    for one, other in zip(saved, present, strict=True):
+        # The number of rows may depend on how many bodies there were.
+        if [table.shape[1] for table in one.state] != [table.shape[1] for table in other.state]:
+            raise ValueError(
+                f"restore(…): the interaction {other.name} has the state {layout(one.state)}, and here "
+                f"{layout(other.state)}; restore it in a world whose interactions have the same options"
+            )
 
 
 def bind_partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:

@@ -100,10 +100,14 @@ class ContactLog(EventSource):
         return self._its_group().channels[self.channel].counts
 
     @property
+    def rows(self) -> Integers:
+        """What was logged so far, shape (k, 4), with the columns `COLUMNS`: a view that the next steps may change."""
+        return self._watcher.rows[: self._watcher.length[0]]
+
+    @property
     def contacts(self) -> Contacts:
         """What was logged so far."""
-        watcher = self._watcher
-        rows = watcher.rows[: watcher.length[0]].copy()
+        watcher, rows = self._watcher, self.rows.copy()
         return Contacts(rows[:, 0], rows[:, 1] != 0, rows[:, 2], rows[:, 3], watcher.since, self.world.tick)
 
 

@@ -18,6 +18,9 @@ from teamsight.core.buffer import Buffer
 _EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
 _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
+#: The columns of every world, before the scores of its interactions.
+COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
+
 Integers = npt.NDArray[np.int64]
 
 
@@ -142,11 +145,12 @@ class Stretch:
         return self._columns(self.buffer.array[rows]) | scores
 
     def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
-        return {
-            "observed": _divided(self._observed_of(rows), self._targets_of(rows)),
-            "mean_neighbours": _divided(self._edges_of(rows), self._robots_of(rows)),
-            "max_neighbours": rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
-        }
+        values = (
+            _divided(self._observed_of(rows), self._targets_of(rows)),
+            _divided(self._edges_of(rows), self._robots_of(rows)),
+            rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
+        )
+        return dict(zip(COLUMNS, values, strict=True))
 
     def running_fraction(self, before: Totals, first: int, last: int) -> npt.NDArray[np.float64]:
         """Return the observed fraction after each row from `first` to before `last`, and all `before`."""

@@ -26,6 +26,7 @@ from teamsight.cli import (
     status,
     submit,
     sweep,
+    tasks,
     unreliable,
     verify,
     watch,
@@ -57,6 +58,7 @@ def commands() -> None:
 
     \b
       teamsight demo                                 two teams side by side, in the browser
+      teamsight watch                                a team in the browser, with controls
       teamsight run --robots 10 --radius 5           one world: how much does the team observe?
       teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
       teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute
@@ -102,6 +104,7 @@ add_command(commands, schema.schema, schema.SchemaSettings)
 add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
+add_command(commands, tasks.tasks, tasks.TasksSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)
 add_command(commands, watch.watch, watch.WatchSettings)

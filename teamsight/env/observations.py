@@ -108,9 +108,9 @@ def _show_nearest(address: int) -> int:
         row = situation[i]
         heading = scene.heading[i]
         edges = (scene.targets.start[i], scene.targets.start[i + 1])
-        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i])
+        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i] * scene.farthest)
         at = PER_BODY * targets
-        reach = scene.awareness_range[i]
+        reach = scene.awareness_range[i] * scene.farthest
         if parameters[3] > 0.0:
             edges = (scene.teammates.start[i], scene.teammates.start[i + 1])
             _list_nearest(row, at, teammates, heading, scene.teammates, edges, reach)

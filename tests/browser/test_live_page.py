@@ -221,6 +221,22 @@ def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
     assert "failed" in page.locator(".ts-log tbody").inner_text()
 
 
+def test_contacts_are_listed_by_tick(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(live_models.meeting)
+    shown(page, server)
+    for _ in range(4):
+        page.get_by_role("button", name="Step", exact=True).click()
+        settled(page, server)
+    table = world_of(server).contacts
+    page.get_by_text(f"Events ({len(table) + 1})").wait_for()
+    log = page.locator(".ts-log tbody")
+    first = table[(table.tick == 0) & (table.channel == "teammates")]
+    log.get_by_role("cell", name=f"{len(first)} contacts begun", exact=True).wait_for()
+    assert "painted" in log.inner_text()
+    page.locator(".ts-log").scroll_into_view_if_needed()
+    shot(page, "live-contacts")
+
+
 def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(parameters={"robots": 8, "targets": 9})
     shown(page, server)
@@ -407,11 +423,63 @@ def test_a_page_that_comes_later_shows_what_was_before(page: Page, live: Callabl
     assert page.evaluate("() => teamsight.view.shownTime") == 0
 
 
-def test_reduced_motion_begins_at_rest(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+def test_too_many_links_are_said_and_controls_go_on(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 400, "targets": 20, "radius": 5.0, "policy": "stationary"})
+    shown(page, server)
+    assert not page.locator(".ts-omitted").is_visible()
+    page.locator("#tl-awareness_range").fill("100")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.get_by_text("Teammates: 159,600 links, more than 100,000: not shown").wait_for()
+    page.get_by_text("400 robots, 159,600 links, too many to show; neighbours: mean 399.0, at most 399 now, 399 so far.").wait_for()
+    page.evaluate("() => teamsight.view.select(0, 0)")
+    page.get_by_label("Inspector").get_by_text("159,600 links, more than 100,000: not shown.").wait_for()
+    shot(page, "live-too-many-links")
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    page.locator("#tl-awareness_range").fill("0.5")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.locator(".ts-omitted").wait_for(state="hidden")
+    settled(page, server)
+
+
+def test_reduced_motion_holds_only_its_own_page(new_page: browsing.Pages, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(running=True)
-    page = new_page(reduced_motion=True)
+    other, page = new_page(), new_page(reduced_motion=True)
+    other.goto(server.url)
     page.goto(server.url)
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    tick = world_of(server).tick
+    until(lambda: world_of(server).tick > tick + 30)
+    other.wait_for_function("tick => teamsight.view.shownTime > tick + 20", arg=tick)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    assert server.session.is_running
+    shot(page, "live-reduced-motion")
+    # Who asks for motion gets it.
+    page.get_by_role("button", name="Follow the run").click()
+    page.wait_for_function("time => teamsight.view.shownTime > time + 20", arg=still)
+    assert not page.get_by_text("Your system asks for reduced motion").is_visible()
+    page.get_by_role("button", name="Pause", exact=True).first.click()
     until(lambda: not server.session.is_running)
     settled(page, server)
     page.get_by_role("button", name="Run", exact=True).click()
-    until(lambda: server.session.is_running)
+    tick = world_of(server).tick
+    page.wait_for_function("tick => teamsight.view.shownTime > tick + 10", arg=tick)
+
+
+def test_reduced_motion_rests_when_another_page_runs_the_model(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live()
+    other, page = new_page(), new_page(reduced_motion=True)
+    shown(other, server)
+    shown(page, server)
+    press(other, "Space")
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    until(lambda: world_of(server).tick > still + 20)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    # At rest, all pages show the same moment again.
+    press(other, "Space")
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    settled(page, server)
