@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 TASKS: Registry[Task] = Registry(
     {
         "cmommt": "teamsight.tasks.cmommt:TASK",
+        "forage": "teamsight.tasks.foraging.forage:TASK",
+        "consume": "teamsight.tasks.foraging.consume:TASK",
+        "graze": "teamsight.tasks.foraging.graze:TASK",
     },
     group="teamsight.tasks",
 )
