@@ -13,8 +13,8 @@ from teamsight.core import checks
 
 #: The parameters of `World.add` and `Group.add` that are not arguments of agents.
 OWN_OF_WORLD = (
-    "policy", "policy_options", "awareness", "team", "sensing_range", "awareness_range", "speed", "turn_limit",
-    "placement", "position", "heading", "cycle", "name",
+    "policy", "policy_options", "awareness", "team", "sensing_range", "awareness_range", "range_shape", "speed",
+    "turn_limit", "placement", "position", "heading", "cycle", "name",
 )  # fmt: skip
 OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading", "cycle")
 

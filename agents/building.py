@@ -30,6 +30,7 @@ from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.motion import turn_limit as turn_limit_of
+from teamsight.world.placement import PLACEMENTS
 from teamsight.world.starts import Founders, starts
 
 A = TypeVar("A", bound=Body)
@@ -63,6 +64,7 @@ class Plan(NamedTuple):
     sensing_range: npt.ArrayLike
     awareness_range: npt.ArrayLike
     cycle: Cycle
+    range_shape: str = "disc"
 
 
 class _GroupToBe(Group[A]):
@@ -85,7 +87,9 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
-    group = _GroupToBe(name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host)
+    group = _GroupToBe(
+        name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host, plan.range_shape
+    )
     check_needs(group)
     group.founders, group.first_abilities = [founders], abilities
     group.time = data.time
@@ -148,7 +152,7 @@ def founders_of(
             raise ValueError(f"placement={shown}: applies without position; give one of them")
         placement = checked_positions(arena, given.position, (size, 2))
     elif isinstance(given.placement, str):
-        placement = checks.choice("placement", given.placement, ("uniform", "spread"))
+        placement = checks.choice("placement", given.placement, PLACEMENTS)
     else:
         placement = checked_positions(arena, given.placement, (size, 2))
     heading = None if given.heading is None else checked_headings(given.heading, (size, 2))

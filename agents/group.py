@@ -28,6 +28,7 @@ from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
+from teamsight.policies.columns import columns_of
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -49,6 +50,7 @@ Floats = npt.NDArray[np.float64]
 
 @refusing(
     team="give the team when a group is added, as in world.add(…, team='rivals')",
+    range_shape="give the shape when a group is added, as in world.add(…, range_shape='square')",
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
@@ -88,6 +90,8 @@ class Group(Deciding, Generic[A]):
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
+    perceived_columns : dict of str to ndarray, shape (identities,), float64
+        The columns that its policies read, by identity; empty for a function of one robot in a world without any.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     action : Action
@@ -111,8 +115,9 @@ class Group(Deciding, Generic[A]):
         policy: Policy | Rule,
         awareness: Awareness,
         host: Host,
+        range_shape: str = "disc",
     ) -> None:
-        self.name, self.number, self._team = name, number, team
+        self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
@@ -132,6 +137,7 @@ class Group(Deciding, Generic[A]):
         self.relations: dict[str, Relation] = {}
         self.host = host
         self.time = np.zeros(1)
+        self.perceived_columns: dict[str, Floats] = {}
         self.begin(first_state(policy, len(bodies)))
 
     def begin(self, state: Any) -> None:
@@ -204,6 +210,11 @@ class Group(Deciding, Generic[A]):
     def team(self) -> str | None:
         """Groups of the same team are teammates. It cannot be changed."""
         return self._team
+
+    @property
+    def range_shape(self) -> str:
+        """The shape of all its ranges: "disc", or "square" with sides along the axes. It cannot be changed."""
+        return self._range_shape
 
     @property
     def members_so_far(self) -> int:
@@ -313,7 +324,8 @@ class Group(Deciding, Generic[A]):
         others = channels_of(channels, map(self.room, channels))
         return Percept(
             *body, targets, teammates, relayed, self.perception.situation, others, self.time,
-            bodies.reward, bodies.ended,
+            bodies.reward, bodies.ended, bodies.identity,
+            columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
         )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:

@@ -16,7 +16,7 @@ from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, te
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike
+from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.interactions import interact
@@ -34,6 +34,7 @@ from teamsight.core.card import shown
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
 from teamsight.world.interaction import Interaction
+from teamsight.world.proximity.shapes import shape_given
 
 A = TypeVar("A", bound=Body)
 if TYPE_CHECKING:
@@ -126,6 +127,7 @@ class World(RunMethods):
         team: str | EllipsisType | None = ...,
         sensing_range: Numbers = 1.0,
         awareness_range: Numbers = 1.0,
+        range_shape: RangeShape = "disc",
         speed: Numbers = 0.1,
         turn_limit: Numbers | None = None,
         placement: PlacementName | Points = "uniform",
@@ -155,12 +157,16 @@ class World(RunMethods):
             class: "robots" for `Robot`, None for others.
         sensing_range, awareness_range : float or array_like, shape (count,)
             Distances within which they sense targets and teammates [length].
+        range_shape : {"disc", "square"}
+            The shape of all their ranges. In a square range is whatever is at most the range away along either axis of
+            the arena; offsets and distances are Euclidean even so.
         speed : float or array_like, shape (count,)
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
             The largest angle they can turn in a step [rad], at most 2π; unlimited by default, and from π on.
-        placement : {"uniform", "spread"}
-            The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
+        placement : {"uniform", "spread", "cells"}
+            The rule for the initial positions: uniform over the area; spread so that sensing discs do not overlap; or
+            at the centres of random cells of side 1.
         position : array_like, shape (count, 2) or (2,), optional
             The initial positions, or one for all [length].
         heading : array_like, shape (count, 2) or (2,), optional
@@ -187,6 +193,7 @@ class World(RunMethods):
             policy_or_none(policy, policy_options, agent_class.__name__, decides_alone), awareness_of(awareness),
             team_given(team, agent_class), name, Places(placement, position, heading),
             speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range, cycle_of(cycle),
+            shape_given(range_shape),
         )  # fmt: skip
         return self._host.add(agent_class, size, plan, each)
 
@@ -285,7 +292,7 @@ class World(RunMethods):
         if data is None:
             return f"<{type(self).__name__}, not built>"
         groups = "".join(f", {len(one):,} {one.name}{note_of_inactive(one.bodies.active)}" for one in data.groups)
-        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
+        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena}{groups}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.world_card import world_html

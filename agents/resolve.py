@@ -228,6 +228,8 @@ def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = No
     for degree in AWARENESS.values():
         if name in (None, degree.name) and degree.options() and inputs > OWN_SECTORS:
             fitting = degree.adding(inputs - OWN_SECTORS)
+            if sum(fitting.width(size)) != inputs:
+                continue
             options = {option: getattr(fitting, option) for option in degree.options()}
             values = ", ".join(f"{option}={value}" for option, value in options.items())
             flags = " ".join(f"--{option} {value}" for option, value in options.items())

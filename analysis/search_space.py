@@ -13,6 +13,8 @@ from teamsight.agents.awareness.pairwise import SIGMA
 from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 
+#: The degrees of the paper, in the order of Fig. 1.
+PAPER = ("none", "ring", "pairwise", "shared")
 #: n, the inputs that do not describe teammates: one ring of 16 sectors (§8, footnote 2).
 OWN_INPUTS = OWN_SECTORS
 #: δ, the inputs that Θ(1) adds for all teammates together.
@@ -33,9 +35,9 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     own : int
         n, the inputs that do not describe teammates.
     delta : int
-        δ, the inputs that Θ(1) adds for all teammates together.
+        δ: the inputs that a ring adds for all teammates together, or the teammates in a list of the nearest.
     sigma : int
-        σ, the inputs that Θ(N) adds for each robot of the team.
+        σ, the inputs for each robot of the team under Θ(N), or in a list.
 
     Returns
     -------
@@ -109,8 +111,9 @@ def dimensions_table(
     delta: int = DELTA,
     sigma: int = SIGMA,
     readings: int = READINGS,
+    degrees: Iterable[str] = tuple(AWARENESS),
 ) -> pd.DataFrame:
-    """Return the data of Fig. 2, one row for each degree and team size.
+    """Return the data of Fig. 2 for some degrees, one row for each degree and team size.
 
     Parameters
     ----------
@@ -120,6 +123,8 @@ def dimensions_table(
         See `inputs`.
     readings : int
         See `size`.
+    degrees : iterable of str
+        Names of degrees; by default all of this package. Those of the paper are `PAPER`.
 
     Returns
     -------
@@ -131,8 +136,9 @@ def dimensions_table(
     *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``, which can exceed 64 bits.
     """
     rows = [
-        (name, degree.order, degree.formula, int(team_size), inputs(name, team_size, own=own, delta=delta, sigma=sigma))
-        for (name, degree), team_size in product(AWARENESS.items(), team_sizes)
+        (name, AWARENESS[name].order, AWARENESS[name].formula, int(team_size),
+         inputs(name, team_size, own=own, delta=delta, sigma=sigma))
+        for name, team_size in product(degrees, team_sizes)
     ]
     table = pd.DataFrame(rows, columns=["degree", "growth", "formula", "team_size", "inputs"])
     table.insert(4, "own", own)

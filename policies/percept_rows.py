@@ -24,7 +24,8 @@ def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
         neighbours_of_rows(percept.teammates, rows), neighbours_of_rows(percept.relayed, rows),
         percept.situation[rows],
         channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
-        percept.time, percept.reward[rows], percept.ended[rows],
+        percept.time, percept.reward[rows], percept.ended[rows], percept.identity[rows],
+        percept.columns,
     )  # fmt: skip
 
 

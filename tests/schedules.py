@@ -47,7 +47,7 @@ class Schedule(RuleBasedStateMachine):
         return world
 
     @initialize(
-        setting=st.sampled_from(list(SETTINGS)), awareness=st.sampled_from(["ring", "pairwise", "shared"]),
+        setting=st.sampled_from(list(SETTINGS)), awareness=st.sampled_from(["ring", "nearest", "pairwise", "shared"]),
         sensor=st.sampled_from(list(SENSORS)), seed=st.integers(0, 999),
     )  # fmt: skip
     def begin(self, setting: str, awareness: str, sensor: str, seed: int) -> None:

@@ -9,6 +9,7 @@ from teamsight.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
     from teamsight.agents.awareness.interface import Awareness, Scene, Width
+    from teamsight.agents.awareness.nearest import NearestAwareness
     from teamsight.agents.awareness.none import NoAwareness
     from teamsight.agents.awareness.pairwise import PairwiseAwareness
     from teamsight.agents.awareness.registry import AWARENESS
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "AWARENESS": "teamsight.agents.awareness.registry",
     "Awareness": "teamsight.agents.awareness.interface",
+    "NearestAwareness": "teamsight.agents.awareness.nearest",
     "NoAwareness": "teamsight.agents.awareness.none",
     "OWN_SECTORS": "teamsight.agents.awareness.sectors",
     "PairwiseAwareness": "teamsight.agents.awareness.pairwise",
@@ -34,8 +36,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "AWARENESS", "OWN_SECTORS", "Awareness", "NoAwareness", "PairwiseAwareness", "RingAwareness", "Scene",
-    "SharedAwareness", "Width", "check_awareness", "show", "situate_targets", "teammate_heading",
+    "AWARENESS", "OWN_SECTORS", "Awareness", "NearestAwareness", "NoAwareness", "PairwiseAwareness", "RingAwareness",
+    "Scene", "SharedAwareness", "Width", "check_awareness", "show", "situate_targets", "teammate_heading",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -37,12 +37,15 @@ class TeamGroup(NamedTuple):
         [length].
     targets : NeighbourList
         The targets that its robots sense.
+    farthest : float
+        As in `Scene`.
     """
 
     first: int
     heading: Annotated[Floats, "n", 2]
     sensing_range: Annotated[Floats, "n"]
     targets: Filled
+    farthest: float = 1.0
 
 
 TEAM_GROUP = Record(TeamGroup)
@@ -67,6 +70,9 @@ class Scene(NamedTuple):
         The index in the team of the group's first robot.
     team : ndarray, shape (groups,), int64
         The groups of the team; kernels read them with `team_group_at`.
+    farthest : float
+        The largest distance in range, over the range: 1 for discs, √2 for squares. Readings are shares of
+        ``awareness_range[i] * farthest``.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -77,6 +83,7 @@ class Scene(NamedTuple):
     place: Annotated[npt.NDArray[np.int64], ".k"]
     first: int
     team: list[Packed[TeamGroup]]
+    farthest: float = 1.0
 
 
 class Awareness:
@@ -91,9 +98,10 @@ class Awareness:
         Its name in errors and records; by default that of the class. With a line in
         `teamsight.agents.awareness.registry`, users can choose it by this name.
     order : str
-        The paper's name for it; for figures and tables.
+        The paper's name for how it grows with the team; for figures and tables.
     formula : str
-        The paper's formula for the number of inputs d, with n own inputs, δ sectors, σ readings per teammate, N robots.
+        The formula for the number of inputs d, in the paper's letters: n own inputs, δ sectors or places of a list,
+        σ readings per teammate, N robots.
     shows : str
         What it shows of teammates, for legends.
     shows_teammates : bool

@@ -9,7 +9,7 @@ from typing import Any
 from teamsight.agents.awareness.interface import Awareness, Width
 from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
 from teamsight.core import checks
-from teamsight.core.kernel import kernel
+from teamsight.core.kernel import inlined, kernel
 
 #: σ, the readings of each teammate: its distance and its bearing.
 SIGMA = 2
@@ -19,6 +19,15 @@ SIGMA = 2
 def slot_of(place: int, own: int) -> int:
     """Return the index of robot `place` of a team among the teammates of robot `own`."""
     return place - 1 if place > own else place
+
+
+@inlined
+def bearing_of(seen: Any, k: int, heading_x: float, heading_y: float) -> Any:
+    """Return the bearing of entry `k` of a neighbour list, anticlockwise from the heading, as a fraction of a turn."""
+    x = seen.offset[k, 0]
+    y = seen.offset[k, 1]
+    turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
+    return turn + 1.0 if turn < 0.0 else turn
 
 
 @kernel
@@ -32,11 +41,8 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
         heading_y = scene.heading[i, 1]
         for k in range(seen.start[i], seen.start[i + 1]):
             at = OWN_SECTORS + SIGMA * slot_of(scene.place[k], scene.first + i)
-            x = seen.offset[k, 0]
-            y = seen.offset[k, 1]
-            turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
-            row[at] = seen.distance[k] / scene.awareness_range[i]
-            row[at + 1] = turn + 1.0 if turn < 0.0 else turn
+            row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
+            row[at + 1] = bearing_of(seen, k, heading_x, heading_y)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ AWARENESS: Registry[type[Awareness]] = Registry(
     {
         "none": "teamsight.agents.awareness.none:NoAwareness",
         "ring": "teamsight.agents.awareness.ring:RingAwareness",
+        "nearest": "teamsight.agents.awareness.nearest:NearestAwareness",
         "pairwise": "teamsight.agents.awareness.pairwise:PairwiseAwareness",
         "shared": "teamsight.agents.awareness.shared:SharedAwareness",
     },

@@ -66,7 +66,8 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(situation.shape[0]):
         edges = (seen.start[i], seen.start[i + 1])
         sectors = parameters.shape[0] // 2
-        read_ring(situation[i], OWN_SECTORS, sectors, scene.heading[i], seen, edges, scene.awareness_range[i])
+        reach = scene.awareness_range[i] * scene.farthest
+        read_ring(situation[i], OWN_SECTORS, sectors, scene.heading[i], seen, edges, reach)
 
 
 @dataclass(frozen=True)

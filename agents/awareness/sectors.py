@@ -68,4 +68,5 @@ def situate_targets(scene: Any, parameters: Any, situation: Any) -> None:
     targets = scene.targets
     for i in range(situation.shape[0]):
         edges = (targets.start[i], targets.start[i + 1])
-        read_ring(situation[i], 0, OWN_SECTORS, scene.heading[i], targets, edges, scene.sensing_range[i])
+        reach = scene.sensing_range[i] * scene.farthest
+        read_ring(situation[i], 0, OWN_SECTORS, scene.heading[i], targets, edges, reach)

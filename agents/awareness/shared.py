@@ -48,7 +48,8 @@ def _situate(scene: Any, parameters: Any, situation: Any) -> None:
             row = scene.place[k] - group.first
             first = OWN_SECTORS + OWN_SECTORS * slot_of(scene.place[k], scene.first + i)
             edges = (theirs.start[row], theirs.start[row + 1])
-            read_ring(situation[i], first, OWN_SECTORS, group.heading[row], theirs, edges, group.sensing_range[row])
+            reach = group.sensing_range[row] * group.farthest
+            read_ring(situation[i], first, OWN_SECTORS, group.heading[row], theirs, edges, reach)
 
 
 @dataclass(frozen=True)

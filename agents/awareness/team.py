@@ -36,3 +36,27 @@ def show(seen: Any, k: int, shown: Any, at: int) -> int:
         shown.offset[at, 1] = seen.offset[k, 1]
         shown.distance[at] = seen.distance[k]
     return at + 1
+
+
+@inlined
+def next_nearest(seen: Any, first: int, end: int, last: int) -> int:
+    """Return the entry that follows `last` in order of distance, those at one distance in order of identity.
+
+    Parameters
+    ----------
+    seen : NeighbourList
+        Its entries from `first` up to `end` are those of one robot, in the order of identities.
+    first, end : int
+        These entries.
+    last : int
+        The entry before; −1 for none. After the farthest entry the result is −1.
+    """
+    found = -1
+    for k in range(first, end):
+        if last >= 0 and (
+            seen.distance[k] < seen.distance[last] or (seen.distance[k] == seen.distance[last] and k <= last)
+        ):
+            continue
+        if found < 0 or seen.distance[k] < seen.distance[found]:
+            found = k
+    return found

@@ -19,6 +19,7 @@ from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
 from teamsight.agents.engine.interaction_binding import BoundInteractions
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS, bind_columns
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -44,6 +45,7 @@ from teamsight.policies.compiled import CompiledPolicy, Decision, pack_decision
 from teamsight.policies.interface import Action, PolicyState
 from teamsight.world.motion import advance_entry, is_watched, pack_move
 from teamsight.world.noise import Stream, stream_number
+from teamsight.world.proximity.shapes import farthest_of
 
 
 class Binding:
@@ -77,6 +79,7 @@ class Binding:
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
         self._relays = relays_of(groups, data.moment)
+        self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
@@ -108,6 +111,8 @@ class Binding:
             self._interactions.partakers,
             stretch.scores.array,
             self._interactions.copies,
+            SHOW_COLUMNS if self._columns else None,
+            self._columns,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -222,6 +227,11 @@ class Binding:
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows
 
+    def show_columns(self) -> None:
+        """Show policies the columns that they read as they are now."""
+        if self._columns:
+            SHOW_COLUMNS(self._columns)
+
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""
         self.world.update(watchers=self._watchers())
@@ -270,7 +280,9 @@ def _side(relation: Relation) -> str | int:
 
 def _team_group(group: Group) -> Packed[TeamGroup]:
     first = group.relations["teammates"].first[group.number]
-    return TEAM_GROUP.pack(TeamGroup(first, group.bodies.heading, group.ranges[0], group.room("targets")))
+    return TEAM_GROUP.pack(TeamGroup(
+        first, group.bodies.heading, group.ranges[0], group.room("targets"), farthest_of(group.range_shape)
+    ))  # fmt: skip
 
 
 def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
@@ -282,7 +294,7 @@ def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGro
     scene = Scene(
         group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
-        teammates.first[group.number] if teammates else 0, team,
+        teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
     )  # fmt: skip
     perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)
     return Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)

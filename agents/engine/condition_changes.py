@@ -12,7 +12,7 @@ from teamsight.agents.engine.records import DONE, GROW_RELATION, group_at, relat
 from teamsight.agents.engine.step_records import record_present
 from teamsight.core.kernel import Entry, inlined, kernel
 from teamsight.world.motion import move_at
-from teamsight.world.proximity.edges import append, shortest, square_of
+from teamsight.world.proximity.edges import append, is_near, limit_of, shortest
 from teamsight.world.proximity.search import searching_at
 
 
@@ -29,11 +29,12 @@ def _way(searching: Any, i: int, j: int) -> tuple[float, float]:
 
 
 @inlined
-def _is_near(searching: Any, i: int, j: int) -> Any:
+def _finds(searching: Any, i: int, j: int) -> Any:
     """Whether observer `i` finds body `j`."""
     x, y = _way(searching, i, j)
     myself = searching.observed.own >= 0 and searching.observed.own + i == j
-    return x * x + y * y <= square_of(searching.reach[i]) and not myself
+    shape = searching.observed.shape
+    return is_near(x, y, limit_of(searching.reach[i], shape), shape) and not myself
 
 
 @inlined
@@ -71,14 +72,14 @@ def _show(address: int, body: int) -> bool:
     at = graph.start[observers]
     k = at - 1
     for i in range(observers):
-        at += _is_near(searching, i, body)
+        at += _finds(searching, i, body)
     if at > graph.identity.shape[0]:
         return False
     # From the last entry on, so that nothing is overwritten before it is moved.
     for i in range(observers - 1, -1, -1):
         first = graph.start[i]
         graph.start[i + 1] = at
-        is_due = _is_near(searching, i, body)
+        is_due = _finds(searching, i, body)
         while k >= first or is_due:
             at -= 1
             if is_due and (k < first or graph.identity[k] < body):
@@ -98,14 +99,14 @@ def _look(address: int, observer: int) -> bool:
     observers = graph.start.shape[0] - 1
     found = 0
     for j in range(searching.observed.size):
-        found += _is_near(searching, observer, j)
+        found += _finds(searching, observer, j)
     if graph.start[observers] + found > graph.identity.shape[0]:
         return False
     for k in range(graph.start[observers] - 1, graph.start[observer] - 1, -1):
         _copy(graph, k, k + found)
     at = graph.start[observer]
     for j in range(searching.observed.size):
-        if _is_near(searching, observer, j):
+        if _finds(searching, observer, j):
             _put(searching, at, observer, j)
             at += 1
     for i in range(observer + 1, observers + 1):

@@ -18,6 +18,7 @@ from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.bodies import Bodies
 from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.search import Search
+from teamsight.world.proximity.shapes import farthest_of
 
 _PERFECT = Sensor()
 
@@ -34,6 +35,8 @@ class Members(Protocol):
     readings: dict[str, Readings]
     has_conditions: bool
 
+    @property
+    def range_shape(self) -> str: ...
     @property
     def team(self) -> str | None: ...
     def __len__(self) -> int: ...
@@ -90,7 +93,9 @@ class Relation:
         self.is_conditional = conditional = any(group.has_conditions for group in (observers, *self.observed))
         self.conditions = _conditions(observers, channel, reach if conditional else reach[:0])
         reach_now = self.conditions.reach if conditional else reach
-        self.search = Search(observers.bodies.position, reach_now, len(self.everyone), own, data.arena)
+        self.search = Search(
+            observers.bodies.position, reach_now, len(self.everyone), own, data.arena, shape=observers.range_shape
+        )
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
         self.detection: Detection | None = None
         if needs_detection(sensor, data.arena):
@@ -102,7 +107,7 @@ class Relation:
         return View(
             data.moment, data.key, salt_of(self.name), stream_number(Stream.SENSOR, group.number), group.bodies.member,
             group.bodies.position, group.bodies.heading, reach, self.everyone, own, self.search.room,
-            data.arena.sight,
+            data.arena.sight, farthest_of(group.range_shape),
         )  # fmt: skip
 
     def _readings(self, sensor: Sensor) -> Readings | None:

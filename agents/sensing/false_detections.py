@@ -32,6 +32,45 @@ def _candidate(view: Any, i: int, first: int, edge: int, sensed: Any, word: Any)
     return index + (0 <= myself <= index)
 
 
+@inlined
+def _turned(x: float, y: float, turns: float) -> tuple[float, float]:
+    """Return a direction rotated by a number of full turns."""
+    cosine, sine = direction(turns - math.floor(turns))
+    return cosine * x - sine * y, sine * x + cosine * y
+
+
+@inlined
+def _perimeter_of(x: float, y: float) -> float:
+    """Return how far along the sides of the square of half-width 1 a direction points: 0 to 8, from (1, −1) on."""
+    wide = abs(x)
+    high = abs(y)
+    if wide >= high:
+        return 1.0 + y / wide if x > 0.0 else 5.0 - y / wide
+    return 3.0 - x / high if y > 0.0 else 7.0 + x / high
+
+
+@inlined
+def _on_square(heading_x: float, heading_y: float, width: float, share: float) -> tuple[float, float]:
+    """Return the point of the sides of the square of half-width 1 at this share of the field of view.
+
+    All sides are at the same distance from the centre. So equal lengths of them, seen from there, cover equal areas.
+    """
+    x, y = _turned(heading_x, heading_y, -0.5 * width)
+    first = _perimeter_of(x, y)
+    length = 8.0
+    if width < 1.0:
+        x, y = _turned(heading_x, heading_y, 0.5 * width)
+        length = _perimeter_of(x, y) - first
+        length = length + 8.0 if length < 0.0 else length
+    at = first + share * length
+    at = at - 8.0 if at >= 8.0 else at
+    if at < 2.0:
+        return 1.0, at - 1.0
+    if at < 4.0:
+        return 3.0 - at, 1.0
+    return (-1.0, 5.0 - at) if at < 6.0 else (at - 7.0, -1.0)
+
+
 @kernel
 def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: Any) -> int:
     """Write a false detection of observer `i`, if it does not sense all others; return the next entry."""
@@ -46,12 +85,13 @@ def _imagine(view: Any, i: int, first: int, edge: int, parameters: Any, sensed: 
         put(sensed, at, sensed.identity[at - 1], x, y, sensed.distance[at - 1])
         at -= 1
     # Uniform over the area in view.
-    distance = view.reach[i] * math.sqrt(uniform(words[2]))
-    turns = (uniform(words[3]) - 0.5) * parameters[WIDTH]
-    cosine, sine = direction(turns - math.floor(turns))
-    x = cosine * view.heading[i, 0] - sine * view.heading[i, 1]
-    y = sine * view.heading[i, 0] + cosine * view.heading[i, 1]
-    put(sensed, at, ~index, distance * x, distance * y, distance)
+    away = view.reach[i] * math.sqrt(uniform(words[2]))
+    if view.farthest > 1.0:
+        x, y = _on_square(view.heading[i, 0], view.heading[i, 1], parameters[WIDTH], uniform(words[3]))
+        put(sensed, at, ~index, away * x, away * y, away * math.sqrt(x * x + y * y))
+    else:
+        x, y = _turned(view.heading[i, 0], view.heading[i, 1], (uniform(words[3]) - 0.5) * parameters[WIDTH])
+        put(sensed, at, ~index, away * x, away * y, away)
     return edge + 1
 
 

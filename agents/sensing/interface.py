@@ -42,6 +42,8 @@ class View(NamedTuple):
         The agents in range; `identity` holds indices among the observed, ascending for each observer.
     sight : Sight
         What blocks the line of sight.
+    farthest : float
+        The largest distance in range, over the range: 1 for discs, √2 for squares with sides along the axes.
     """
 
     tick: Annotated[Integers, 1]
@@ -56,6 +58,7 @@ class View(NamedTuple):
     own: int
     in_range: Filled
     sight: Sight
+    farthest: float = 1.0
 
 
 class Detector(Protocol):

@@ -19,6 +19,7 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 from teamsight.world.noise import Stream, key_of, stream_number
 from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.proximity.shapes import farthest_of
 from teamsight.world.sight import open_sight
 
 #: The largest delay [ticks]; the measurements of as many ticks are kept.
@@ -68,7 +69,8 @@ class Sensor:
 
     Notes
     -----
-    Noisy distances saturate: a reading is at most the range and at least a millionth of it. All noise is a function of
+    Noisy distances saturate: a reading is at most the range, √2 times that if ranges are squares, and at least a
+    millionth of the range. All noise is a function of
     the world's seed, the channel, the tick, the observer and the observed agent.
 
     A sensor of one's own is a subclass with another `sense` and the `parameters` that it reads; `check_sensor` checks
@@ -134,6 +136,7 @@ class Sensor:
         reach: npt.ArrayLike,
         *,
         arena: Arena | None = None,
+        range_shape: str = "disc",
         seed: int = 0,
         tick: int = 0,
     ) -> NeighbourList:
@@ -151,6 +154,8 @@ class Sensor:
             The range of each observer [length].
         arena : Arena, optional
             The arena, with what blocks the sight. By default the plane.
+        range_shape : {"disc", "square"}
+            The shape of ranges.
         seed, tick : int, default 0
             The noise is a function of these two.
 
@@ -164,7 +169,7 @@ class Sensor:
         ValueError
             If an array has the wrong shape, or a heading is not a unit vector.
         """
-        in_range = proximity_graph(observers, observed, reach, arena)
+        in_range = proximity_graph(observers, observed, reach, arena, range_shape=range_shape)
         position = np.array(observers, float)
         size = len(position)
         facing = np.array(heading, float)
@@ -175,6 +180,6 @@ class Sensor:
             stream_number(Stream.SENSOR, 0), np.arange(size), position, facing,
             np.array(np.broadcast_to(np.asarray(reach, float), size)),
             np.arange(size if observed is None else len(np.asarray(observed))), 0 if observed is None else -1,
-            in_range, arena.sight if arena else open_sight(),
+            in_range, arena.sight if arena else open_sight(), farthest_of(range_shape),
         )  # fmt: skip
         return detect(self, view)

@@ -128,7 +128,7 @@ def _put_noisy(view: Any, parameters: Any, c: int, chunk: Any, sensed: Any, edge
             x = view.heading[i, 0]
             y = view.heading[i, 1]
             scale = 1.0
-        distance = min(max(distance + parameters[RANGE_NOISE] * chunk.away[c], least), view.reach[i])
+        distance = min(max(distance + parameters[RANGE_NOISE] * chunk.away[c], least), view.reach[i] * view.farthest)
         x *= distance * scale
         y *= distance * scale
     if parameters[BEARING_NOISE] > 0.0:

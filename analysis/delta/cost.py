@@ -11,12 +11,12 @@ from teamsight.analysis import search_space
 
 
 def cost_table(team_size: int, deltas: list[int]) -> pd.DataFrame:
-    """Return what each degree costs at this team size, the ring once for each δ.
+    """Return what each degree costs at this team size, those that have a δ once for each.
 
     Returns
     -------
     DataFrame
-        degree, growth, formula (str); delta (Int64, missing but for rings), own, added, inputs (by the paper's
+        degree, growth, formula (str); delta (Int64, missing where there is none), own, added, inputs (by the paper's
         formulas), log10_size (of p^d with p = 2 readings, the fewest that a sensor can have); added_here, what the
         arrays of a situation really add with N − 1 teammates.
     """

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import io
-import itertools
 import re
 from typing import TYPE_CHECKING, Any
-
-from teamsight.agents.awareness import AWARENESS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +15,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu"
 #: After M. Okabe and K. Ito: distinguishable without colour vision.
 COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: The colour of each degree of awareness.
-DEGREE = dict(zip(AWARENESS, itertools.cycle(COLOURS)))
+DEGREE = dict(zip(("none", "ring", "pairwise", "shared", "nearest"), COLOURS, strict=False))
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
 # The usual compression takes half as long again, and makes files smaller by 6 %.

@@ -10,7 +10,8 @@ from typing import Any
 MOST_CELL_RUNS = 1_000
 #: Agents of one kind: any two of them may be neighbours.
 MOST_AGENTS = 1_000_000
-#: Sectors of a ring: finer than a degree of arc is of no use, and each sector costs memory for every transition.
+#: Sectors of a ring, or teammates of a list: finer than a degree of arc is of no use, and each costs memory for every
+#: transition.
 MOST_SECTORS = 360
 #: The smallest risk: a smaller one would need by far more runs than a command may make.
 LEAST_RISK = 1e-9
@@ -86,7 +87,7 @@ def check_transitions(robots: int, steps: int, runs: int, degrees: Collection[st
     degrees : collection of str
         The degrees of awareness, of which the one that adds most inputs to a situation counts.
     delta : int
-        Number of sectors, for degrees that have them.
+        δ, for degrees that have it.
 
     Raises
     ------
@@ -132,7 +133,7 @@ def check_failures(failures: float | None, repair: float | None, robot_steps: fl
 
 
 def check_sectors(settings: Any) -> None:
-    """Refuse ``--delta`` for a degree of awareness without sectors; both are options of these settings.
+    """Refuse ``--delta`` for a degree of awareness without δ; both are options of these settings.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def check_sectors(settings: Any) -> None:
     having = with_option("delta")
     if "delta" in settings.given and settings.awareness not in having:
         raise ValueError(
-            f"delta={settings.delta}: awareness {settings.awareness!r} has no sectors; leave --delta out, or give "
+            f"delta={settings.delta}: awareness {settings.awareness!r} has no δ; leave --delta out, or give "
             f"--awareness {' or '.join(having)}"
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from teamsight.agents.awareness.binding import Sensing, perceive_entry, sensing_at, situate_entry
 from teamsight.agents.awareness.interface import check_width
+from teamsight.agents.awareness.team import next_nearest
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.kernel import Entry, kernel
@@ -85,19 +86,9 @@ def _list_nearest(
     for place in range(most):
         for part in range(PER_BODY):
             row[first + PER_BODY * place + part] = 0.0
-    last = -1.0
-    after = -1
+    best = -1
     for place in range(min(most, edges[1] - edges[0])):
-        # The next in the order of distance, then of the list.
-        best = -1
-        for k in range(edges[0], edges[1]):
-            distance = seen.distance[k]
-            if (distance > last or (distance == last and k > after)) and (best < 0 or distance < seen.distance[best]):
-                best = k
-        if best < 0:
-            return
-        last = seen.distance[best]
-        after = best
+        best = next_nearest(seen, edges[0], edges[1], best)
         x = seen.offset[best, 0] / reach
         y = seen.offset[best, 1] / reach
         at = first + PER_BODY * place
@@ -117,9 +108,9 @@ def _show_nearest(address: int) -> int:
         row = situation[i]
         heading = scene.heading[i]
         edges = (scene.targets.start[i], scene.targets.start[i + 1])
-        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i])
+        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i] * scene.farthest)
         at = PER_BODY * targets
-        reach = scene.awareness_range[i]
+        reach = scene.awareness_range[i] * scene.farthest
         if parameters[3] > 0.0:
             edges = (scene.teammates.start[i], scene.teammates.start[i + 1])
             _list_nearest(row, at, teammates, heading, scene.teammates, edges, reach)

@@ -31,7 +31,7 @@ class Control:
     live : bool
         Whether a new value acts on the running world; otherwise the world starts again.
     only : str
-        A condition under which it matters, as in ``awareness=ring``; the page greys it otherwise.
+        A condition under which it matters, as in ``awareness=ring,nearest``; the page greys it otherwise.
     """
 
     name: str

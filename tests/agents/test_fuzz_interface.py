@@ -60,7 +60,7 @@ POLICIES: list[Any] = [
     "a-cmommt", "centroid", "random-walk", "stationary", "evasive", "evolved", RandomWalk(0.05), Stationary(), Straight(),
     lambda percept, rng: (float(rng.random()), 0.05),
 ]  # fmt: skip
-AWARENESS: list[Any] = ["none", "ring", "pairwise", "shared", RingAwareness(3)]
+AWARENESS: list[Any] = ["none", "ring", "nearest", "pairwise", "shared", RingAwareness(3)]
 lengths = st.sampled_from([0.05, 0.3, 1.0, 2.0])
 nonsense = st.sampled_from(NONSENSE)
 

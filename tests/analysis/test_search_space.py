@@ -9,7 +9,7 @@ from teamsight.analysis import search_space
 
 
 @pytest.mark.parametrize(
-    ("degree", "one", "thirty"), [("none", 16, 16), ("ring", 32, 32), ("pairwise", 18, 76), ("shared", 32, 496)]
+    ("degree", "one", "thirty"), [("none", 16, 16), ("ring", 32, 32), ("pairwise", 18, 76), ("shared", 32, 496), ("nearest", 48, 48)]
 )
 def test_inputs_are_those_of_figure_2(degree: str, one: int, thirty: int) -> None:
     assert search_space.inputs(degree, 1) == one
@@ -42,6 +42,7 @@ def test_table_is_tidy_and_covers_the_figure() -> None:
 
 def test_table_takes_an_iterator() -> None:
     assert len(search_space.dimensions_table(iter((1, 2)))) == 2 * len(AWARENESS)
+    assert set(search_space.dimensions_table([1], degrees=search_space.PAPER)["degree"]) == {*AWARENESS} - {"nearest"}
 
 
 @pytest.mark.parametrize(("delta", "team"), [(16, 9), (15, 8), (1, 1)])

@@ -452,7 +452,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["diagnose", "--learners", "regression", "--discount", "0.9"], ["discount=0.9: regression uses immediate rewards only; leave it out"]),
         (["figure", "--k", "200"], ["k=200: must be at most 128"]),
         (["figure", "--k", "20", "--samples", "10,15"], ["k=20: lazy matches so many transitions, but the memory has only 15"]),
-        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no sectors; leave"]),
+        (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no δ; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
         (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
         (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 150,600"]),

@@ -154,7 +154,7 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
         (["--preset", "touzet"], "preset='touzet'"),
         (["--delta", "0", "--awareness", "ring"], "delta=0"),
         (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 360"),
-        (["--delta", "8"], "delta=8: awareness 'pairwise' has no sectors; leave --delta out, or give --awareness ring"),
+        (["--delta", "8"], "delta=8: awareness 'pairwise' has no δ; leave --delta out, or give --awareness ring or nearest"),
     ],
 )
 def test_run_reports_what_the_model_refuses_in_one_line(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from teamsight.cli import main
 from teamsight.cli.options import InputError
 from teamsight.cli.watch import WatchSettings
 
@@ -62,13 +63,22 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
     [
         ({"beside": ("policy",)}, "beside='policy': must be NAME=VALUE"), ({"set": ("a=1", "a=2")}, "set='a=2': is given twice"),
         ({"set": ("robots=3",)}, "give --robots"), ({"port": "70000"}, "port=70000: must be at most 65535"),
-        ({"rate": "0"}, "rate=0"), ({"delta": "8"}, "delta=8: awareness 'pairwise' has no sectors"),
+        ({"rate": "0"}, "rate=0"), ({"delta": "8"}, "delta=8: awareness 'pairwise' has no δ"),
         ({"every": "0"}, "every=0: must be at least 1"),
     ],
 )  # fmt: skip
 def test_wrong_options_are_refused(options: dict[str, object], said: str) -> None:
     with pytest.raises((InputError, ValueError), match=re.escape(said)):
         WatchSettings(**options)
+
+
+def test_a_model_that_is_not_found_is_answered_for_this_command(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["watch", "--no-browser", "--model", "nowhere_at_all:World"])
+    said = capsys.readouterr().err
+    assert "model='nowhere_at_all:World': there is no module 'nowhere_at_all'" in said
+    assert "start in the folder of its file" in said
+    assert "study" not in said
 
 
 def test_values_of_parameters_are_read() -> None:

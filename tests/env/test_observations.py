@@ -16,7 +16,7 @@ from teamsight.env import Nearest, parallel_env
 CROWD: dict[str, Any] = {"robots": 12, "targets": 30, "radius": 2.5}
 
 
-@pytest.mark.parametrize(("degree", "width"), [("none", 16), ("ring", 32), ("pairwise", 38), ("shared", 192)])
+@pytest.mark.parametrize(("degree", "width"), [("none", 16), ("ring", 32), ("nearest", 48), ("pairwise", 38), ("shared", 192)])
 def test_situation_vectors_of_each_degree(degree: str, width: int) -> None:
     env = parallel_env(**CROWD, observation=degree)
     observations, _ = env.reset(seed=1)
@@ -31,7 +31,7 @@ def test_a_degree_as_an_object() -> None:
     assert env.observation_space("robot_0").shape == (19,)
 
 
-@pytest.mark.parametrize("degree", ["none", "ring", "pairwise", "shared"])
+@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared"])
 def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
     layout = Nearest(4, 3, 5)
     env, rng = parallel_env(**CROWD, observation=degree, layout=layout), np.random.default_rng(1)
@@ -87,7 +87,7 @@ def test_the_state_has_all_bodies() -> None:
     ("settings", "error", "message"),
     [
         ({"observation": "rings"}, ValueError, "observation='rings'.*'ring'"),
-        ({"observation": "none", "delta": 8}, ValueError, "delta=8: applies to observation='ring'; leave it out"),
+        ({"observation": "none", "delta": 8}, ValueError, "delta=8: applies to observation='ring' or observation='nearest'; leave it out"),
         ({"delta": 0}, ValueError, "delta=0: must be at least 1"),
         ({"layout": "near"}, ValueError, "layout='near'.*nearest"),
         ({"robots": 0}, ValueError, "robots=0: must be at least 1"),
@@ -102,7 +102,7 @@ def test_the_state_has_all_bodies() -> None:
         ({"model": lambda rng: None, "robots": 3}, ValueError, "robots=3: is for CMOMMT; let your model set it"),
         ({"model": lambda seed: None, "size": 3}, TypeError, r"is called as model\(size=…, rng=…\), and refuses it"),
         ({"model": lambda rng: CMOMMT(rng=rng), "group": "men"}, ValueError, "no such group; it has 'robots', 'targets'"),
-        ({"observation": 3}, TypeError, "observation=3: must be a degree of awareness, such as .* one of none, ring, pairwise"),
+        ({"observation": 3}, TypeError, "observation=3: must be a degree of awareness, such as .* one of none, ring, nearest, pairwise"),
         ({"action": "discrete"}, ValueError, "action='discrete'.*grid"),
     ],
 )

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.proximity.search import MOST_PAIRS, Search, proximity_graph
+from teamsight.world.proximity.shapes import SHAPES
 
 ARENAS: list[Arena | None] = [
     None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0), Cylinder(10.0, 8.0), Cylinder(3.0, 30.0),
@@ -40,20 +41,23 @@ def assert_same(one: NeighbourList, other: NeighbourList) -> None:
 
 
 @pytest.mark.short
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
 @given(seed=seeds, n=sizes, m=sizes, equal=st.booleans())
-def test_pairs_and_cells_and_the_slow_twin_agree(arena: Arena | None, seed: int, n: int, m: int, equal: bool) -> None:
+def test_pairs_and_cells_and_the_slow_twin_agree(
+    arena: Arena | None, shape: str, seed: int, n: int, m: int, equal: bool
+) -> None:
     rng = np.random.default_rng(seed)
     here, there = places(arena, rng, n), places(arena, rng, m)
     reach = np.full(len(here), 1.0) if equal else rng.choice([0.0, 0.5, 1.0, 1.5], len(here))
     period = arena.period if arena else (0.0, 0.0)
     for observed in (there, None):
-        pairs = proximity_graph(here, observed, reach, arena, pairs=True)
-        assert_same(pairs, proximity_graph(here, observed, reach, arena, pairs=False))
-        assert_same(pairs, proximity_graph(here, observed, reach, arena))
+        pairs = proximity_graph(here, observed, reach, arena, range_shape=shape, pairs=True)
+        assert_same(pairs, proximity_graph(here, observed, reach, arena, range_shape=shape, pairs=False))
+        assert_same(pairs, proximity_graph(here, observed, reach, arena, range_shape=shape))
         others = here if observed is None else observed
         found = list(zip(np.repeat(np.arange(len(here)), pairs.degree).tolist(), pairs.identity.tolist(), strict=True))
-        assert found == naive.edges(here.tolist(), others.tolist(), reach, period, observed is None)
+        assert found == naive.edges(here.tolist(), others.tolist(), reach, period, observed is None, shape)
         ways = others[pairs.identity] - np.repeat(here, pairs.degree, axis=0)
         assert np.array_equal(pairs.offset, arena.displacement(0 * ways, ways) if arena else ways)
         assert pairs.distance == pytest.approx(np.hypot(*pairs.offset.T), rel=1e-15)
@@ -147,3 +151,26 @@ def test_places_outside_a_torus_are_wrapped_or_refused() -> None:
     except ValueError:
         return
     assert_same(pairs, proximity_graph(here, None, 1.0, Torus(10, 10), pairs=False))
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("pairs", [True, False])
+def test_on_a_lattice_distances_are_exact(pairs: bool) -> None:
+    # Cells of size 1 on a torus, from far outside the middle: a range of d holds (2d + 1)² − 1 other cells.
+    column, row = np.meshgrid(np.arange(20), np.arange(20))
+    cells = np.column_stack([column.ravel(), row.ravel()]) - 9.5
+    for d in range(1, 10):
+        graph = proximity_graph(cells, None, float(d), Torus(20.0, 20.0), range_shape="square", pairs=pairs)
+        assert set(graph.degree.tolist()) == {(2 * d + 1) ** 2 - 1}
+        assert np.array_equal(graph.offset, np.rint(graph.offset))
+        assert np.abs(graph.offset).max() == d
+        assert np.array_equal(graph.distance, np.sqrt((graph.offset**2).sum(axis=1)))
+
+
+def test_a_square_range_holds_its_sides_and_corners_and_nothing_beyond() -> None:
+    there = [[1.0, 1.0], [-1.0, 0.3], [1.0, -1.0], [np.nextafter(1.0, 2.0), 0.0], [0.0, -1.1]]
+    graph = proximity_graph([[0.0, 0.0]], there, 1.0, range_shape="square")
+    assert graph.identity.tolist() == [0, 1, 2]
+    assert graph.distance.tolist() == [np.sqrt(2.0), np.hypot(1.0, 0.3), np.sqrt(2.0)]
+    with pytest.raises(ValueError, match="range_shape='circle': unknown; .*known are disc, square"):
+        proximity_graph([[0.0, 0.0]], there, 1.0, range_shape="circle")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import inlined, kernel
 from teamsight.world.arena import ENDLESS
-from teamsight.world.proximity.edges import Observed, append, is_hidden, shortest, square_of, take_roots
+from teamsight.world.proximity.edges import Observed, append, is_hidden, is_near, limit_of, shortest, take_roots
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -106,12 +106,11 @@ def _search_span(
         if wraps:
             way_x = shortest(way_x, observed.period_x)
             way_y = shortest(way_y, observed.period_y)
-        square = way_x * way_x + way_y * way_y
-        if square <= limit:
+        if is_near(way_x, way_y, limit, observed.shape):
             j = cells.order[at]
             if j != myself:
                 if edge < graph.identity.shape[0]:
-                    append(graph, edge, j, way_x, way_y, square)
+                    append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
                     _settle(graph, first, edge)
                 edge += 1
     return edge
@@ -129,7 +128,7 @@ def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cell
         graph.start[i] = edge
         x = position[i, 0]
         y = position[i, 1]
-        here = (x, y, square_of(reach[i]), i + observed.own if observed.own >= 0 else -1)
+        here = (x, y, limit_of(reach[i], observed.shape), i + observed.own if observed.own >= 0 else -1)
         column = _column(x, grid.low_x, grid.per_x, grid.columns)
         row = _column(y, grid.low_y, grid.per_y, grid.rows)
         for r in range(row - 1, row + 2):

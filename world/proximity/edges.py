@@ -9,10 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import inlined
+from teamsight.world.proximity.shapes import DISC
 
 
 class Observed(NamedTuple):
-    """The bodies that can be observed; `x` and `y` are filled up to full SIMD lanes, and NaN for one that is hidden."""
+    """The bodies that can be observed, and the metric.
+
+    `x` and `y` are filled up to full SIMD lanes, and NaN for one that is hidden. `shape` is that of ranges; see
+    `teamsight.world.proximity.shapes`.
+    """
 
     x: Annotated[npt.NDArray[np.float64], "lanes"]
     y: Annotated[npt.NDArray[np.float64], "lanes"]
@@ -20,6 +25,7 @@ class Observed(NamedTuple):
     own: int
     period_x: float
     period_y: float
+    shape: int
 
 
 @inlined
@@ -32,6 +38,20 @@ def shortest(way: float, period: float) -> Any:
 def square_of(reach: float) -> Any:
     """Return the largest square of a distance in range: below 0 for a range below 0, which finds not even itself."""
     return reach * abs(reach)
+
+
+@inlined
+def limit_of(reach: float, shape: int) -> Any:
+    """Return what `is_near` compares with: `square_of` a range, or the range itself if it is a square."""
+    return square_of(reach) if shape == DISC else reach
+
+
+@inlined
+def is_near(way_x: float, way_y: float, limit: float, shape: int) -> Any:
+    """Whether a body at this offset is in range; not if the offset is NaN."""
+    if shape == DISC:
+        return way_x * way_x + way_y * way_y <= limit
+    return abs(way_x) <= limit and abs(way_y) <= limit
 
 
 @inlined

@@ -19,6 +19,7 @@ from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
 from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
+from teamsight.world.proximity.shapes import shape_number
 
 __all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
 
@@ -88,6 +89,8 @@ class Search:
         The index of observer 0 among the observed; −1 if the observers are not observed themselves.
     arena : Arena
         The arena.
+    shape : {"disc", "square"}
+        The shape of ranges.
     pairs : bool, optional
         Compare all pairs, or use cells; by default whichever is faster.
 
@@ -107,6 +110,7 @@ class Search:
         own: int,
         arena: Arena | Plane,
         *,
+        shape: str = "disc",
         pairs: bool | None = None,
     ) -> None:
         self.position, self.reach = position, reach
@@ -117,7 +121,7 @@ class Search:
         grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
         self.room = neighbour_room(len(position), first_room(len(position), observed))
         period = kernel_period(arena.period)
-        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1])
+        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1], shape_number(shape))
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
             Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
@@ -179,6 +183,7 @@ def proximity_graph(
     reach: npt.ArrayLike,
     arena: Arena | None = None,
     *,
+    range_shape: str = "disc",
     pairs: bool | None = None,
 ) -> NeighbourList:
     """Return the bodies within range of each observer.
@@ -193,6 +198,8 @@ def proximity_graph(
         The range of each observer [length]; a body at exactly this distance is in range.
     arena : Arena, optional
         The arena that defines distances; on a torus positions are wrapped. By default the plane.
+    range_shape : {"disc", "square"}
+        The shape of ranges. In a square are bodies that are at most the range away along either axis.
     pairs : bool, optional
         Compare all pairs (True) or use cells (False); by default whichever is faster. The result is the same.
 
@@ -203,7 +210,8 @@ def proximity_graph(
     Raises
     ------
     ValueError
-        If an array has the wrong shape, a number is not finite, a range is negative or, on a torus, above half a side.
+        If an array has the wrong shape, the shape of ranges is unknown, a number is not finite, or a range is negative
+        or, on a torus, above half a side.
     """
     here = _points("observers", observers)
     there = here if observed is None else _points("observed", observed)
@@ -218,7 +226,7 @@ def proximity_graph(
         if any(arena.period):
             here, there = (np.ascontiguousarray(arena.displacement(np.zeros(2), points)) for points in (here, there))
     place = arena or plane_around(here, there)
-    made = Search(here, far, len(there), 0 if observed is None else -1, place, pairs=pairs)
+    made = Search(here, far, len(there), 0 if observed is None else -1, place, shape=range_shape, pairs=pairs)
     made.x[:], made.y[:] = there.T
     made.run()
     return made.graph

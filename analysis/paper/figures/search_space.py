@@ -17,9 +17,9 @@ _LARGEST_TEAM = 30
 
 
 def _tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
-    from teamsight.analysis.search_space import dimensions_table
+    from teamsight.analysis.search_space import PAPER, dimensions_table
 
-    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1))}
+    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1), degrees=PAPER)}
 
 
 def _draw(tables: Tables, conditions: Conditions) -> Canvas:

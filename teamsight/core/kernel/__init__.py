@@ -21,6 +21,7 @@ from teamsight.core.kernel.intrinsics import (
     equal_eight,
     float_of,
     near_eight,
+    near_eight_in_square,
     ones,
     put_eight_bytes,
     put_eight_parts,
@@ -30,5 +31,6 @@ from teamsight.core.kernel.record import Packed, Record
 
 __all__ = [
     "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "bits_of", "call", "equal_eight", "float_of",
-    "inlined", "kernel", "near_eight", "ones", "plain", "put_eight_bytes", "put_eight_parts", "scratch", "specialise",
+    "inlined", "kernel", "near_eight", "near_eight_in_square", "ones", "plain", "put_eight_bytes", "put_eight_parts",
+    "scratch", "specialise",
 ]  # fmt: skip

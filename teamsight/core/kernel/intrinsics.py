@@ -136,7 +136,31 @@ def float_of(typing_context: Any, word: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
-    """Return a word in which bit i is set if point ``first + i`` is within the square distance, for 8 points."""
+    """Return a word in which bit i is set if point ``first + i`` is within the squared distance, for 8 points."""
+
+    def is_near(builder: Any, way_x: Any, way_y: Any, limit: Any) -> Any:
+        square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
+        return builder.fcmp_ordered("<=", square, limit)
+
+    return _compare_eight(xs, ys, is_near)
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def near_eight_in_square(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
+    """Return a word in which bit i is set if point ``first + i`` is within `limit` along both axes, for 8 points."""
+
+    def is_near(builder: Any, way_x: Any, way_y: Any, limit: Any) -> Any:
+        sides = []
+        for way in (way_x, way_y):
+            # Both comparisons are false for NaN.
+            sides += [builder.fcmp_ordered("<=", way, limit), builder.fcmp_ordered(">=", way, builder.fneg(limit))]
+        return builder.and_(builder.and_(sides[0], sides[1]), builder.and_(sides[2], sides[3]))
+
+    return _compare_eight(xs, ys, is_near)
+
+
+def _compare_eight(xs: Any, ys: Any, is_near: Any) -> tuple[Any, Any]:
+    """Return the signature and the generator of an intrinsic that compares 8 points with one place."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         lanes = ir.VectorType(ir.DoubleType(), 8)
@@ -148,8 +172,7 @@ def near_eight(typing_context: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any
 
         way_x = builder.fsub(eight(signature.args[0], arguments[0]), _in_all(builder, lanes, arguments[3]))
         way_y = builder.fsub(eight(signature.args[1], arguments[1]), _in_all(builder, lanes, arguments[4]))
-        square = builder.fadd(builder.fmul(way_x, way_x), builder.fmul(way_y, way_y))
-        bits = builder.fcmp_ordered("<=", square, _in_all(builder, lanes, arguments[5]))
+        bits = is_near(builder, way_x, way_y, _in_all(builder, lanes, arguments[5]))
         return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
 
     f8 = numba.types.float64

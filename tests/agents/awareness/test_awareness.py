@@ -1,4 +1,4 @@
-"""The four degrees of awareness: each shows a policy what it says, no more, in as many inputs as it says."""
+"""The degrees of awareness: each shows a policy what it says, no more, in as many inputs as it says."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.awareness import (
     AWARENESS,
     Awareness,
+    NearestAwareness,
     NoAwareness,
     PairwiseAwareness,
     RingAwareness,
@@ -30,22 +31,27 @@ DEGREES: list[Awareness] = [
     RingAwareness(16),
     RingAwareness(5),
     RingAwareness(1),
+    NearestAwareness(16),
+    NearestAwareness(3),
+    NearestAwareness(1),
     PairwiseAwareness(),
     SharedAwareness(),
 ]
 
 seeds = st.integers(0, 2**31)
+shapes = st.sampled_from(["disc", "square"])
 
 
-def crowd(awareness: Awareness | str, seed: int, teams: tuple[int, ...] = (4, 3)) -> World:
+def crowd(awareness: Awareness | str, seed: int, teams: tuple[int, ...] = (4, 3), shape: Any = "disc") -> World:
     """Robots of one team in two groups, with ranges of their own, among targets."""
     world = World(Disc(1.2), rng=seed)
     targets = world.add(Target, 6, policy=Stationary())
     for size in teams:
         ranges = np.random.default_rng(seed).uniform(0.3, 1.5, (2, size))
         robots = world.add(
-            Robot, size, policy=Stationary(), awareness=awareness, sensing_range=ranges[0], awareness_range=ranges[1]
-        )
+            Robot, size, policy=Stationary(), awareness=awareness, sensing_range=ranges[0], awareness_range=ranges[1],
+            range_shape=shape,
+        )  # fmt: skip
         world.senses(robots, targets)
     return world
 
@@ -60,17 +66,26 @@ def way(one: Any, other: Any) -> tuple[float, float]:
 
 
 def within(one: Any, others: list[Any], reach: float) -> list[Any]:
-    return [other for other in others if other is not one and math.hypot(*way(one, other)) <= reach]
+    def apart(other: Any) -> float:
+        x, y = way(one, other)
+        return max(abs(x), abs(y)) if one.group.range_shape == "square" else math.hypot(x, y)
+
+    return [other for other in others if other is not one and apart(other) <= reach]
 
 
 def reach_of(robot: Any, kind: str) -> float:
     return float(getattr(robot.group, f"{kind}_range")[robot.row])
 
 
+def farthest(robot: Any, kind: str) -> float:
+    """The largest distance in range."""
+    return reach_of(robot, kind) * (math.sqrt(2) if robot.group.range_shape == "square" else 1.0)
+
+
 @pytest.mark.short
-@given(seeds)
-def test_neighbours_and_targets_are_those_within_range(seed: int) -> None:
-    world = crowd("none", seed)
+@given(seeds, shapes)
+def test_neighbours_and_targets_are_those_within_range(seed: int, shape: str) -> None:
+    world = crowd("none", seed, shape=shape)
     robots, targets = robots_of(world), list(world.groups[0])
     for robot in robots:
         assert robot.neighbours == within(robot, robots, reach_of(robot, "awareness"))
@@ -81,9 +96,9 @@ def test_neighbours_and_targets_are_those_within_range(seed: int) -> None:
 
 
 @pytest.mark.parametrize("awareness", DEGREES, ids=str)
-@given(seed=seeds)
-def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
-    world = crowd(awareness, seed)
+@given(seed=seeds, shape=shapes)
+def test_what_a_policy_is_shown(awareness: Awareness, seed: int, shape: str) -> None:
+    world = crowd(awareness, seed, shape=shape)
     for robot in robots_of(world):
         percept = robot.percept
         assert percept.targets.identity.tolist() == [target.unique_id for target in robot.observed_targets]
@@ -94,6 +109,10 @@ def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
         elif isinstance(awareness, RingAwareness):
             shown = naive.ring_view(teammates, robot.heading.tolist(), awareness.delta)
             assert np.allclose(percept.teammates.offset, np.reshape(shown, (-1, 2)), atol=1e-9)
+            assert np.all(percept.teammates.identity == -1)
+        elif isinstance(awareness, NearestAwareness):
+            shown = naive.nearest(teammates, awareness.delta)
+            assert np.allclose(percept.teammates.offset, np.reshape(shown, (-1, 2)))
             assert np.all(percept.teammates.identity == -1)
         else:
             assert percept.teammates.identity.tolist() == [teammate.unique_id for teammate in robot.neighbours]
@@ -107,20 +126,28 @@ def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
             assert np.allclose(seen.distance, np.hypot(*seen.offset.T))
 
 
+def bearing(robot: Any, there: tuple[float, float]) -> float:
+    """Anticlockwise from the heading, as a fraction of a full turn."""
+    return (math.atan2(there[1], there[0]) - math.atan2(robot.heading[1], robot.heading[0])) / (2 * math.pi) % 1
+
+
 def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
     """The vector of §8, as the class says it."""
 
     def own(of: Any) -> list[float]:
-        return naive.ring([way(of, t) for t in of.observed_targets], of.heading.tolist(), 16, reach_of(of, "sensing"))
+        return naive.ring([way(of, t) for t in of.observed_targets], of.heading.tolist(), 16, farthest(of, "sensing"))
 
-    inputs, near, reach = own(robot), robot.neighbours, reach_of(robot, "awareness")
+    inputs, near, reach = own(robot), robot.neighbours, farthest(robot, "awareness")
     if isinstance(awareness, RingAwareness):
         return inputs + naive.ring([way(robot, teammate) for teammate in near], robot.heading.tolist(), awareness.delta, reach)
+    if isinstance(awareness, NearestAwareness):
+        listed = naive.nearest([way(robot, teammate) for teammate in near], awareness.delta)
+        shown = [part for one in listed for part in (math.hypot(*one) / reach, bearing(robot, one))]
+        return inputs + shown + [1.0] * (2 * awareness.delta - len(shown))
     for teammate in (teammate for teammate in team if teammate is not robot):
         if isinstance(awareness, PairwiseAwareness):
-            x, y = way(robot, teammate)
-            bearing = math.atan2(y, x) - math.atan2(robot.heading[1], robot.heading[0])
-            inputs += [math.hypot(x, y) / reach, bearing / (2 * math.pi) % 1] if teammate in near else [1.0, 1.0]
+            there = way(robot, teammate)
+            inputs += [math.hypot(*there) / reach, bearing(robot, there)] if teammate in near else [1.0, 1.0]
         elif isinstance(awareness, SharedAwareness):
             inputs += own(teammate) if teammate in near else [1.0] * 16
     return inputs
@@ -128,9 +155,9 @@ def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
 
 @pytest.mark.short
 @pytest.mark.parametrize("awareness", DEGREES, ids=str)
-@given(seed=seeds)
-def test_the_situation_is_the_vector_of_the_paper(awareness: Awareness, seed: int) -> None:
-    world = crowd(awareness, seed)
+@given(seed=seeds, shape=shapes)
+def test_the_situation_is_the_vector_of_the_paper(awareness: Awareness, seed: int, shape: str) -> None:
+    world = crowd(awareness, seed, shape=shape)
     team = robots_of(world)
     for robot in team:
         found = robot.situation
@@ -159,6 +186,7 @@ def test_widths(team_size: int) -> None:
     widths = {"none": (16, 0), "ring": (16, 16), "pairwise": (16, 2 * others), "shared": (16, 16 * others)}
     assert {name: tuple(AWARENESS[name]().width(team_size)) for name in widths} == widths
     assert RingAwareness(7).width(team_size) == (16, 7)
+    assert NearestAwareness(7).width(team_size) == (16, 14)
 
 
 class Reader(Policy):
@@ -220,6 +248,7 @@ MISFITS = [
     ),
     ("shared", {"inputs": 16}, "use awareness='none'"),
     ("shared", {"inputs": 21}, r"use RingAwareness\(delta=5\) \(--awareness ring --delta 5\)"),
+    ("shared", {"inputs": 48}, r"use awareness='nearest' \(--awareness nearest\)"),
     ("ring", {"inputs": 3}, r"train it for this width"),
 ]
 
@@ -238,11 +267,47 @@ def test_a_policy_that_fits_is_not_refused() -> None:
 
 def test_degrees_change_what_robots_do() -> None:
     ends = {}
-    for name in ("none", "ring", "pairwise", "shared"):
-        model = CMOMMT(awareness=name, radius=2.0, rng=5)
+    for name in ("none", "ring", "nearest", "pairwise", "shared"):
+        model = CMOMMT(awareness=name, delta=2, radius=2.0, rng=5)
         model.run(100)
         ends[name] = model.robots.position.tobytes()
-    assert len(set(ends.values())) == 4
+    assert len(set(ends.values())) == 5
+
+
+def line_of(delta: int, *places: tuple[float, float]) -> Any:
+    """A robot at the origin, facing along x, and teammates at places around it."""
+    world = World(Disc(5.0), rng=1)
+    return world.add(
+        Robot, 1 + len(places), policy=Stationary(), awareness=NearestAwareness(delta), awareness_range=2.0,
+        position=[(0.0, 0.0), *places], heading=[(1.0, 0.0)] * (1 + len(places)),
+    )[0]  # fmt: skip
+
+
+def test_the_nearest_do_not_merge_and_those_as_near_come_by_identity() -> None:
+    # Two ahead, of which the second is nearer, and three at the distance 1.
+    robot = line_of(4, (0.5, 0.0), (0.25, 0.0), (0.0, 1.0), (0.0, -1.0), (-1.0, 0.0))
+    assert robot.percept.teammates.offset.tolist() == [[0.25, 0.0], [0.5, 0.0], [0.0, 1.0], [0.0, -1.0]]
+    assert robot.situation[16:].tolist() == [0.125, 0.0, 0.25, 0.0, 0.5, 0.25, 0.5, 0.75]
+
+
+def test_places_of_the_list_that_nobody_takes_read_1() -> None:
+    robot = line_of(3, (0.0, 1.0), (3.0, 0.0))
+    assert robot.situation[16:].tolist() == [0.5, 0.25, 1.0, 1.0, 1.0, 1.0]
+    assert len(robot.percept.teammates.distance) == 1
+
+
+@pytest.mark.parametrize(("delta", "message"), [
+    (0, "delta=0: must be at least 1; a list needs at least 1 place; for no awareness use NoAwareness"),
+    (10_001, "delta=10001: must be at most 10000, since .* for all teammates use PairwiseAwareness"),
+])  # fmt: skip
+def test_a_list_of_a_wrong_length_is_refused(delta: int, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        NearestAwareness(delta)
+
+
+def test_the_list_that_adds_a_number_of_inputs() -> None:
+    assert NearestAwareness.adding(8) == NearestAwareness(4)
+    assert NearestAwareness.dimensions(16, 4, 2, 30) == 24
 
 
 @pytest.mark.parametrize("delta", [10**9, 10_001, 10**400])

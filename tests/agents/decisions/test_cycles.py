@@ -20,7 +20,7 @@ from teamsight.policies.percept_of_one import PerceptOfOne
 from tests.agents.engine.test_leaking_arenas import Room
 
 POLICIES = ("a-cmommt", "random-walk", "centroid", "evasive", "stationary", "evolved", "lazy-cooperative")
-DEGREES = ("none", "ring", "pairwise", "shared")
+DEGREES = ("none", "ring", "nearest", "pairwise", "shared")
 MIXED = Cycle([1, 2.5, 3, 5, 7, 1], phase=[0, 1, 0.5, 4, 0, 3], jitter=[0.5, 0, 2, 4, 0, 0], delay=[0, 1, 0, 3, 2, 0])
 
 

@@ -18,7 +18,7 @@ from teamsight.policies import CompiledPolicy, Policy, check_policy
 from teamsight.policies.interface import Action, Percept
 from teamsight.policies.percept_rows import percept_of_rows
 
-DEGREES = ("none", "ring", "pairwise", "shared")
+DEGREES = ("none", "ring", "nearest", "pairwise", "shared")
 
 
 def copied(value: Any) -> Any:

@@ -12,7 +12,7 @@ from teamsight import CMOMMT
 from teamsight.agents.engine.engine import Engine
 from teamsight.world.proximity import search
 
-DEGREES = ["none", "ring", "pairwise", "shared"]
+DEGREES = ["none", "ring", "nearest", "pairwise", "shared"]
 
 
 def gathering(awareness: str) -> CMOMMT:

@@ -35,11 +35,11 @@ def test_a_memory_is_the_transitions_in_the_order_of_its_content() -> None:
     assert np.array_equal(rows[np.lexsort(rows.T[::-1])], memory.table.T)
 
 
-@pytest.mark.parametrize("degree", ["none", "ring", "pairwise", "shared"])
+@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared"])
 def test_every_degree_can_be_explored(degree: str) -> None:
     world = CMOMMT(robots=3, radius=2.0, awareness=degree, rng=1)
     memory = explore(world, 10)
-    assert (len(memory), memory.added) == (30, {"none": 0, "ring": 16, "pairwise": 4, "shared": 32}[degree])
+    assert (len(memory), memory.added) == (30, {"none": 0, "ring": 16, "nearest": 32, "pairwise": 4, "shared": 32}[degree])
     assert (memory.settings["degree"], memory.settings["awareness"]) == (degree, repr(world.robots.awareness))
 
 

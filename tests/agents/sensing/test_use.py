@@ -129,7 +129,7 @@ def test_noise_belongs_to_agents_not_to_rows() -> None:
             assert found == {key: way for key, way in before[row].items() if key not in identities}
 
 
-@pytest.mark.parametrize("awareness", ["ring", "pairwise", "shared"])
+@pytest.mark.parametrize("awareness", ["ring", "nearest", "pairwise", "shared"])
 @pytest.mark.parametrize("policy", ["a-cmommt", "evolved", "centroid"])
 def test_policies_and_degrees_cope_with_the_worst_sensors(policy: str, awareness: str) -> None:
     worst = Sensor(range_noise=5.0, bearing_noise=3.0, false_positives=1.0, delay=1)
