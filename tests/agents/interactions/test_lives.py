@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from interactions import Capture, CaptureInTurn, fingerprint, hunt
 
-from teamsight import Cycle, Robot, Target, Torus, World
+from teamsight import Cycle, Robot, Sensor, Target, Torus, World
 from teamsight.core.kernel import kernel
 from teamsight.world import Interaction
 
@@ -200,3 +200,39 @@ def test_any_order_of_calls_gives_one_result(seed: int, calls: list[str], in_tur
             elif call in ("off", "on"):
                 hunters[2].active = prey[0].active = call == "on"
         assert fingerprint(worlds[0]) == fingerprint(worlds[1])
+
+
+@kernel
+def _break(view: Any, parameters: Any, sensed: Any) -> int:
+    entries = view.in_range.start[view.member.shape[0]]
+    for i in range(view.in_range.start.shape[0]):
+        sensed.start[i] = view.in_range.start[i] if view.tick[0] < parameters[0] else -i
+    for k in range(min(entries, sensed.identity.shape[0])):
+        sensed.identity[k] = view.in_range.identity[k]
+        sensed.distance[k] = view.in_range.distance[k]
+        for axis in range(2):
+            sensed.offset[k, axis] = view.in_range.offset[k, axis]
+    return int(entries)
+
+
+class Broken(Sensor):
+    """Writes a wrong list from tick 30 on."""
+
+    sense = _break
+    parameters = np.array([30.0])
+
+
+@pytest.mark.parametrize("policy", ["centroid", lambda percept, rng: (0.1, 0.05)], ids=["compiled", "in Python"])
+@pytest.mark.parametrize("cycle", [1, Cycle(3, phase=[0, 1, 2, 0, 1, 2])], ids=["every step", "a cycle"])
+@pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
+def test_a_step_that_fails_after_the_interaction_is_undone(policy: Any, cycle: Any) -> None:
+    fine, world = (hunt(Capture(reach=1.0), policy=policy, cycle=cycle) for _ in range(2))
+    world.groups[0].sensors["targets"] = Broken()
+    fine.run(29)
+    with pytest.raises(ValueError, match="wrong list for tick 30"):
+        world.run(50)
+    assert fingerprint(world) == fingerprint(fine)
+    del world.groups[0].sensors["targets"]
+    for one in (world, fine):
+        one.run(30)
+    assert fingerprint(world) == fingerprint(fine)
